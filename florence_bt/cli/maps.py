@@ -20,7 +20,7 @@ def _group() -> None:
 
 @maps.command(epilog=f"Example: florence map save maps/home.yaml --image-format png\n\n{EXIT_CODES}")
 def save(
-    file: Annotated[Path, typer.Argument(help="The YAML file; the picture gets the same name.")],
+    file: Annotated[Path, typer.Argument(help="The YAML file; the image gets the same name.")],
     topic: Annotated[str, typer.Option(help="Where the map is published.")] = "map",
     mode: Annotated[
         str, typer.Option(help="trinary (free, occupied, unknown), scale (steps between) or raw.")

@@ -115,14 +115,14 @@ def record(
 ) -> None:
     """Record the Kinect into a folder that fakenect, and our node with `source: recording:FOLDER`, play.
 
-    A second takes about 20 MB, with colour 45. Pictures are written with 640 x 480 pixels, as fakenect wants.
+    A second takes about 20 MB, with colour 45. Images are written with 640 x 480 pixels, as fakenect wants.
     Ctrl-C ends it early; what came until then can be played.
     """
     from florence_bt.app.devices.kinect_recording import record as run
 
     made = run(source, folder, seconds, colour=colour, library=library)
     typer.echo(
-        f"{folder}: {made.depth_pictures} depth and {made.colour_pictures} colour pictures, "
+        f"{folder}: {made.depth_images} depth and {made.colour_images} colour images, "
         f"{made.readings} accelerometer readings in {made.seconds:.1f} s"
     )
     if made.without_motor:

@@ -1,7 +1,7 @@
 """Limits of the fields of parameter dataclasses: written in the annotations, checked by one function.
 
-A class writes ``rate: Positive = 20.0`` or ``skip: Annotated[int, Limits(0, 9)] = 0``, and calls
-:func:`check_limits` in ``__post_init__``.
+A class writes ``rate: Positive = 20.0`` or ``skip: Annotated[int, Limits(0, 9)] = 0``, and is a
+:class:`CheckedParameters`.
 """
 
 from __future__ import annotations
@@ -56,6 +56,20 @@ Positive = Annotated[float, Limits(0.0, math.inf, above=True, below=True)]
 """A finite number above zero."""
 NotNegative = Annotated[float, Limits(0.0, math.inf, below=True)]
 """A finite number, zero or more."""
+
+
+class CheckedParameters:
+    """The base of a dataclass whose fields are checked when it is made, against :func:`check_limits`."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        """Check each field alone, then what :meth:`_check` adds."""
+        check_limits(self)
+        self._check()
+
+    def _check(self) -> None:
+        """Check what concerns several fields, or cannot be said in an annotation; nothing by default."""
 
 
 def check_limits(parameters: Any) -> None:

@@ -84,7 +84,7 @@ class CameraModel:
 
 @dataclass(frozen=True, slots=True)
 class DepthImage:
-    """A depth picture.
+    """A depth image.
 
     Attributes:
         stamp: Seconds.
@@ -101,7 +101,7 @@ class DepthImage:
 
 @dataclass(frozen=True, slots=True)
 class ColourImage:
-    """A colour picture.
+    """A colour image.
 
     Attributes:
         stamp: Seconds.
@@ -206,7 +206,7 @@ class TrackedUser:
         height: Height above the floor of the highest point that was seen of them, metres; 0 when not known.
         vx: Velocity in m/s in the frame of x and y; 0 for a lost person.
         vy: As vx.
-        confidence: How sure the last picture was that this is a person, 0 to 1.
+        confidence: How sure the last image was that this is a person, 0 to 1.
     """
 
     user_id: int

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+
+ValueReader = Callable[[YamlNode, str], Any]
+"""Reads the value of a key that it names in errors."""
 
 
 class SettingsReader:
@@ -21,7 +25,7 @@ class SettingsReader:
         self.file = file
 
     def mapping(
-        self, source: YamlNode, names: Sequence[str], needed: Sequence[str] = ()
+        self, source: YamlNode, names: Collection[str], needed: Sequence[str] = ()
     ) -> dict[str, YamlNode]:
         """The values of a mapping by key.
 
@@ -37,8 +41,17 @@ class SettingsReader:
                 raise self.error(f"{key.text!r} is not known here", key, valid=closest_first(key.text, names))
         for name in needed:
             if source.key(name) is None:
-                raise self.error(f"{name!r} is missing", source, valid=names)
+                raise self.error(f"{name!r} is missing", source, valid=[f"{name}: ..."])
         return {key.text: value for key, value in source.entries}
+
+    def values(self, entries: Mapping[str, YamlNode], readers: Mapping[str, ValueReader]) -> dict[str, Any]:
+        """The typed values of a mapping by key.
+
+        Args:
+            entries: What :meth:`mapping` found.
+            readers: What reads the value of each key, called with the value and the key.
+        """
+        return {name: readers[name](value, name) for name, value in entries.items()}
 
     def sequence(self, source: YamlNode, name: str) -> tuple[YamlNode, ...]:
         """The items of a list."""
@@ -49,25 +62,25 @@ class SettingsReader:
     def text(self, source: YamlNode, name: str) -> str:
         """A text that is not empty."""
         if not isinstance(source, YamlScalar) or not source.text.strip():
-            raise self.error(f"{name} must be text", source)
+            raise self.error(f"{name} must be text", source, valid=[f"{name}: ..."])
         return source.text
 
-    def choice(self, source: YamlNode, name: str, known: Sequence[str]) -> str:
+    def choice(self, source: YamlNode, name: str, known: Collection[str]) -> str:
         """One of the texts that are known."""
         text = self.text(source, name)
         if text not in known:
             raise self.error(f"the {name} {text!r} does not exist", source, valid=closest_first(text, known))
         return text
 
-    def number(self, source: YamlNode, name: str) -> float:
-        """A finite number."""
+    def number(self, source: YamlNode, name: str, valid: Iterable[str] = ()) -> float:
+        """A finite number; ``valid`` is what would have worked."""
         text = source.text if isinstance(source, YamlScalar) else ""
         try:
             number = float(text)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            raise self.error(f"{name} must be a finite number, not {text!r}", source)
+            raise self.error(f"{name} must be a finite number, not {text!r}", source, valid)
         return number
 
     def error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.limits import Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, Phase, SkillRun
 
@@ -40,7 +40,7 @@ GIVE_UP_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class Deadlines:
+class Deadlines(CheckedParameters):
     """How long each state of a run may last, in seconds.
 
     Attributes:
@@ -55,9 +55,6 @@ class Deadlines:
     result_s: Positive = 60.0
     cancel_s: Positive = 5.0
     lost_s: Positive = 1.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class Channel(Protocol):

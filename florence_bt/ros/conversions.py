@@ -307,12 +307,12 @@ def _to_echoes(beams: FloatArray) -> list[LaserEcho]:
 
 
 def depth_to_ros(image: DepthImage) -> Image:
-    """A depth picture in the encoding 32FC1, metres."""
+    """A depth image in the encoding 32FC1, metres."""
     return _image_to_ros("32FC1", image.depth, np.float32, image.frame_id, image.stamp)
 
 
 def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
-    """A depth picture from 32FC1 (metres) or 16UC1 (millimetres, 0 = nothing measured).
+    """A depth image from 32FC1 (metres) or 16UC1 (millimetres, 0 = nothing measured).
 
     Raises:
         FrameError: Another encoding, or not as many bytes as the size says.
@@ -326,14 +326,14 @@ def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
             np.float32
         )
     else:
-        raise FrameError(f"a depth picture cannot be {message.encoding!r} (would have worked: 32FC1, 16UC1)")
+        raise FrameError(f"a depth image cannot be {message.encoding!r} (would have worked: 32FC1, 16UC1)")
     return DepthImage(
         stamp_from_ros(message.header.stamp), frame_from_ros(message.header.frame_id), camera, depth
     )
 
 
 def colour_to_ros(image: ColourImage) -> Image:
-    """A colour picture in the encoding rgb8."""
+    """A colour image in the encoding rgb8."""
     return _image_to_ros("rgb8", image.pixels, np.uint8, image.frame_id, image.stamp)
 
 
@@ -347,7 +347,7 @@ _CHANNELS: dict[str, tuple[int, ...]] = {
 
 
 def colour_from_ros(message: Image, camera: CameraModel) -> ColourImage:
-    """A colour picture from rgb8, rgba8, bgr8, bgra8 or mono8.
+    """A colour image from rgb8, rgba8, bgr8, bgra8 or mono8.
 
     Raises:
         FrameError: Another encoding, or not as many bytes as the size says.
@@ -355,7 +355,7 @@ def colour_from_ros(message: Image, camera: CameraModel) -> ColourImage:
     order = _CHANNELS.get(message.encoding)
     if order is None:
         valid = ", ".join(_CHANNELS)
-        raise FrameError(f"a colour picture cannot be {message.encoding!r} (would have worked: {valid})")
+        raise FrameError(f"a colour image cannot be {message.encoding!r} (would have worked: {valid})")
     raw = _pixels(message, np.dtype(np.uint8), len(order))
     if message.encoding == "mono8":
         pixels = np.repeat(raw[..., None], 3, axis=2)
@@ -428,11 +428,11 @@ def _to_array(code: str, values: NDArray[Any], kind: type[np.generic]) -> array.
 
 
 def _pixels(message: Image, kind: np.dtype[Any], channels: int) -> NDArray[Any]:
-    """The pixels of a picture, shape (height, width) or (height, width, channels); without padding."""
+    """The pixels of an image, shape (height, width) or (height, width, channels); without padding."""
     row_bytes = message.width * channels * kind.itemsize
     if message.step < row_bytes or len(message.data) != message.step * message.height:
         raise FrameError(
-            f"a picture of {message.width} x {message.height} pixels ({message.encoding}) with "
+            f"an image of {message.width} x {message.height} pixels ({message.encoding}) with "
             f"{message.step} bytes a row cannot have {len(message.data)} bytes"
         )
     stored = kind.newbyteorder(">" if message.is_bigendian else "<")
@@ -445,7 +445,7 @@ NAMES = ("x", "y", "z", "rgb")
 
 
 def points_to_ros(points: NDArray[np.float32], frame_id: str, stamp: float) -> PointCloud2:
-    """Points of a picture, which may hold NaN.
+    """Points of an image, which may hold NaN.
 
     Args:
         points: Shape (height, width, 3) of x, y, z in metres, or (height, width, 4) with the bits of
@@ -472,7 +472,7 @@ def points_to_ros(points: NDArray[np.float32], frame_id: str, stamp: float) -> P
 
 
 def millimetres_to_ros(millimetres: NDArray[np.uint16], frame_id: str, stamp: float) -> Image:
-    """A depth picture in the encoding 16UC1: whole millimetres, 0 where nothing was measured."""
+    """A depth image in the encoding 16UC1: whole millimetres, 0 where nothing was measured."""
     return _image_to_ros("16UC1", millimetres, np.uint16, frame_id, stamp)
 
 

@@ -121,7 +121,7 @@ class FlorenceNode(Node):
         be old, and with ``judge_stamps=False``, where the stamps are of another clock than the node's.
 
         The events executor works in the order of what comes in, and drops nothing: a process with more work
-        than time falls behind without end. ``newest_only`` is for costly callbacks on pictures and scans:
+        than time falls behind without end. ``newest_only`` is for costly callbacks on images and scans:
         after each, messages are left out until everything that came in meanwhile was served.
         """
         latched = (

@@ -15,7 +15,7 @@ def _profile(depth: int, *, reliable: bool = True, latched: bool = False) -> QoS
 
 
 SENSOR = _profile(5, reliable=False)
-"""Readings that are soon replaced: scans, pictures."""
+"""Readings that are soon replaced: scans, images."""
 
 STATE = _profile(10, reliable=False)
 """Subscribers of what is published many times a second, such as odometry; see :data:`TF_LISTENER`."""

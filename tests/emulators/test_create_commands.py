@@ -284,9 +284,9 @@ def test_gyro_faults(base: Any) -> None:
 
 def test_deaf_and_cut_answers(base: Any) -> None:
     create = awake(base)
-    create.faults.deaf = True
+    create.faults.commands_lost = True
     assert create.receive(bytes([142, 35]), 0.0) == b""
-    create.faults.deaf = False
+    create.faults.commands_lost = False
     create.faults.partial_frames = 1
     assert len(create.receive(bytes([142, 6]), 0.0)) == 26
     create.faults.noise = b"\xaa"

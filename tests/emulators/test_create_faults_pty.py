@@ -152,7 +152,7 @@ def test_noise_bytes_cost_no_frame(make: MakeBench) -> None:
 def test_a_deaf_base_is_told_again(make: MakeBench) -> None:
     bench = make()
     assert drives(bench)
-    fault(bench, deaf=True)
+    fault(bench, commands_lost=True)
     bench.run(1.0)
     assert bench.base.wheels == (0.2, 0.2)  # it heard no stop
     heal(bench)
@@ -270,7 +270,7 @@ def test_a_gyro_that_dies_leaves_the_heading_to_the_wheels(make: MakeBench, twis
 def test_a_base_that_hears_nothing_is_told_of_and_stopped_when_it_hears(make: MakeBench) -> None:
     bench = make()
     assert drives(bench)
-    fault(bench, deaf=True)
+    fault(bench, commands_lost=True)
     bench.run(1.5, BACK)
     assert bench.base.wheels == (0.2, 0.2)  # nobody can help that
     bench.run(0.8, BACK)
@@ -288,7 +288,7 @@ def test_a_firmware_that_reports_no_speeds_drives_when_nobody_checks_them(make: 
     for checked in (True, False):
         bench = make(check_acknowledgement=checked)
         assert drives(bench)
-        fault(bench, deaf=True)  # what it reports stays the same, whatever it is told
+        fault(bench, commands_lost=True)  # what it reports stays the same, whatever it is told
         bench.run(3.0, BACK)
         assert ("NO_RESPONSE" in bench.reasons) is checked
 

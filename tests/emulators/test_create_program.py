@@ -61,7 +61,7 @@ def test_every_fault_can_be_told(make: Callable[..., CreateProgram]) -> None:
     run, faults = program.run, program.create.faults
     for line in (
         "silent on",
-        "deaf on",
+        "commands_lost on",
         "noise 12",
         "bad_checksums 3",
         "partial_frames 2",
@@ -86,7 +86,12 @@ def test_every_fault_can_be_told(make: Callable[..., CreateProgram]) -> None:
         "",
     ):
         assert run(line) == "ok", line
-    assert (faults.silent, faults.deaf, len(faults.noise), faults.bad_checksums) == (True, True, 12, 3)
+    assert (faults.silent, faults.commands_lost, len(faults.noise), faults.bad_checksums) == (
+        True,
+        True,
+        12,
+        3,
+    )
     assert (faults.partial_frames, faults.wheel_drops) == (2, 24)
     assert (faults.left_bumper, faults.right_bumper) == (False, True)
     assert faults.cliffs == (False, True, False, True)

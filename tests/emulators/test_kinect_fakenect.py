@@ -74,7 +74,7 @@ def everything(source: FreenectSource) -> list[Frame]:
     return frames
 
 
-def test_every_picture_comes_bit_by_bit(source: FreenectSource) -> None:
+def test_every_image_comes_bit_by_bit(source: FreenectSource) -> None:
     frames = everything(source)
     depth = [frame for frame in frames if isinstance(frame, DepthFrame)]
     colour = [frame for frame in frames if isinstance(frame, VideoFrame)]
@@ -130,9 +130,9 @@ def test_fakenect_is_not_asked_for_formats_it_would_die_of(folder: Path) -> None
 
 
 def test_damaged_recordings_are_refused_before_fakenect_sees_them(folder: Path) -> None:
-    picture = next(folder.glob("d-*.pgm"))
-    picture.write_bytes(picture.read_bytes()[:1000])
-    with pytest.raises(DeviceLost, match=picture.name):
+    image = next(folder.glob("d-*.pgm"))
+    image.write_bytes(image.read_bytes()[:1000])
+    with pytest.raises(DeviceLost, match=image.name):
         FreenectSource(folder=str(folder))
 
 
@@ -172,7 +172,7 @@ def test_libfreenects_own_recorder_reads_and_writes_the_same(folder: Path, tmp_p
     source.close()
 
 
-def test_a_recording_of_the_simulated_kinect_gives_the_same_picture(tmp_path: Path) -> None:
+def test_a_recording_of_the_simulated_kinect_gives_the_same_image(tmp_path: Path) -> None:
     server = KinectFrameServer(tmp_path / "kinect.sock")
     end = threading.Event()
 

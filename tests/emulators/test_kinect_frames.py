@@ -54,7 +54,7 @@ def test_the_packing_is_the_bits_one_after_the_other(values: list[int]) -> None:
     assert pack_depth(np.array(values, np.uint16)) == expected
 
 
-def test_a_depth_picture_arrives(server: KinectFrameServer, source: SocketFrameSource) -> None:
+def test_a_depth_image_arrives(server: KinectFrameServer, source: SocketFrameSource) -> None:
     server.send_raw_depth(RAW, 12.5)
     frame = receive(server, source)
     assert isinstance(frame, DepthFrame)
@@ -65,7 +65,7 @@ def test_a_depth_picture_arrives(server: KinectFrameServer, source: SocketFrameS
     assert (np.abs(metres - DEPTH) <= 0.00155 * np.maximum(metres, DEPTH) ** 2).all()
 
 
-def test_a_colour_picture_arrives(server: KinectFrameServer, source: SocketFrameSource) -> None:
+def test_a_colour_image_arrives(server: KinectFrameServer, source: SocketFrameSource) -> None:
     server.send_colour(COLOUR, 3.0)
     frame = receive(server, source)
     assert isinstance(frame, VideoFrame)

@@ -227,9 +227,9 @@ def set_faults(**how: object) -> Callable[[Bench], None]:
 
 FAULTS: dict[str, Callable[[Bench], None]] = {
     "silence": set_faults(silent=True),
-    "deaf and stopped": lambda bench: (
+    "commands lost and stopped": lambda bench: (
         bench.scanner.receive(b"QT\n", bench.now),
-        set_faults(deaf=True)(bench),
+        set_faults(commands_lost=True)(bench),
     ),
     "bad sums for ever": set_faults(bad_checksums=10**6, bad_replies=10**6),
     "a broken laser": set_faults(laser_broken=True),

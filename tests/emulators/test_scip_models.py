@@ -116,9 +116,9 @@ def test_answers_on_command(urg: ScipEmulator) -> None:
 
 
 def test_deaf(urg: ScipEmulator) -> None:
-    urg.faults.deaf = True
+    urg.faults.commands_lost = True
     assert urg.receive(b"VV\n", 0.0) == b""
-    urg.faults.deaf = False
+    urg.faults.commands_lost = False
     assert urg.receive(b"QT\n", 0.0) == b"QT\n00P\n\n"
 
 

@@ -40,7 +40,7 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
     program = make()
     for line in (
         "silent on",
-        "deaf on",
+        "commands_lost on",
         "noise 12",
         "bad_checksums 3",
         "bad_replies 2",
@@ -58,7 +58,7 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
     ):
         assert program.run(line) == "ok", line
     faults = program.scanner.faults
-    assert (faults.silent, faults.deaf, len(faults.noise)) == (True, True, 12)
+    assert (faults.silent, faults.commands_lost, len(faults.noise)) == (True, True, 12)
     assert (faults.bad_checksums, faults.bad_replies, faults.cut_scan_at) == (3, 2, 700)
     assert (faults.scan_status, faults.statuses, faults.laser_broken) == ("50", {"PP": "0A"}, True)
     assert faults.every_scan_status == "21"

@@ -68,7 +68,7 @@ def frames_of(source: FrameSource, count: int, kind: type = DepthFrame) -> list[
     frames: list[Frame] = []
     end = time.monotonic() + LONGEST_S
     while sum(isinstance(frame, kind) for frame in frames) < count:
-        assert time.monotonic() < end, f"only {len(frames)} pictures came: has the camera its 12 V?"
+        assert time.monotonic() < end, f"only {len(frames)} images came: has the camera its 12 V?"
         if (frame := source.read(0.1)) is not None:
             frames.append(frame)
     return frames
@@ -78,14 +78,14 @@ def test_depth_and_colour_at_their_rate(source: FrameSource) -> None:
     frames = frames_of(source, 30)
     depth = [frame for frame in frames if isinstance(frame, DepthFrame)]
     colour = [frame for frame in frames if isinstance(frame, VideoFrame)]
-    for pictures in (depth, colour):  # by the device's own clock: a busy machine is late, the device is not
-        gaps = np.diff([picture.timestamp for picture in pictures])
+    for images in (depth, colour):  # by the device's own clock: a busy machine is late, the device is not
+        gaps = np.diff([image.timestamp for image in images])
         assert np.median(gaps) == pytest.approx(1.0 / 30.0, rel=0.2)
     driver = KinectDriver(KinectParameters())
-    picture = driver.depth(depth[-1], 0.0)
-    assert picture is not None
-    seen = picture.depth[np.isfinite(picture.depth)]
-    assert seen.size > 0.1 * picture.depth.size, "turn the camera to something 1 to 4 m away"
+    image = driver.depth(depth[-1], 0.0)
+    assert image is not None
+    seen = image.depth[np.isfinite(image.depth)]
+    assert seen.size > 0.1 * image.depth.size, "turn the camera to something 1 to 4 m away"
     assert 0.3 < np.median(seen) < 10.0
     found = driver.coloured_points(driver.colour(colour[-1], 0.0))
     assert found is not None and found[1].shape == (240, 320, 4)

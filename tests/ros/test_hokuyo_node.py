@@ -245,7 +245,7 @@ def test_a_utm_on_the_network_with_intensities(ros: Any, hardware: Hardware) -> 
 def test_a_dumb_port_is_opened_again(ros: Any, lock_step: LockStep) -> None:
     hardware = lock_step
     spy = Spy(ros)
-    hardware.scanner.faults.deaf = True
+    hardware.scanner.faults.commands_lost = True
     settings = {"port": str(hardware.link), "calibrate_time": False, "reply_timeout_s": 0.05}
     ros.add(HokuyoNode(parameters=settings | {"reconnect_delay_s": 0.1}, open_port=hardware.open_port))
     report = ros.spin_until(
@@ -253,7 +253,7 @@ def test_a_dumb_port_is_opened_again(ros: Any, lock_step: LockStep) -> None:
         what="the warning",
     )
     assert report[0].level == DiagnosticStatus.ERROR
-    hardware.scanner.faults.deaf = False
+    hardware.scanner.faults.commands_lost = False
     ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
 
 

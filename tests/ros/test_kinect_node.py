@@ -46,12 +46,12 @@ def server(tmp_path: Path) -> Iterator[KinectFrameServer]:
 class Spy:
     def __init__(self, ros: Any, *, colour: bool = False) -> None:
         node = ros.add(FlorenceNode("spy"))
-        self.pictures: list[Image] = []
+        self.images: list[Image] = []
         self.cameras: list[CameraInfo] = []
         self.colours: list[Image] = []
         self.colour_cameras: list[CameraInfo] = []
         self.reports: list[DiagnosticStatus] = []
-        node.create_subscription(Image, "camera/depth/image", self.pictures.append, SENSOR)
+        node.create_subscription(Image, "camera/depth/image", self.images.append, SENSOR)
         node.create_subscription(CameraInfo, "camera/depth/camera_info", self.cameras.append, SENSOR)
         if colour:
             node.create_subscription(Image, "camera/rgb/image_color", self.colours.append, SENSOR)
@@ -79,42 +79,42 @@ def sending(server: KinectFrameServer, condition: Callable[[], Any]) -> Callable
     return check
 
 
-def test_depth_pictures(ros: Any, server: KinectFrameServer) -> None:
+def test_depth_images(ros: Any, server: KinectFrameServer) -> None:
     spy = Spy(ros)
     node = ros.add(KinectNode(parameters={"source": str(server.path)}))
-    ros.spin_until(sending(server, lambda: len(spy.pictures) > 3 and spy.cameras), what="depth pictures")
-    picture, camera = spy.pictures[-1], spy.cameras[-1]
-    assert (picture.encoding, picture.width, picture.height, picture.step) == ("32FC1", 320, 240, 1280)
-    assert picture.header.frame_id == camera.header.frame_id == "camera_depth_optical_frame"
-    depth = np.frombuffer(picture.data, np.float32).reshape(240, 320)
+    ros.spin_until(sending(server, lambda: len(spy.images) > 3 and spy.cameras), what="depth images")
+    image, camera = spy.images[-1], spy.cameras[-1]
+    assert (image.encoding, image.width, image.height, image.step) == ("32FC1", 320, 240, 1280)
+    assert image.header.frame_id == camera.header.frame_id == "camera_depth_optical_frame"
+    depth = np.frombuffer(image.data, np.float32).reshape(240, 320)
     assert np.isnan(depth[0, 0])
     np.testing.assert_allclose(depth.ravel()[1:], 2.0, atol=0.007)
     assert [camera.k[index] for index in (0, 2, 4, 5)] == [262.5, 159.5, 262.5, 119.5]
-    age = node.timebase.now() - (picture.header.stamp.sec + picture.header.stamp.nanosec * 1e-9)
+    age = node.timebase.now() - (image.header.stamp.sec + image.header.stamp.nanosec * 1e-9)
     assert 0.0 <= age < 30.0
     report = ros.spin_until(sending(server, lambda: spy.reports and spy.reports[-1]), what="diagnostics")
     assert report.level == DiagnosticStatus.OK
 
 
-def test_colour_pictures_while_somebody_looks(ros: Any, server: KinectFrameServer) -> None:
+def test_colour_images_while_somebody_looks(ros: Any, server: KinectFrameServer) -> None:
     spy = Spy(ros, colour=True)
     ros.add(KinectNode(parameters={"source": str(server.path)}))
-    ros.spin_until(sending(server, lambda: spy.colours and spy.colour_cameras), what="a colour picture")
-    picture = spy.colours[0]
-    assert (picture.encoding, picture.header.frame_id) == ("rgb8", "camera_rgb_optical_frame")
-    np.testing.assert_array_equal(np.frombuffer(picture.data, np.uint8), COLOUR.ravel())
+    ros.spin_until(sending(server, lambda: spy.colours and spy.colour_cameras), what="a colour image")
+    image = spy.colours[0]
+    assert (image.encoding, image.header.frame_id) == ("rgb8", "camera_rgb_optical_frame")
+    np.testing.assert_array_equal(np.frombuffer(image.data, np.uint8), COLOUR.ravel())
     assert spy.colour_cameras[0].width == 320
 
 
 def test_the_server_goes_and_comes_back(ros: Any, server: KinectFrameServer) -> None:
     spy = Spy(ros)
     ros.add(KinectNode(parameters={"source": str(server.path), "reconnect_delay_s": 0.1}))
-    ros.spin_until(sending(server, lambda: spy.pictures), what="a picture")
+    ros.spin_until(sending(server, lambda: spy.images), what="an image")
     server.close()
     ros.spin_until(lambda: spy.reports and spy.reports[-1].level == DiagnosticStatus.ERROR, what="an error")
-    spy.pictures.clear()
+    spy.images.clear()
     again = KinectFrameServer(server.path)
-    ros.spin_until(sending(again, lambda: spy.pictures), what="a picture again")
+    ros.spin_until(sending(again, lambda: spy.images), what="an image again")
     again.close()
 
 
@@ -122,7 +122,7 @@ def test_silence_and_garbage(ros: Any, server: KinectFrameServer) -> None:
     spy = Spy(ros)
     ros.add(KinectNode(parameters={"source": str(server.path), "silence_timeout_s": 1.0}))
     server.faults.garbage = b"FKF1 this is no frame" * 100
-    ros.spin_until(sending(server, lambda: spy.pictures), what="a picture after the garbage")
+    ros.spin_until(sending(server, lambda: spy.images), what="an image after the garbage")
     server.faults.silent = True
     told = ("no depth images arrive", DiagnosticStatus.ERROR)
     silent = sending(server, lambda: told in [(report.message, report.level) for report in spy.reports])
@@ -181,7 +181,7 @@ def test_a_silent_camera_is_opened_again(ros: Any, server: KinectFrameServer) ->
     again = sending(server, lambda: any("opened again" in report.message for report in spy.reports))
     ros.spin_until(again, what="the report that it is opened again")
     server.faults.silent = False
-    ros.spin_until(sending(server, lambda: spy.pictures), what="pictures again")
+    ros.spin_until(sending(server, lambda: spy.images), what="images again")
     good = sending(server, lambda: spy.reports[-1].level == DiagnosticStatus.OK)
     ros.spin_until(good, what="the end of the problem")
 
@@ -202,16 +202,16 @@ def test_a_recording_through_libfreenect(ros: Any, tmp_path: Path, monkeypatch: 
     spy = Spy(ros, colour=True)
     source = f"recording:{tmp_path / 'recording'}"
     node = ros.add(KinectNode(parameters={"source": source, "reconnect_delay_s": 0.1}))
-    ros.spin_until(lambda: spy.pictures and spy.colours, what="depth and colour of the recording")
-    depth = np.frombuffer(spy.pictures[0].data, np.float32).reshape(240, 320)
+    ros.spin_until(lambda: spy.images and spy.colours, what="depth and colour of the recording")
+    depth = np.frombuffer(spy.images[0].data, np.float32).reshape(240, 320)
     np.testing.assert_array_equal(depth, METRES_OF_RAW[raw[::2, ::2]])
     colour = np.frombuffer(spy.colours[0].data, np.uint8).reshape(240, 320, 3)
     np.testing.assert_array_equal(colour, pixels[::2, ::2])
     ros.spin_until(lambda: spy.cameras and spy.colour_cameras, what="the camera models")
     assert (spy.cameras[0].k[2], spy.colour_cameras[0].k[2]) == (157.0, 159.5)
     ros.spin_until(lambda: node._connection.lost, what="the end of the recording")
-    spy.pictures.clear()
-    ros.spin_until(lambda: spy.pictures, what="the recording from its start")
+    spy.images.clear()
+    ros.spin_until(lambda: spy.images, what="the recording from its start")
 
 
 def test_no_library_is_a_diagnosis_with_the_package(ros: Any, tmp_path: Path) -> None:

@@ -218,7 +218,7 @@ def test_other_colours(encoding: str, stored: list[int], expected: list[int]) ->
     assert c.colour_from_ros(message, CAMERA).pixels.tolist() == [[expected, expected]]
 
 
-def test_pictures_that_are_none() -> None:
+def test_images_that_are_none() -> None:
     short = Image(height=2, width=2, encoding="32FC1", step=8, data=array.array("B", bytes(15)))
     narrow = Image(height=2, width=2, encoding="32FC1", step=4, data=array.array("B", bytes(8)))
     strange = Image(encoding="yuv422")

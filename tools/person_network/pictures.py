@@ -26,8 +26,8 @@ from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import DECOYS, SITUATIONS, person_in
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME
-from florence_bt.simulation.sensors._camera_kernels import cast_picture
-from florence_bt.simulation.sensors._picture_kernels import to_raw
+from florence_bt.simulation.sensors._camera_kernels import cast_image
+from florence_bt.simulation.sensors._image_kernels import to_raw
 from florence_bt.simulation.sensors._surface_kernels import follow_pixels
 from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters
 from florence_bt.simulation.sensors.scene import BOX, CYLINDER, SPHERE, Lens, Shapes, reach_of
@@ -243,7 +243,7 @@ def _cast(
     rows = np.empty(depth.shape, np.int16)
     lens = Lens(camera.fx, camera.cx, camera.cy)
     turn = np.ascontiguousarray(place.rotation)
-    for measure in (cast_picture, follow_pixels):
+    for measure in (cast_image, follow_pixels):
         measure(shapes, place.translation, turn, lens, _SIGHT_M, depth, rows)
     return depth, rows
 

@@ -26,7 +26,7 @@ from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 
 
 def warm_up() -> None:
-    """Run the main job once in the rig, take one picture in colour, and make pictures of Kinect frames.
+    """Run the main job once in the rig, take one image in colour, and make images of Kinect frames.
 
     Raises:
         FlorenceError: The main job does not work on this machine.
@@ -40,7 +40,7 @@ def warm_up() -> None:
 
 
 def _warm_up_kinect() -> None:
-    """Make a picture of every encoding, and coloured points."""
+    """Make an image of every encoding, and coloured points."""
     driver, raw = KinectDriver(KinectParameters()), np.full((2, 8), 800, np.uint16)
     packed = pack_11_bit(raw)
     for payload, encoding in (

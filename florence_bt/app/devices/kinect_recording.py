@@ -17,7 +17,7 @@ from florence_bt.drivers.kinect.sources import RECORDING, USB, FrameSource, open
 
 LONGEST_S = 3600.0
 PATIENCE_S = 10.0
-"""Without a picture for this long the camera counts as silent."""
+"""Without an image for this long the camera counts as silent."""
 WAIT_S = 0.1
 
 
@@ -26,17 +26,17 @@ class Recorded:
     """What a recording holds.
 
     Attributes:
-        seconds: Between the first and the last picture.
-        depth_pictures: How many.
-        colour_pictures: How many.
+        seconds: Between the first and the last image.
+        depth_images: How many.
+        colour_images: How many.
         readings: How many of the accelerometer.
         without_motor: Why there is none; empty when there are some.
         interrupted: Whether Ctrl-C ended it early.
     """
 
     seconds: float
-    depth_pictures: int
-    colour_pictures: int
+    depth_images: int
+    colour_images: int
     readings: int
     without_motor: str
     interrupted: bool = False
@@ -58,17 +58,17 @@ def record(
     Args:
         source: As the parameter ``source`` of the Kinect's node.
         folder: Is made.
-        seconds: How long, counted from the first picture.
-        colour: Whether colour pictures are recorded too.
+        seconds: How long, counted from the first image.
+        colour: Whether colour images are recorded too.
         library: The file of libfreenect; the usual ones when empty.
-        wall_time: Gives the moments of the pictures, seconds.
+        wall_time: Gives the moments of the images, seconds.
         open_camera: Opens what the source names.
         open_motor: Opens the motor, which has the accelerometer; asked only for a Kinect on USB.
 
     Raises:
         ConfigError: The time or the folder cannot be used.
         DeviceError: There is no camera, or it fails; what came before that is kept.
-        KeyboardInterrupt: Ctrl-C before the first picture; later it ends the recording early.
+        KeyboardInterrupt: Ctrl-C before the first image; later it ends the recording early.
     """
     if not 0.0 < seconds <= LONGEST_S:
         raise ConfigError(f"cannot record for {seconds:g} s", valid=[f"more than 0, at most {LONGEST_S:g} s"])
@@ -80,8 +80,8 @@ def record(
             interrupted = _run(loop, seconds, writer, f"{folder}", copies=source.startswith(f"{RECORDING}:"))
             return Recorded(
                 loop.last - loop.first,
-                writer.depth_pictures,
-                writer.colour_pictures,
+                writer.depth_images,
+                writer.colour_images,
                 accelerometer.readings,
                 accelerometer.problem,
                 interrupted,
@@ -93,14 +93,14 @@ def _run(loop: _Loop, seconds: float, writer: RecordingWriter, folder: str, *, c
     try:
         loop.run(seconds)
     except KeyboardInterrupt:
-        if not writer.depth_pictures:
+        if not writer.depth_images:
             raise
         return True
     except DeviceError as error:
-        if not writer.depth_pictures:
+        if not writer.depth_images:
             raise
         if not copies:
-            kept = f"{folder} holds the {writer.depth_pictures} depth pictures that came before"
+            kept = f"{folder} holds the {writer.depth_images} depth images that came before"
             raise DeviceLost(f"{error}; {kept}") from error
     return False
 
@@ -144,7 +144,7 @@ class _Accelerometer:
 
 
 class _Loop:
-    """Moves pictures from the camera to the files."""
+    """Moves images from the camera to the files."""
 
     def __init__(
         self,
@@ -161,16 +161,16 @@ class _Loop:
         self.first = self.last = 0.0
 
     def run(self, seconds: float) -> None:
-        while not self._writer.depth_pictures or self._wall_time() < self.first + seconds:
+        while not self._writer.depth_images or self._wall_time() < self.first + seconds:
             frame = self._camera.read(WAIT_S)
             now = self._wall_time()
             if frame is not None:
                 self._take(frame, now)
             if now - self._last_depth > PATIENCE_S:
-                raise DeviceTimeout(f"the Kinect sent no depth picture for {PATIENCE_S:g} s")
+                raise DeviceTimeout(f"the Kinect sent no depth image for {PATIENCE_S:g} s")
 
     def _take(self, frame: Frame, now: float) -> None:
-        if not self._writer.depth_pictures:
+        if not self._writer.depth_images:
             self.first = now
         self.last = now
         self._writer.add(frame, now)

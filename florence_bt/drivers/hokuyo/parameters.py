@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.limits import Limits, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, check_order
 from florence_bt.drivers.hokuyo.codec import BIT_RATES
 
 USB_MODEM = "ttyACM"
@@ -15,7 +15,7 @@ USB_MODEM = "ttyACM"
 
 
 @dataclass(frozen=True, slots=True)
-class HokuyoParameters:
+class HokuyoParameters(CheckedParameters):
     """How to measure.
 
     Attributes:
@@ -69,13 +69,12 @@ class HokuyoParameters:
     check_timeout_s: Annotated[float, Limits(0.05, 600.0)] = 5.0
     restart_delay_s: Annotated[float, Limits(0.05, 60.0)] = 1.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("min_ang", "max_ang"), equal=True)
 
 
 @dataclass(frozen=True, slots=True)
-class HokuyoPortParameters:
+class HokuyoPortParameters(CheckedParameters):
     """How to reach the sensor.
 
     Attributes:
@@ -93,9 +92,6 @@ class HokuyoPortParameters:
     ip_address: str = ""
     ip_port: Annotated[int, Limits(1, 65535)] = 10940
     reconnect_delay_s: Annotated[float, Limits(0.05, 60.0)] = 0.5
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
     @property
     def place(self) -> str:

@@ -81,7 +81,7 @@ class ScanClock:
     def __init__(self) -> None:
         self._last_ms: int | None = None
         self._elapsed_s = 0.0
-        # Arrivals and differences. Both rise: who is followed by a smaller difference can be no smallest.
+        # Arrivals and differences. Both rise: a difference before a smaller one cannot be the smallest.
         self._differences: deque[tuple[float, float]] = deque()
         self._shift: _Shift | None = None
         self.late_s = 0.0

@@ -1,4 +1,4 @@
-"""The loops over all pixels of a picture, compiled.
+"""The loops over all pixels of an image, compiled.
 
 Every value that comes from a device is checked before it is used as an index.
 """
@@ -91,7 +91,7 @@ def fill_points(
     points: NDArray[np.float32],
     packed: NDArray[np.uint32],
 ) -> None:
-    """The coloured points of a depth picture.
+    """The coloured points of a depth image.
 
     Each point gets the colour of the pixel in which the colour camera would see it.
 

@@ -99,7 +99,7 @@ def raw_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
 
 
 def millimetres_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Whole millimetres as in a 16UC1 picture; 0 for NaN, infinity and more than 10 m."""
+    """Whole millimetres as in a 16UC1 image; 0 for NaN, infinity and more than 10 m."""
     millimetres = np.round(np.asarray(metres, np.float64) * 1000.0)
     known = np.isfinite(millimetres) & (millimetres > 0.0) & (millimetres <= FARTHEST_MM)
     return np.where(known, millimetres, 0.0).astype(np.uint16)

@@ -1,4 +1,4 @@
-"""The Kinect driver without a camera: frames and the time go in, pictures in metres and colours come out."""
+"""The Kinect driver without a camera: frames and the time go in, images in metres and colours come out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.limits import Limits, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
 from florence_bt.drivers.diagnosis import FrequencyMeter
 from florence_bt.drivers.kinect._kernels import fill_points
@@ -21,31 +21,31 @@ SLACK = 0.25
 """A frame may come early by this part of the wanted period and still count as due."""
 
 TOGETHER_S = 0.1
-"""A depth and a colour picture that arrived so close to each other make coloured points."""
+"""A depth and a colour image that arrived so close to each other make coloured points."""
 
 
 @dataclass(frozen=True, slots=True)
-class KinectParameters:
+class KinectParameters(CheckedParameters):
     """What can be set on the Kinect.
 
     Attributes:
         source: Where frames come from: ``usb`` (the first Kinect), ``usb:1`` (the second) or ``usb:SERIAL``;
             ``recording:FOLDER`` (played by fakenect); or the path of a Unix socket (simulated hardware).
         library: The file of libfreenect, or of fakenect; the usual ones when empty.
-        width: Columns of the pictures that are published, 640, 320 or 160: of larger ones every second or
+        width: Columns of the images that are published, 640, 320 or 160: of larger ones every second or
             fourth pixel is taken.
         formula: How raw depth becomes metres, A or B (REFERENCE 5.3).
-        depth_registration: Have libfreenect move the depth pictures to the colour camera's view, in
+        depth_registration: Have libfreenect move the depth images to the colour camera's view, in
             millimetres of its own calibration. Fakenect cannot. Coloured points do not need it.
-        depth_rate: Depth pictures a second at most; 0 passes all.
-        depth_time_offset: Added to the stamps of depth pictures, -1..1 s. The TurtleBot of the document's
+        depth_rate: Depth images a second at most; 0 passes all.
+        depth_time_offset: Added to the stamps of depth images, -1..1 s. The TurtleBot of the document's
             time had -0.055 s; here nothing is added unless asked for (REFERENCE 5.4).
         depth_frame_id: Optical frame of the depth camera.
         colour_frame_id: Optical frame of the colour camera.
         baseline: How far the colour camera is to the right of the depth camera, 0..0.1 m.
         reconnect_delay_s: Seconds before the source is opened again; doubled each time, up to ten times.
-        silence_timeout_s: Without a depth picture for this long the device counts as silent.
-        reopen_timeout_s: Without a depth picture for this long the device is opened again.
+        silence_timeout_s: Without a depth image for this long the device counts as silent.
+        reopen_timeout_s: Without a depth image for this long the device is opened again.
     """
 
     source: str = "usb"
@@ -62,27 +62,26 @@ class KinectParameters:
     silence_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 2.0
     reopen_timeout_s: Annotated[float, Limits(0.1, 600.0)] = 10.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         if not self.source:
             raise ConfigError("source is empty", valid=["usb", "recording:FOLDER", "the path of a socket"])
 
 
 @dataclass(frozen=True, slots=True)
 class _Latest:
-    picture: DepthImage
+    image: DepthImage
     arrived: float
     view: View
 
 
 class KinectDriver:
-    """Makes pictures of frames, no faster than wanted, and coloured points of pictures.
+    """Makes images of frames, no faster than wanted, and coloured points of images.
 
     Args:
         parameters: What was set.
 
     Attributes:
-        depth_pictures: Depth pictures made so far.
+        depth_images: Depth images made so far.
     """
 
     def __init__(self, parameters: KinectParameters) -> None:
@@ -92,71 +91,71 @@ class KinectDriver:
         self._next_depth = float("-inf")
         self._last_depth: float | None = None
         self._unused: _Latest | None = None
-        self.depth_pictures = 0
+        self.depth_images = 0
 
     def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
-        """The depth picture of a frame that arrived at ``now``; None when it came too soon after the last."""
+        """The depth image of a frame that arrived at ``now``; None when it came too soon after the last."""
         if not self._is_due(now):
             return None
         self._frequency.tick(now)
         self._last_depth = now
-        self.depth_pictures += 1
+        self.depth_images += 1
         metres = frame.metres(self._step(frame), self._metres)
         rows, columns = metres.shape
         registered = frame.view is View.COLOUR
-        picture = DepthImage(
+        image = DepthImage(
             now + self._parameters.depth_time_offset,
             self._parameters.colour_frame_id if registered else self._parameters.depth_frame_id,
             camera_model(columns, rows, frame.view),
             metres,
         )
-        self._unused = _Latest(picture, now, frame.view)
-        return picture
+        self._unused = _Latest(image, now, frame.view)
+        return image
 
     def colour(self, frame: VideoFrame, now: float) -> ColourImage:
-        """The colour picture of a frame that arrived at ``now``."""
+        """The colour image of a frame that arrived at ``now``."""
         pixels = frame.pixels(self._step(frame))
         rows, columns, _ = pixels.shape
         camera = camera_model(columns, rows)
         return ColourImage(now, self._parameters.colour_frame_id, camera, pixels)
 
     def coloured_points(self, colours: ColourImage) -> tuple[DepthImage, NDArray[np.float32]] | None:
-        """The points of the latest depth picture, each in the colour of the pixel it would be seen in.
+        """The points of the latest depth image, each in the colour of the pixel it would be seen in.
 
         Args:
-            colours: The latest colour picture, as :meth:`colour` gave it.
+            colours: The latest colour image, as :meth:`colour` gave it.
 
         Returns:
-            The depth picture, and its points, shape (height, width, 4): x, y, z in metres in the picture's
+            The depth image, and its points, shape (height, width, 4): x, y, z in metres in the image's
             frame, NaN where nothing was measured, and the bits of 0x00RRGGBB as a float. None when there is
-            no depth picture of about the same time that has not been used yet.
+            no depth image of about the same time that has not been used yet.
         """
         latest, self._unused = self._unused, None
         if latest is None or abs(colours.stamp - latest.arrived) > TOGETHER_S:
             return None
-        picture = latest.picture
-        points = np.empty((*picture.depth.shape, 4), np.float32)
+        image = latest.image
+        points = np.empty((*image.depth.shape, 4), np.float32)
         fill_points(
-            picture.depth,
-            _lens(picture.camera),
+            image.depth,
+            _lens(image.camera),
             colours.pixels,
             _lens(colours.camera),
             self._parameters.baseline if latest.view is View.DEPTH else 0.0,
             points,
             points.view(np.uint32),
         )
-        return picture, points
+        return image, points
 
     def rate(self, now: float) -> float:
-        """Depth pictures a second that did arrive lately."""
+        """Depth images a second that did arrive lately."""
         return self._frequency.rate(now)
 
     def silent(self, now: float) -> bool:
-        """Whether depth pictures have not come for a while, or never came."""
+        """Whether depth images have not come for a while, or never came."""
         return self._last_depth is None or now - self._last_depth > self._parameters.silence_timeout_s
 
     def silence(self, opened: float, now: float) -> float:
-        """Seconds since the last depth picture, or since the device was opened if that is later."""
+        """Seconds since the last depth image, or since the device was opened if that is later."""
         return now - opened if self._last_depth is None else now - max(opened, self._last_depth)
 
     def _step(self, frame: Frame) -> int:

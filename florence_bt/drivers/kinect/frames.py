@@ -35,7 +35,7 @@ class FrameKind(enum.IntEnum):
     """Colour, 8 bits each of red, green and blue."""
 
     def payload_size(self, width: int, height: int) -> int:
-        """Bytes that a picture of this size takes."""
+        """Bytes that an image of this size takes."""
         return packed_size(width * height) if self is FrameKind.DEPTH else 3 * width * height
 
 
@@ -52,7 +52,7 @@ class DepthEncoding(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class DepthFrame:
-    """A depth picture as it came: making metres of it is left to who wants the picture.
+    """A depth image as it came: whoever wants the image converts it to metres.
 
     Attributes:
         width: Columns.
@@ -60,7 +60,7 @@ class DepthFrame:
         timestamp: Seconds on the sender's clock.
         payload: The values, row by row, as the encoding says: bytes, or an array of shape (height, width).
         encoding: What the payload holds.
-        view: From where the picture was taken.
+        view: From where the image was taken.
     """
 
     width: int
@@ -104,7 +104,7 @@ class DepthFrame:
 
 @dataclass(frozen=True, slots=True)
 class VideoFrame:
-    """A colour picture as it came.
+    """A colour image as it came.
 
     Attributes:
         width: Columns.
@@ -119,7 +119,7 @@ class VideoFrame:
     payload: bytes | NDArray[np.uint8]
 
     def pixels(self, step: int = 1) -> NDArray[np.uint8]:
-        """The picture, shape (height / step, width / step, 3); not to be written to.
+        """The image, shape (height / step, width / step, 3); not to be written to.
 
         Args:
             step: Take every n-th pixel of every n-th row.

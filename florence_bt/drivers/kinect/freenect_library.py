@@ -29,20 +29,20 @@ INTERRUPTED = -10
 
 
 class DepthFormat(enum.IntEnum):
-    """Formats of depth pictures that are used here."""
+    """Formats of depth images that are used here."""
 
     RAW_11_BIT = 0
     REGISTERED = 4
 
 
 class VideoFormat(enum.IntEnum):
-    """Formats of colour pictures that are used here."""
+    """Formats of colour images that are used here."""
 
     RGB = 0
 
 
 class FrameMode(ctypes.Structure):
-    """What pictures a stream has; laid out as in libfreenect 0.5."""
+    """What images a stream has; laid out as in libfreenect 0.5."""
 
     _fields_ = (
         ("reserved", c_uint32),
@@ -169,8 +169,8 @@ class FreenectLibrary:
         Args:
             stream: ``depth`` or ``video``.
             mode: Of :meth:`find_mode`.
-            buffer: Where the first picture goes; must live until it is replaced or the stream is stopped.
-            on_frame: Called with the device's time (60 million a second, 32 bits) when the picture is whole.
+            buffer: Where the first image goes; must live until it is replaced or the stream is stopped.
+            on_frame: Called with the device's time (60 million a second, 32 bits) when the image is whole.
 
         Raises:
             DeviceLost: The device refuses.
@@ -182,7 +182,7 @@ class FreenectLibrary:
         self._check(self._calls[f"start_{stream}"](self._device), f"the {stream} stream does not start")
 
     def set_buffer(self, stream: str, buffer: NDArray[Any]) -> None:
-        """Have the next picture put elsewhere; may be called by ``on_frame``."""
+        """Have the next image put elsewhere; may be called by ``on_frame``."""
         self._calls[f"set_{stream}_buffer"](self._device, buffer.ctypes.data_as(c_void_p))
 
     def stop(self, stream: str) -> None:
@@ -191,7 +191,7 @@ class FreenectLibrary:
             self._calls[f"stop_{stream}"](self._device)
 
     def process_events(self, timeout_s: float) -> None:
-        """Let the library work, which calls back with pictures.
+        """Let the library work, which calls back with images.
 
         Raises:
             DeviceLost: The device went away, or the recording is over.

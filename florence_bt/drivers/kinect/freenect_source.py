@@ -29,13 +29,13 @@ POWER = "check its USB plug and its 12 V supply (on the robot digital output 0 o
 
 
 class FreenectSource:
-    """Pictures of 640 x 480; a :class:`~florence_bt.drivers.kinect.sources.FrameSource`.
+    """Images of 640 x 480; a :class:`~florence_bt.drivers.kinect.sources.FrameSource`.
 
-    Pictures are written by the library to where they stay; nothing is copied.
+    Images are written by the library to where they stay; nothing is copied.
 
     Args:
         device: The camera's number from 0, or its serial number.
-        registered: Have the library move depth pictures to the colour camera's view, where it can.
+        registered: Have the library move depth images to the colour camera's view, where it can.
         library: The file of the library; the usual names when empty.
         folder: A recording to play instead of a camera.
         load: Loads the library.
@@ -83,7 +83,7 @@ class FreenectSource:
         return self._frames.popleft() if self._frames else None
 
     def request(self, *, colour: bool) -> None:
-        """Tell whether colour pictures are wanted besides the depth pictures.
+        """Tell whether colour images are wanted besides the depth images.
 
         The stream is started or stopped by the next :meth:`read`, on the reader's thread.
         """

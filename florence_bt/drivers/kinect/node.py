@@ -35,8 +35,8 @@ DIAGNOSTICS_PERIOD_S = 1.0
 
 
 class KinectNode(FlorenceNode):
-    """Publishes depth pictures with their camera model, and diagnostics; while somebody looks also colour
-    pictures, points, coloured points, and depth in whole millimetres.
+    """Publishes depth images with their camera model, and diagnostics; while somebody looks also colour
+    images, points, coloured points, and depth in whole millimetres.
 
     Opens the source again, with growing pauses, whenever it is lost. A slow executor gets the newest frame of
     each kind and misses the others.
@@ -121,21 +121,21 @@ class KinectNode(FlorenceNode):
             return
         if isinstance(frame, DepthFrame):
             self._connection.works()
-            picture = self._driver.depth(frame, arrived)
-            if picture is not None:
-                self._publish_depth(picture)
+            image = self._driver.depth(frame, arrived)
+            if image is not None:
+                self._publish_depth(image)
             self._request_colour()
         elif self._colour_wanted():
             self._publish_colour(frame, arrived)
 
-    def _publish_depth(self, picture: DepthImage) -> None:
-        frame_id, stamp = picture.frame_id, picture.stamp
-        self._depth_info.publish(camera_info_to_ros(picture.camera, frame_id, stamp))
-        self._depth.publish(depth_to_ros(picture))
+    def _publish_depth(self, image: DepthImage) -> None:
+        frame_id, stamp = image.frame_id, image.stamp
+        self._depth_info.publish(camera_info_to_ros(image.camera, frame_id, stamp))
+        self._depth.publish(depth_to_ros(image))
         if self._raw.get_subscription_count():
-            self._raw.publish(millimetres_to_ros(millimetres_from_metres(picture.depth), frame_id, stamp))
+            self._raw.publish(millimetres_to_ros(millimetres_from_metres(image.depth), frame_id, stamp))
         if self._points.get_subscription_count():
-            points = depth_to_points(picture.depth, picture.camera)
+            points = depth_to_points(image.depth, image.camera)
             self._points.publish(points_to_ros(points, frame_id, stamp))
 
     def _publish_colour(self, frame: VideoFrame, arrived: float) -> None:
@@ -146,8 +146,8 @@ class KinectNode(FlorenceNode):
         wanted = [publisher for publisher in self._coloured if publisher.get_subscription_count()]
         coloured = self._driver.coloured_points(colour) if wanted else None
         if coloured is not None:
-            picture, points = coloured
-            message = points_to_ros(points, picture.frame_id, picture.stamp)
+            image, points = coloured
+            message = points_to_ros(points, image.frame_id, image.stamp)
             for publisher in wanted:
                 publisher.publish(message)
 
@@ -156,7 +156,7 @@ class KinectNode(FlorenceNode):
         return any(publisher.get_subscription_count() for publisher in publishers)
 
     def _request_colour(self) -> None:
-        """Have no colour pictures made and sent for nobody."""
+        """Have no colour images made and sent for nobody."""
         wanted, source = self._colour_wanted(), self._connection.device
         if source is None or wanted == self._colour_requested:
             return
@@ -170,7 +170,7 @@ class KinectNode(FlorenceNode):
         values = {
             "Source": self._settings.source,
             "Frequency": f"{self._driver.rate(now):.2f}",
-            "Depth Pictures": str(self._driver.depth_pictures),
+            "Depth Images": str(self._driver.depth_images),
             "Times Lost": str(self._connection.lost),
         }
         if self._connection.problem:

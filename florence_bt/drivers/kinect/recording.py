@@ -1,8 +1,8 @@
 """Recordings in the format of libfreenect's ``record``, which fakenect plays.
 
-A folder with one file per picture and per reading of the accelerometer, and ``INDEX.txt`` with their names in
+A folder with one file per image and per reading of the accelerometer, and ``INDEX.txt`` with their names in
 order. A name is the kind (``d`` depth, ``r`` colour, ``a`` accelerometer), the moment in seconds and the
-device's own time. Pictures have 640 x 480 pixels; smaller ones are written with each pixel repeated. Depth is
+device's own time. Images have 640 x 480 pixels; smaller ones are written with each pixel repeated. Depth is
 raw, 16 bits little-endian (against PGM's rule; fakenect wants it so).
 """
 
@@ -39,8 +39,8 @@ class RecordingWriter:
         folder: Is made; may exist, but not with a recording in it.
 
     Attributes:
-        depth_pictures: How many were written.
-        colour_pictures: How many were written.
+        depth_images: How many were written.
+        colour_images: How many were written.
 
     Raises:
         ConfigError: The folder cannot be made or holds a recording.
@@ -57,7 +57,7 @@ class RecordingWriter:
         except OSError as error:
             raise ConfigError(f"{folder} cannot be written to: {error}", valid=["another folder"]) from error
         self._ticks = 0
-        self.depth_pictures = self.colour_pictures = 0
+        self.depth_images = self.colour_images = 0
 
     def __enter__(self) -> Self:
         return self
@@ -68,10 +68,10 @@ class RecordingWriter:
         self.close()
 
     def add(self, frame: Frame, moment: float) -> None:
-        """Write a picture.
+        """Write an image.
 
         Args:
-            frame: The picture.
+            frame: The image.
             moment: When it came, seconds; never earlier than the one before.
 
         Raises:
@@ -79,12 +79,12 @@ class RecordingWriter:
         """
         self._ticks = int(frame.timestamp * TICKS_PER_SECOND) & 0xFFFFFFFF
         if isinstance(frame, DepthFrame):
-            if not self.depth_pictures:
+            if not self.depth_images:
                 self._write_notes(frame.view)
-            self.depth_pictures += 1
+            self.depth_images += 1
             self._write("d", "pgm", moment, DEPTH_HEAD + _enlarged(frame.raw()).astype("<u2").tobytes())
         elif isinstance(frame, VideoFrame):
-            self.colour_pictures += 1
+            self.colour_images += 1
             self._write("r", "ppm", moment, COLOUR_HEAD + _enlarged(frame.pixels()).tobytes())
 
     def add_reading(self, acceleration: tuple[int, int, int], tilt: int, status: int, moment: float) -> None:
@@ -99,9 +99,9 @@ class RecordingWriter:
         self._write("a", "dump", moment, _READING.pack(*acceleration, tilt, status))
 
     def close(self) -> None:
-        """End the recording; one without pictures leaves no index, so that the folder may be used again."""
+        """End the recording; one without images leaves no index, so that the folder may be used again."""
         self._index.close()
-        if not self.depth_pictures and not self.colour_pictures:
+        if not self.depth_images and not self.colour_images:
             (self._folder / INDEX).unlink(missing_ok=True)
 
     def _write(self, kind: str, ending: str, moment: float, content: bytes) -> None:
@@ -114,7 +114,7 @@ class RecordingWriter:
 
 
 def recorded_view(folder: Path) -> View:
-    """From where a recording's depth pictures were taken: the depth camera, when other programs made it.
+    """From where a recording's depth images were taken: the depth camera, when other programs made it.
 
     Raises:
         DeviceLost: The folder's notes are damaged.
@@ -128,7 +128,7 @@ def recorded_view(folder: Path) -> View:
 
 
 def recorded_depth(folder: Path) -> Iterator[tuple[float, DepthFrame]]:
-    """The depth pictures of a recording in order, each with its moment in seconds after the first.
+    """The depth images of a recording in order, each with its moment in seconds after the first.
 
     Raises:
         DeviceLost: The folder is not a recording, or damaged; names the file.
@@ -167,7 +167,7 @@ def check_recording(folder: Path) -> list[str]:
             f"{folder} is not a recording of a Kinect ({error}); make one with `florence kinect record`"
         ) from error
     if not any(name.startswith("d-") for name in names):
-        raise DeviceLost(f"the recording {folder} holds no depth picture")
+        raise DeviceLost(f"the recording {folder} holds no depth image")
     for name in names:
         _check_file(folder, name)
     return names
@@ -186,13 +186,13 @@ def _check_file(folder: Path, name: str) -> None:
     if kind == "a":
         return
     if b"640 480" not in head or size - len(head) - 1 < least[kind]:
-        raise DeviceLost(f"the recording {folder} is damaged: {name} is not a whole picture of 640 x 480")
+        raise DeviceLost(f"the recording {folder} is damaged: {name} is not a whole image of 640 x 480")
 
 
-def _enlarged(picture: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The picture with each pixel repeated as often as 640 x 480 needs."""
-    rows, columns = picture.shape[:2]
+def _enlarged(image: NDArray[np.generic]) -> NDArray[np.generic]:
+    """The image with each pixel repeated as often as 640 x 480 needs."""
+    rows, columns = image.shape[:2]
     times = WIDTH // columns
     if (columns * times, rows * times) != (WIDTH, HEIGHT):
-        raise FrameError(f"a picture of {columns} x {rows} does not go into 640 x 480 (320 x 240 would)")
-    return picture.repeat(times, axis=0).repeat(times, axis=1)
+        raise FrameError(f"an image of {columns} x {rows} does not go into 640 x 480 (320 x 240 would)")
+    return image.repeat(times, axis=0).repeat(times, axis=1)

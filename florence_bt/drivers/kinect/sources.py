@@ -52,7 +52,7 @@ class FrameSource(Protocol):
         """
 
     def request(self, *, colour: bool) -> None:
-        """Tell whether colour pictures are wanted besides the depth pictures; at first they are.
+        """Tell whether colour images are wanted besides the depth images; at first they are.
 
         Raises:
             DeviceLost: The device went away.
@@ -100,7 +100,7 @@ class SocketFrameSource:
         return self._frames.popleft() if self._frames else None
 
     def request(self, *, colour: bool) -> None:
-        """Tell whether colour pictures are wanted; see :class:`FrameSource`."""
+        """Tell whether colour images are wanted; see :class:`FrameSource`."""
         try:
             wanted = FrameKind.DEPTH | FrameKind.VIDEO if colour else FrameKind.DEPTH
             self._socket.send(bytes([wanted]))

@@ -10,11 +10,11 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.limits import Limits, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
-class GyroParameters:
+class GyroParameters(CheckedParameters):
     """How counts become a rate.
 
     Attributes:
@@ -35,8 +35,7 @@ class GyroParameters:
     drift_counts: float = 4.0
     lowest_offset: float = 100.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("first_offset_after", "rest_samples"), equal=True)
 
 

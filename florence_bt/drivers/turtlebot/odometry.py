@@ -9,7 +9,7 @@ from typing import Annotated
 
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.limits import Limits, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroReading
@@ -26,7 +26,7 @@ LONGEST_GYRO_STEP_S = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class OdometryParameters:
+class OdometryParameters(CheckedParameters):
     """Calibration of the wheels.
 
     Attributes:
@@ -39,9 +39,6 @@ class OdometryParameters:
     linear_scale: Annotated[float, Limits(0.0, 3.0)] = 1.0
     angular_scale: Annotated[float, Limits(0.0, 3.0)] = 1.0
     twist_window_s: float = 0.1
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class WheelOdometry:

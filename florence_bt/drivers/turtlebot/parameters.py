@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.limits import Limits, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.drivers.turtlebot.codec.models import MODELS, Model, model_named
 from florence_bt.drivers.turtlebot.gyro import GyroParameters
 from florence_bt.drivers.turtlebot.odometry import OdometryParameters
@@ -29,7 +29,7 @@ class DriveMode(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class TurtlebotParameters:
+class TurtlebotParameters(CheckedParameters):
     """Parameters of the driver.
 
     Attributes:
@@ -87,13 +87,12 @@ class TurtlebotParameters:
     oi_mode_offset: Annotated[int, Limits(0, 252)] = 0
     bonus: bool = False
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         model_named(self.robot_type)
         if self.operation_mode not in OPERATION_MODES:
             raise ConfigError(
                 f"there is no operation_mode {self.operation_mode}", valid=OPERATION_MODES.values()
             )
-        check_limits(self)
 
     @property
     def model(self) -> Model:
@@ -124,7 +123,7 @@ class TurtlebotParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class TurtlebotNodeParameters:
+class TurtlebotNodeParameters(CheckedParameters):
     """Parameters of the node around the driver.
 
     Attributes:
@@ -160,6 +159,3 @@ class TurtlebotNodeParameters:
     wheel_radius: Annotated[float, Limits(0.001, 1.0)] = 0.033
     legacy_imu_raw: bool = False
     override_file: str = ""
-
-    def __post_init__(self) -> None:
-        check_limits(self)

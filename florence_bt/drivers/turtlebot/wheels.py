@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from florence_bt.core.geometry import Twist2
-from florence_bt.core.limits import Limits, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, Positive
 
 MAX_WHEEL_SPEED_MMPS = 500.0
 """What the motors can do (REFERENCE 1.1)."""
@@ -38,7 +38,7 @@ STOPPED = WheelSpeeds(0, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class WheelParameters:
+class WheelParameters(CheckedParameters):
     """How velocities become wheel speeds.
 
     Attributes:
@@ -50,9 +50,6 @@ class WheelParameters:
     wheel_separation: Positive = 0.260
     min_abs_yaw_vel: Annotated[float, Limits(0.0, 3.0)] | None = None
     max_abs_yaw_vel: Annotated[float, Limits(0.0, 3.0)] | None = None
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 def limit_yaw_rate(angular: float, parameters: WheelParameters) -> float:

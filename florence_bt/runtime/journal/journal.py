@@ -16,7 +16,7 @@ from queue import SimpleQueue
 from typing import Annotated
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.limits import Limits, NotNegative, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
@@ -43,7 +43,7 @@ HANGING_S = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class JournalParameters:
+class JournalParameters(CheckedParameters):
     """How the journal is kept.
 
     Attributes:
@@ -59,10 +59,6 @@ class JournalParameters:
     max_waiting: Annotated[int, Limits(1)] = 20_000
     flush_limit_s: NotNegative = 1.0
     busy_s: NotNegative = 0.5
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        check_limits(self)
 
 
 class Journal:

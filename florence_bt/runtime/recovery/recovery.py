@@ -174,7 +174,7 @@ class Recovery:
             latest = reader.runs(1)
             self._too_old = self._age_problem(reader.last_entry())
         if latest and latest[0].status.final:
-            # Who asks for the last run after a restart means this one.
+            # A query for the last run after a restart means this one.
             self._executor.last = latest[0].as_run()
         return bool(self._past)
 

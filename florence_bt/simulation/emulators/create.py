@@ -178,7 +178,7 @@ class CreateEmulator:
             The answers.
         """
         self._advance(now)
-        if self.powered and not self._boot_loader.running and not self.faults.deaf:
+        if self.powered and not self._boot_loader.running and not self.faults.commands_lost:
             self._commands.feed(data, waiting=self._scripts.waiting)
             self._execute_all(now)
         return self._flush()

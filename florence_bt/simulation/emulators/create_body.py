@@ -217,7 +217,7 @@ class CreateFaults:
 
     Attributes:
         silent: Nothing arrives at the host, what is sent meanwhile is lost; commands are still obeyed.
-        deaf: Commands are lost on the line; what the base sends still arrives.
+        commands_lost: Commands are lost on the line; what the base sends still arrives.
         noise: Bytes put before what is sent next, once.
         bad_checksums: How many of the next frames get a wrong checksum.
         partial_frames: How many of the next frames and answers lose their second half.
@@ -241,7 +241,7 @@ class CreateFaults:
     """
 
     silent: bool = False
-    deaf: bool = False
+    commands_lost: bool = False
     noise: bytes = b""
     bad_checksums: int = 0
     partial_frames: int = 0

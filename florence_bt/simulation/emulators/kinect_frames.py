@@ -1,4 +1,4 @@
-"""Sends the pictures of a simulated Kinect to whoever connects to a Unix socket.
+"""Sends the images of a simulated Kinect to whoever connects to a Unix socket.
 
 The format is described in ``drivers/kinect/README.md``; the writer here is made from that description and
 shares no code with the driver. Nothing blocks: a client that does not keep up misses frames.
@@ -113,12 +113,12 @@ class KinectFrameServer:
 
     @property
     def client_count(self) -> int:
-        """How many are connected; pictures for nobody need not be rendered."""
+        """How many are connected; images for nobody need not be rendered."""
         return len(self._clients)
 
     @property
     def colour_wanted(self) -> bool:
-        """Whether a client wants colour pictures; who has not said what it wants wants everything."""
+        """Whether a client wants colour images; one that has not said what it wants gets everything."""
         return any(client.wants & VIDEO for client in self._clients)
 
     @property
@@ -137,7 +137,7 @@ class KinectFrameServer:
         self._clients = [client for client in self._clients if self._flush(client)]
 
     def send_raw_depth(self, raw: NDArray[np.uint16], timestamp: float) -> None:
-        """Send a depth picture.
+        """Send a depth image.
 
         Args:
             raw: Shape (height, width), 11-bit values, 2047 where nothing is measured.
@@ -147,7 +147,7 @@ class KinectFrameServer:
         self._broadcast(DEPTH, lambda: frame_bytes(DEPTH, width, height, timestamp, pack_depth(raw)))
 
     def send_colour(self, pixels: NDArray[np.uint8], timestamp: float) -> None:
-        """Send a colour picture.
+        """Send a colour image.
 
         Args:
             pixels: Shape (height, width, 3), red green blue.

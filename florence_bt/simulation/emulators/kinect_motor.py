@@ -33,7 +33,7 @@ class MotorFaults:
         unplugged: The device is not on the bus; what was open fails.
         forbidden: This user may not open it.
         short: States have only so many bytes; None for all ten.
-        deaf: What the motor answers when it is initialised, 0x22 when it is well.
+        init_answer: What the motor answers when it is initialised, 0x22 when it is well.
         silent_while_moving: The angle reads -128 while the head moves.
         products: The products on the bus; those of another model have no motor of their own.
     """
@@ -41,7 +41,7 @@ class MotorFaults:
     unplugged: bool = False
     forbidden: bool = False
     short: int | None = None
-    deaf: int = 0x22
+    init_answer: int = 0x22
     silent_while_moving: bool = True
     products: tuple[int, ...] = (MOTOR,)
 
@@ -140,7 +140,7 @@ class KinectMotorBackend(usb.backend.IBackend):
 
     def _answer(self, kind: int, request: int, value: int) -> bytes:
         if (kind, request) == (0xC0, 0x10):
-            return bytes([self.faults.deaf])
+            return bytes([self.faults.init_answer])
         if (kind, request) == (0xC0, 0x32):
             return self._state()[: self.faults.short]
         if (kind, request) == (0x40, 0x06):

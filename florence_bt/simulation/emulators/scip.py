@@ -136,7 +136,7 @@ class ScipEmulator:
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take bytes from the host and return the answers."""
-        if not self._powered or self.faults.deaf:
+        if not self._powered or self.faults.commands_lost:
             return b""
         *lines, rest = (self._input + data).replace(b"\r", b"\n").split(b"\n")
         self._input = rest[-LONGEST_REQUEST:]

@@ -145,7 +145,7 @@ class ScipFaults:
 
     Attributes:
         silent: Nothing leaves the scanner, though it goes on working.
-        deaf: What the host sends is lost.
+        commands_lost: What the host sends is lost.
         noise: These bytes go out once, before whatever is sent next.
         bad_checksums: So many of the next scans carry a wrong check sum.
         scan_status: The next scan is replaced by this status (``50``: hardware trouble) and measuring ends.
@@ -161,7 +161,7 @@ class ScipFaults:
     """
 
     silent: bool = False
-    deaf: bool = False
+    commands_lost: bool = False
     noise: bytes = b""
     bad_checksums: int = 0
     scan_status: str | None = None

@@ -102,7 +102,7 @@ class StandaloneEmulator(ABC):
         """
         commands = (
             self.fault("silent on|off", "what the device sends is lost", switch),
-            self.fault("deaf on|off", "what the device is sent is lost", switch),
+            self.fault("commands_lost on|off", "what the device is sent is lost", switch),
             ControlCommand("noise COUNT", "so many random bytes before what is sent next", self._noise),
             self.fault("bad_checksums NUMBER", "the next frames or scans have a wrong checksum", COUNT),
             *self.control_commands(),

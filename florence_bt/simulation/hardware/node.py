@@ -18,7 +18,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from florence_bt.core.limits import Limits, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, TF_LISTENER
@@ -61,7 +61,7 @@ TRANSFORM_TIMEOUT_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class SimulatorParameters:
+class SimulatorParameters(CheckedParameters):
     """Parameters of the simulator.
 
     Attributes:
@@ -71,9 +71,6 @@ class SimulatorParameters:
 
     speed: Annotated[float, Limits(0.05, 100.0)] = 1.0
     catch_up: bool = False
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class SimulatorNode(FlorenceNode):

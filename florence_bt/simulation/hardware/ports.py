@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from florence_bt.core.limits import Limits, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.transforms import Transform3
 
 
@@ -24,7 +24,7 @@ class HardwareMounts:
 
 
 @dataclass(frozen=True, slots=True)
-class HardwareSettings:
+class HardwareSettings(CheckedParameters):
     """Where the ports appear, and how often the Kinect gives a frame.
 
     Attributes:
@@ -36,9 +36,6 @@ class HardwareSettings:
     folder: Path
     kinect_rate: Annotated[float, Limits(0.0, 30.0, above=True)] = 10.0
     seed: int = 0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
     @property
     def base_port(self) -> Path:

@@ -52,12 +52,12 @@ def laser_map(flat: Flat) -> OccupancyGrid:
 
 
 def pgm_bytes(grid: OccupancyGrid) -> bytes:
-    """A map as a PGM picture (row 0 of the picture is the top, REFERENCE 7.8)."""
+    """A map as a PGM image (row 0 of the image is the top, REFERENCE 7.8)."""
     return encode_pgm(trinary_pixels(grid.cells)[::-1])
 
 
 def map_yaml(grid: OccupancyGrid, image: str) -> str:
-    """The file beside the picture, in the format of map_server."""
+    """The file beside the image, in the format of map_server."""
     values = {
         "image": image,
         "resolution": grid.resolution,

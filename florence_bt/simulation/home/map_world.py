@@ -26,7 +26,7 @@ def is_map(file: Path) -> bool:
     try:
         return re.search(r"^image\s*:", file.read_text(encoding="utf-8"), re.MULTILINE) is not None
     except (OSError, UnicodeDecodeError):
-        return False  # who reads it as a home says what is wrong
+        return False  # reading it as a home reports what is wrong
 
 
 def flat_of_map(file: Path) -> Flat:

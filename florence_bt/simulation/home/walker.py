@@ -42,8 +42,8 @@ _STEP_BACK_M, _LET_PASS_S = 1.0, 3.0
 stands there for so long: the other one gets past."""
 
 _SQUEEZE_AFTER_S, _SQUEEZE_S, SQUEEZE_M = 3.0, 5.0, 0.1
-"""Who has waited for so long passes nearer by, for so long, by so much: half a metre between the middles is
-as near as one gets past the robot, or somebody in a door, without touching."""
+"""A person who has waited for so long passes nearer by, for so long, by so much: half a metre between the
+middles is as near as one gets past the robot, or somebody in a door, without touching."""
 
 
 class Walker:
@@ -51,7 +51,7 @@ class Walker:
 
     Round the robot and other people the person walks where the floor is free; where it is not (in a door),
     the person waits, and tries to pass nearer by when that takes long; somebody who walks to and fro turns
-    round then, and who walks once steps back and lets another person pass. Somebody who walks once stands
+    round then, and one who walks once steps back and lets another person pass. Somebody who walks once stands
     for a while where they have something to do (``pauses``).
 
     Args:
@@ -213,7 +213,7 @@ class Walker:
     def _way_round(
         self, space: FreeSpace, goal: Point, bodies: Sequence[tuple[float, float, float]]
     ) -> _Line | None:
-        """From here to a point, a step back first from who is too near; rather on the right of everybody."""
+        """From here to a point, a step back first from anybody too near; rather on the right of everybody."""
         here = (self.pose.x, self.pose.y)
         radius = half_width(self._spec.aid) - _RESERVE_M
         towards = math.atan2(goal[1] - here[1], goal[0] - here[0])

@@ -107,7 +107,7 @@ class Rig:
             seed=setting.seed,
             start=start,
             on_scan=lambda source, scan: self._base.on_scan(source, scan),
-            on_pictures=lambda depth, colour: self._people.on_pictures(depth, colour),
+            on_images=lambda depth, colour: self._people.on_images(depth, colour),
             driving=lambda: self._base.active,
             looking=lambda: self._people.running,
         )
@@ -176,7 +176,7 @@ class Rig:
         return run
 
     def _saw_users(self, users: Sequence[TrackedUser]) -> None:
-        seen = self._people.in_picture
+        seen = self._people.in_image
         self._base.saw_users([user for user in filter_users(users) if user.user_id in seen])
         self.topics["user_lying"].publish(data=on_the_floor(users))
 
@@ -316,15 +316,15 @@ class _PeopleSkills:
 
     @property
     def running(self) -> bool:
-        """Whether pictures are needed."""
+        """Whether images are needed."""
         return bool(self._tracker.running) or self._looking
 
     @property
-    def in_picture(self) -> list[int]:
-        """Whom the last picture shows: their persistent ids."""
+    def in_image(self) -> list[int]:
+        """Whom the last image shows: their persistent ids."""
         return self._tracker.in_picture
 
-    def on_pictures(self, depth: DepthImage, colour: Callable[[], ColourImage] | None) -> None:
+    def on_images(self, depth: DepthImage, colour: Callable[[], ColourImage] | None) -> None:
         now = self._clock.now()
         odom = self._robot.map_from_odom
         if self._tracker.running and odom is not None:

@@ -46,12 +46,12 @@ CAMERA_FRAME = "camera_depth_optical_frame"
 BASE_FRAME = "base_footprint"
 BASE_PERIOD_S = 0.02
 KINECT_PERIOD_S = 0.2
-"""Slower than the Kinect's 30 Hz: a depth picture is by far the dearest thing in the rig."""
+"""Slower than the Kinect's 30 Hz: a depth image is by far the dearest thing in the rig."""
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
 DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
-"""Columns and rows of the depth picture: coarse for obstacles, as on the robot for looking at people."""
+"""Columns and rows of the depth image: coarse for obstacles, as on the robot for looking at people."""
 
 T = TypeVar("T")
 Config = Mapping[str, Mapping[str, Any]]
@@ -82,10 +82,10 @@ class RigRobot:
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
         on_scan: Called with each scan for navigation and the name of its source.
-        on_pictures: Called with each depth picture and, when somebody looks, what makes the colours of the
+        on_images: Called with each depth image and, when somebody looks, what makes the colours of the
             same moment; it may be called until the world moves on.
-        driving: Whether something drives the robot; otherwise scans and pictures may be rare.
-        looking: Whether somebody looks for people, who needs larger pictures.
+        driving: Whether something drives the robot; otherwise scans and images may be rare.
+        looking: Whether somebody looks for people and needs larger images.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class RigRobot:
         seed: int,
         start: Pose2,
         on_scan: Callable[[str, LaserScan], None],
-        on_pictures: Callable[[DepthImage, Callable[[], ColourImage] | None], None],
+        on_images: Callable[[DepthImage, Callable[[], ColourImage] | None], None],
         driving: Callable[[], bool],
         looking: Callable[[], bool],
     ) -> None:
@@ -107,7 +107,7 @@ class RigRobot:
         self.frames = frames
         self.odometry = Odometry(clock.now(), Pose2())
         self._on_scan = on_scan
-        self._on_pictures = on_pictures
+        self._on_images = on_images
         self._driving = driving
         self._looking = looking
         self._clock = clock
@@ -211,8 +211,8 @@ class RigRobot:
         if not looking and not self._driving():
             return
         now = self._clock.now()
-        depth, colour = self._take_pictures(now, looking=looking)
-        self._on_pictures(depth, colour)
+        depth, colour = self._take_images(now, looking=looking)
+        self._on_images(depth, colour)
         if now < self._next_kinect_scan:
             return
         if now - self._moved >= SETTLED_S:
@@ -228,10 +228,10 @@ class RigRobot:
         if combined is not None:
             self._on_scan("scan", self._laser_filter.filter(combined))
 
-    def _take_pictures(
+    def _take_images(
         self, now: float, *, looking: bool
     ) -> tuple[DepthImage, Callable[[], ColourImage] | None]:
-        """A depth picture; a larger one, and what makes its colours, while somebody looks for people."""
+        """A depth image; a larger one, and what makes its colours, while somebody looks for people."""
         kinect = self._looking_kinect if looking else self._driving_kinect
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
         if not looking:

@@ -23,7 +23,7 @@ NEAR_M = 0.05
 
 @numba.njit(cache=True, error_model="numpy")
 def _screen_box(corners: Floats) -> tuple[float, float, float, float, float]:
-    """Bounds of a box in the picture, as x/z and y/z, and its nearest z; empty when behind the camera."""
+    """Bounds of a box in the image, as x/z and y/z, and its nearest z; empty when behind the camera."""
     left = top = np.inf
     right = bottom = -np.inf
     nearest = np.inf
@@ -101,7 +101,7 @@ def _draw_cylinder(
 def _draw_box(
     size: Floats, start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
 ) -> None:
-    """Draw a box into a part of a picture's line, without branches, so that many pixels are computed at once.
+    """Draw a box into a part of an image's line, without branches, so that many pixels are computed at once.
 
     Args:
         size: Shape (3,), of the box.
@@ -141,7 +141,7 @@ def _is_hidden(depth: Depths, nearest: float) -> bool:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def cast_picture(
+def cast_image(
     shapes: Shapes,
     origin: Floats,
     orientation: Floats,

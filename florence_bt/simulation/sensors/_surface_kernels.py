@@ -142,9 +142,9 @@ def follow_pixels(
     depth: NDArray[np.float32],
     rows: NDArray[np.int16],
 ) -> None:
-    """Correct what ``cast_picture`` measured where rays met glass or a mirror; arguments as there.
+    """Correct what ``cast_image`` measured where rays met glass or a mirror; arguments as there.
 
-    The rows stay: in the colour picture glass and mirrors have their own colour.
+    The rows stay: in the colour image glass and mirrors have their own colour.
     """
     focal, cx, cy = lens
     height, width = depth.shape

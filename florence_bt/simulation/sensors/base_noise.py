@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from florence_bt.core.limits import NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 
 
 class BasePlant(Protocol):
@@ -31,7 +31,7 @@ class BasePlant(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class BaseNoiseParameters:
+class BaseNoiseParameters(CheckedParameters):
     """How wrong the sensors are; all zero for a perfect base.
 
     Attributes:
@@ -53,9 +53,6 @@ class BaseNoiseParameters:
     gyro_scale: Positive = 1.35
     gyro_noise_counts: NotNegative = 1.0
     gyro_bias_walk: NotNegative = 0.01
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 PERFECT_BASE = BaseNoiseParameters(

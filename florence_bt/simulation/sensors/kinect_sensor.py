@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Limits, NotNegative, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, check_order
 from florence_bt.core.sensing import CameraModel
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.sensors._camera_kernels import cast_picture
-from florence_bt.simulation.sensors._picture_kernels import shade, to_raw
+from florence_bt.simulation.sensors._camera_kernels import cast_image
+from florence_bt.simulation.sensors._image_kernels import shade, to_raw
 from florence_bt.simulation.sensors._surface_kernels import follow_pixels
 from florence_bt.simulation.sensors.scene import Lens
 
 
 @dataclass(frozen=True, slots=True)
-class KinectNoiseParameters:
+class KinectNoiseParameters(CheckedParameters):
     """How good the Kinect is.
 
     Attributes:
@@ -39,8 +39,7 @@ class KinectNoiseParameters:
     raw_noise: NotNegative = 0.6
     colour_noise: Annotated[int, Limits(0, 100)] = 4
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("min_depth_m", "max_depth_m"))
 
 
@@ -48,7 +47,7 @@ _LIGHT = np.array([0.3, -0.4, 0.866]) / np.linalg.norm([0.3, -0.4, 0.866])
 
 
 class KinectSensor:
-    """A Kinect on the robot; the depth and the colour picture look through the same lens.
+    """A Kinect on the robot; the depth and the colour image look through the same lens.
 
     Args:
         world: What is measured.
@@ -73,7 +72,7 @@ class KinectSensor:
     ) -> None:
         if not 0 < width <= 640 or 4 * height != 3 * width:
             raise ConfigError(
-                f"no Kinect picture has {width} x {height}", valid=("640 x 480", "320 x 240", "160 x 120")
+                f"no Kinect image has {width} x {height}", valid=("640 x 480", "320 x 240", "160 x 120")
             )
         focal = 525.0 * width / 640
         self.camera = CameraModel(width, height, focal, focal, width / 2 - 0.5, height / 2 - 0.5)
@@ -92,7 +91,7 @@ class KinectSensor:
         self._chance = self._rng.random(_POOL * width * height, np.float32)
 
     def measure(self) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
-        """Take both pictures at the same moment.
+        """Take both images at the same moment.
 
         Returns:
             The raw disparities, shape (height, width), 11 bits, 2047 for no value; and the colours, shape
@@ -101,7 +100,7 @@ class KinectSensor:
         return self.measure_depth(), self.colours()
 
     def measure_depth(self) -> NDArray[np.uint16]:
-        """Take the depth picture alone, which costs about half; see :meth:`measure`."""
+        """Take the depth image alone, which costs about half; see :meth:`measure`."""
         self._look()
         p, shape = self._parameters, self._depth.shape
         noise, chance = self._draw(self._noise), self._draw(self._chance)
@@ -125,7 +124,7 @@ class KinectSensor:
             return
         self._seen = pose
         place = Transform3.from_pose2(pose) @ self._mount
-        for measure in (cast_picture, follow_pixels):
+        for measure in (cast_image, follow_pixels):
             measure(
                 self._world.scene.shapes,
                 place.translation,
@@ -137,7 +136,7 @@ class KinectSensor:
             )
 
     def colours(self) -> NDArray[np.uint8]:
-        """The colours of the last depth picture, if nothing has moved since; see :meth:`measure`."""
+        """The colours of the last depth image, if nothing has moved since; see :meth:`measure`."""
         place = Transform3.from_pose2(self._world.robot_pose) @ self._mount
         limit = self._parameters.colour_noise
         noise = self._colour_rng.integers(-limit, limit + 1, self._depth.shape, np.int8)
@@ -157,6 +156,6 @@ class KinectSensor:
 
 
 _POOL = 4
-"""Pictures' worth of random numbers that are drawn beforehand."""
+"""Images' worth of random numbers that are drawn beforehand."""
 _SIGHT_M = 12.0
-"""How far the colour picture reaches: across the flat."""
+"""How far the colour image reaches: across the flat."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._laser_kernels import cast_fan
@@ -31,7 +31,7 @@ _FAILED = np.array([6, 7, 9], np.int32)
 
 
 @dataclass(frozen=True, slots=True)
-class LaserParameters:
+class LaserParameters(CheckedParameters):
     """How good the scanner is.
 
     Attributes:
@@ -48,8 +48,7 @@ class LaserParameters:
     max_range_m: float = 5.6
     drop_out: Annotated[float, Limits(0.0, 1.0)] = 0.002
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("sure_range_m", "max_range_m"), equal=True)
 
 

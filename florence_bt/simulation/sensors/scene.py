@@ -40,7 +40,7 @@ class Shapes(NamedTuple):
 
 
 class Lens(NamedTuple):
-    """A pinhole camera: its focal length, and where its optical axis meets the picture, in pixels."""
+    """A pinhole camera: its focal length, and where its optical axis meets the image, in pixels."""
 
     focal: float
     cx: float

@@ -19,7 +19,7 @@ from typing import Annotated
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2, angle_difference
-from florence_bt.core.limits import Limits, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.calibration.factors import (
     Direction,
@@ -33,7 +33,7 @@ from florence_bt.skills.calibration.factors import (
 
 
 @dataclass(frozen=True, slots=True)
-class CalibrationParameters:
+class CalibrationParameters(CheckedParameters):
     """How the base is turned and what counts as calibrated.
 
     Attributes:
@@ -61,8 +61,7 @@ class CalibrationParameters:
     rounds: Annotated[int, Limits(1, 20)] = 5
     patience: Positive = 5.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         if not self.speeds or not all(0.05 <= speed <= 3.0 for speed in self.speeds):
             raise ConfigError(
                 f"speeds is {self.speeds}", valid=("[0.3, 0.7, 1.0, 1.5], each 0.05 to 3 rad/s",)

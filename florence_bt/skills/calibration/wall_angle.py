@@ -8,12 +8,12 @@ from typing import Annotated
 
 import numpy as np
 
-from florence_bt.core.limits import Limits, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, Positive, check_order
 from florence_bt.core.sensing import LaserScan
 
 
 @dataclass(frozen=True, slots=True)
-class WallParameters:
+class WallParameters(CheckedParameters):
     """Which part of a scan is the wall, and what counts as one.
 
     Attributes:
@@ -31,8 +31,7 @@ class WallParameters:
     max_steepness: Annotated[float, Limits(0.0, math.pi / 2, above=True, below=True)] = 0.5
     max_residual_m: Positive = 0.05
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("min_angle", "max_angle"))
 
 

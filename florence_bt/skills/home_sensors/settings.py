@@ -9,11 +9,12 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlSequence, read_yaml
-from florence_bt.core.settings_file import SettingsReader
+from florence_bt.core.settings_file import SettingsReader, ValueReader
 from florence_bt.skills.locator.hotspots import Hotspots
 
 ON = frozenset({"true", "on", "1", "yes", "open", "motion", "detected", "occupied"})
@@ -145,18 +146,6 @@ def load_home(path: str | Path, hotspots: Hotspots) -> HomeSettings:
     return _HomeSettingsReader(Path(path), hotspots).read(read_yaml(Path(path)))
 
 
-_BROKER = (
-    "host",
-    "port",
-    "username",
-    "password_env",
-    "password_file",
-    "tls",
-    "ca_file",
-    "cert_file",
-    "key_file",
-)
-_SENSOR = ("room", "kind", "topic", "value", "time", "on", "off", "stale_after", "stuck_after")
 _KINDS = tuple(kind.value for kind in SensorKind)
 
 
@@ -179,62 +168,65 @@ class _HomeSettingsReader(SettingsReader):
         return HomeSettings({key.text: self._sensor(key.text, item) for key, item in table.entries}, mqtt)
 
     def _broker(self, source: YamlNode) -> BrokerSettings:
-        fields = self.mapping(source, _BROKER, needed=("host",))
-        if "password_env" in fields and "password_file" in fields:
-            raise self.error(
-                "the password is given twice",
-                fields["password_file"],
-                valid=("password_env or password_file",),
-            )
-        texts = {
-            name: self.text(fields[name], name)
-            for name in ("host", "username", "password_env")
-            if name in fields
+        readers: dict[str, ValueReader] = {
+            "host": self.text,
+            "port": self._port,
+            "username": self.text,
+            "password_env": self.text,
+            "password_file": self._path,
+            "tls": self._flag,
+            "ca_file": self._path,
+            "cert_file": self._path,
+            "key_file": self._path,
         }
-        files = {
-            name: self.file.parent / self.text(fields[name], name)
-            for name in ("password_file", "ca_file", "cert_file", "key_file")
-            if name in fields
-        }
-        tls = "tls" in fields and self.choice(fields["tls"], "tls", ("true", "false")) == "true"
-        if not tls and files.keys() & {"ca_file", "cert_file", "key_file"}:
+        entries = self.mapping(source, readers, needed=("host",))
+        if "password_env" in entries and "password_file" in entries:
+            valid = ("password_env or password_file",)
+            raise self.error("the password is given twice", entries["password_file"], valid)
+        values = self.values(entries, readers)
+        tls = values.get("tls", False)
+        if not tls and values.keys() & {"ca_file", "cert_file", "key_file"}:
             raise self.error("certificates are for an encrypted connection", source, valid=("tls: true",))
-        if ("cert_file" in files) != ("key_file" in files):
+        if ("cert_file" in values) != ("key_file" in values):
             raise self.error("cert_file and key_file go together", source, valid=("both", "neither"))
-        port = self._port(fields["port"]) if "port" in fields else (TLS_PORT if tls else PORT)
-        return BrokerSettings(port=port, tls=tls, **texts, **files)  # type: ignore[arg-type]
+        return BrokerSettings(**{"port": TLS_PORT if tls else PORT, **values})
 
-    def _port(self, source: YamlNode) -> int:
-        port = self.number(source, "port")
+    def _path(self, source: YamlNode, name: str) -> Path:
+        return self.file.parent / self.text(source, name)
+
+    def _flag(self, source: YamlNode, name: str) -> bool:
+        return self.choice(source, name, ("true", "false")) == "true"
+
+    def _port(self, source: YamlNode, name: str) -> int:
+        port = self.number(source, name)
         if not (port.is_integer() and 1 <= port <= 65535):
             raise self.error(f"the port {port:g} does not exist", source, valid=("1 to 65535",))
         return int(port)
 
     def _sensor(self, name: str, source: YamlNode) -> HomeSensor:
-        fields = self.mapping(source, _SENSOR, needed=("room",))
         rooms = [room.label for room in self._hotspots.rooms()]
-        if "time" in fields and "value" not in fields:
+        readers: dict[str, ValueReader] = {
+            "room": partial(self.choice, known=rooms),
+            "kind": lambda value, key: SensorKind(self.choice(value, key, _KINDS)),
+            "topic": lambda value, _: self._topic(value, name),
+            "value": self.text,
+            "time": self.text,
+            "on": self._words,
+            "off": self._words,
+            "stale_after": self._seconds,
+            "stuck_after": self._seconds,
+        }
+        entries = self.mapping(source, readers, needed=("room",))
+        if "time" in entries and "value" not in entries:
             problem = "'time' is a member of a JSON object, and so must be the state"
-            raise self.error(problem, fields["time"], valid=("value: state",))
-        words = {each: self._words(fields[each], each) for each in ("on", "off") if each in fields}
+            raise self.error(problem, entries["time"], valid=("value: state",))
+        values = self.values(entries, readers)
         # A word that the file gives to the one is not the other's by default.
-        on = words.get("on", ON - words.get("off", frozenset()))
-        off = words.get("off", OFF - words.get("on", frozenset()))
+        on = values.get("on", ON - values.get("off", frozenset()))
+        off = values.get("off", OFF - values.get("on", frozenset()))
         if both := on & off:
-            raise self.error(f"{min(both)!r} is on and off", fields["off"], valid=("one of them",))
-        return HomeSensor(
-            room=self.choice(fields["room"], "room", rooms),
-            kind=SensorKind(self.choice(fields["kind"], "kind", _KINDS))
-            if "kind" in fields
-            else SensorKind.MOTION,
-            topic=self._topic(fields["topic"], name) if "topic" in fields else "",
-            value=self.text(fields["value"], "value") if "value" in fields else "",
-            time=self.text(fields["time"], "time") if "time" in fields else "",
-            on=on,
-            off=off,
-            stale_after=self._seconds(fields, "stale_after", STALE_AFTER_S),
-            stuck_after=self._seconds(fields, "stuck_after", STUCK_AFTER_S),
-        )
+            raise self.error(f"{min(both)!r} is on and off", entries["off"], valid=("one of them",))
+        return HomeSensor(**{**values, "on": on, "off": off})
 
     def _topic(self, source: YamlNode, name: str) -> str:
         topic = self.text(source, "topic")
@@ -246,12 +238,10 @@ class _HomeSettingsReader(SettingsReader):
         self._topics[topic] = name
         return topic
 
-    def _seconds(self, fields: Mapping[str, YamlNode], name: str, default: float) -> float:
-        if name not in fields:
-            return default
-        seconds = self.number(fields[name], name)
+    def _seconds(self, source: YamlNode, name: str) -> float:
+        seconds = self.number(source, name)
         if seconds <= 0.0:
-            raise self.error(f"{name} is {seconds:g} s", fields[name], valid=("a time above 0 s",))
+            raise self.error(f"{name} is {seconds:g} s", source, valid=("a time above 0 s",))
         return seconds
 
     def _words(self, source: YamlNode, name: str) -> frozenset[str]:

@@ -19,17 +19,17 @@ RAW = np.full((240, 320), 800, np.uint16)
 
 
 class Camera:
-    """Sends a depth and a colour picture in turn every eighth of a second; then something happens."""
+    """Sends a depth and a colour image in turn every eighth of a second; then something happens."""
 
-    def __init__(self, pictures: int, then: BaseException | None = None) -> None:
+    def __init__(self, images: int, then: BaseException | None = None) -> None:
         self.now = 100.0
         self.colour: bool | None = None
         self.closed = False
-        self._frames = self._all(pictures)
+        self._frames = self._all(images)
         self._then = then
 
-    def _all(self, pictures: int) -> Iterator[Frame]:
-        for number in range(pictures):
+    def _all(self, images: int) -> Iterator[Frame]:
+        for number in range(images):
             if number % 2 == 0:
                 yield DepthFrame(320, 240, self.now, RAW, DepthEncoding.RAW)
             else:
@@ -87,7 +87,7 @@ def run(
 def test_a_second_of_a_kinect_on_usb(tmp_path: Path) -> None:
     camera = Camera(100)
     made, asked = run(camera, tmp_path / "new")
-    assert (made.depth_pictures, made.colour_pictures, made.readings) == (5, 4, 5)
+    assert (made.depth_images, made.colour_images, made.readings) == (5, 4, 5)
     assert made.seconds == 1.0
     assert (made.without_motor, made.interrupted, asked) == ("", False, [0])
     assert (camera.colour, camera.closed) == (True, True)
@@ -107,11 +107,11 @@ def test_the_accelerometer_is_that_of_the_kinect(tmp_path: Path) -> None:
 def test_an_interrupted_recording_can_be_played(tmp_path: Path) -> None:
     made, _ = run(Camera(5, KeyboardInterrupt()), tmp_path / "part", seconds=60.0)
     assert made.interrupted
-    assert made.depth_pictures == 3
+    assert made.depth_images == 3
     check_recording(tmp_path / "part")
 
 
-def test_every_picture_is_in_the_index_at_once(tmp_path: Path) -> None:
+def test_every_image_is_in_the_index_at_once(tmp_path: Path) -> None:
     """Also a recording whose program was killed can be played."""
     folder = tmp_path / "killed"
     seen: list[int] = []
@@ -123,12 +123,12 @@ def test_every_picture_is_in_the_index_at_once(tmp_path: Path) -> None:
             return super().read(timeout_s)
 
     run(Watched(100), folder)
-    assert seen[:4] == [0, 2, 3, 5]  # a depth picture comes with a reading
+    assert seen[:4] == [0, 2, 3, 5]  # a depth image comes with a reading
 
 
 def test_an_unplugged_kinect_leaves_what_came_before(tmp_path: Path) -> None:
     camera = Camera(5, DeviceLost("the Kinect went away"))
-    with pytest.raises(DeviceLost, match=r"went away; .*part holds the 3 depth pictures"):
+    with pytest.raises(DeviceLost, match=r"went away; .*part holds the 3 depth images"):
         run(camera, tmp_path / "part", seconds=60.0)
     assert camera.closed
     check_recording(tmp_path / "part")
@@ -136,15 +136,15 @@ def test_an_unplugged_kinect_leaves_what_came_before(tmp_path: Path) -> None:
 
 def test_a_copied_recording_ends_with_its_source(tmp_path: Path) -> None:
     made, _ = run(Camera(5, DeviceLost("the recording is over")), tmp_path / "copy", "recording:x", 60.0)
-    assert (made.depth_pictures, made.interrupted) == (3, False)
+    assert (made.depth_images, made.interrupted) == (3, False)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt(), DeviceLost("the Kinect went away"), None])
-def test_a_folder_without_a_picture_can_be_used_again(tmp_path: Path, end: BaseException | None) -> None:
+def test_a_folder_without_an_image_can_be_used_again(tmp_path: Path, end: BaseException | None) -> None:
     with pytest.raises((KeyboardInterrupt, DeviceError)):
         run(Camera(0, end), tmp_path / "again")
     made, _ = run(Camera(100), tmp_path / "again")
-    assert made.depth_pictures == 5
+    assert made.depth_images == 5
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, 3601.0, float("nan")])

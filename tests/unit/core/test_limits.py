@@ -9,11 +9,11 @@ from typing import Annotated, Literal
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.limits import Finite, Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative, Positive, check_order
 
 
-@dataclass(frozen=True)
-class Parameters:
+@dataclass(frozen=True, slots=True)
+class Parameters(CheckedParameters):
     """One field of each kind."""
 
     rate: Positive = 20.0
@@ -23,9 +23,6 @@ class Parameters:
     share: Annotated[float, Limits(0.0, 1.0, above=True)] | None = None
     source: Literal["laser", "kinect"] = "laser"
     free: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 @pytest.mark.parametrize(
@@ -59,3 +56,22 @@ def test_order() -> None:
         check_order(parameters, ("pause", "rate"))
     with pytest.raises(ConfigError, match=r"rate \(2.0\) must not be above skip \(0\)"):
         check_order(parameters, ("pause", "rate"), ("rate", "skip"), equal=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Band(CheckedParameters):
+    """Two fields that belong together."""
+
+    lowest: Positive = 1.0
+    highest: Positive = 2.0
+
+    def _check(self) -> None:
+        check_order(self, ("lowest", "highest"))
+
+
+def test_each_field_is_checked_before_what_concerns_several():
+    assert Band(3.0, 4.0).highest == 4.0
+    with pytest.raises(ConfigError, match=r"lowest \(3\.0\) must be below highest"):
+        Band(3.0)
+    with pytest.raises(ConfigError, match=r"highest is -1\.0"):
+        Band(3.0, -1.0)

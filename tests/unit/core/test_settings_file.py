@@ -36,6 +36,14 @@ def test_values_are_read_by_their_type():
     assert reader.number(values["hold"], "hold") == 2.5
 
 
+def test_the_values_of_a_mapping_are_read_by_a_table():
+    reader, entries = read("hold: 2.5\nname: hall\n")
+    readers = {"name": reader.text, "hold": reader.number, "kinds": reader.sequence}
+    assert reader.values(entries, readers) == {"name": "hall", "hold": 2.5}
+    place, message = place_and_message(lambda: reader.values(entries, {**readers, "name": reader.number}))
+    assert place[1:] == (2, 7) and "name must be a finite number" in message
+
+
 @pytest.mark.parametrize(
     ("method", "key", "arguments", "line", "column", "said"),
     [
@@ -61,7 +69,8 @@ def test_an_unknown_choice_and_an_unknown_key_name_what_is_near():
 
 
 def test_a_key_that_is_needed_and_missing_and_what_is_not_a_mapping():
-    assert "'name' is missing" in place_and_message(lambda: read("hold: 1\n"))[1]
+    message = place_and_message(lambda: read("hold: 1\n"))[1]
+    assert "'name' is missing" in message and "would have worked: name: ..." in message
     assert "a mapping is needed here" in place_and_message(lambda: read("- 1\n"))[1]
 
 

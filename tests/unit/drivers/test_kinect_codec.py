@@ -63,7 +63,7 @@ def test_the_end_of_the_formula() -> None:
     assert (np.diff(METRES_OF_RAW[:1085]) > 0).all()
 
 
-def test_pictures_keep_their_shape() -> None:
+def test_images_keep_their_shape() -> None:
     raw = np.array([[500, 2047], [1000, 1100]], np.uint16)
     metres = metres_from_raw(raw)
     assert metres.shape == (2, 2)

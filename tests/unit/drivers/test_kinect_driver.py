@@ -1,4 +1,4 @@
-"""The socket format, written here by hand from the README, and the driver's pictures."""
+"""The socket format, written here by hand from the README, and the driver's images."""
 
 import struct
 import zlib
@@ -85,13 +85,13 @@ def test_contents() -> None:
     assert VIDEO.pixels()[1, 0].tolist() == [12, 13, 14]
 
 
-def test_pictures_carry_the_time_of_their_arrival() -> None:
+def test_images_carry_the_time_of_their_arrival() -> None:
     driver = KinectDriver(KinectParameters(depth_time_offset=-0.055))
-    picture = driver.depth(DEPTH, 100.0)
-    assert picture is not None
-    assert picture.stamp == pytest.approx(99.945)
-    assert picture.frame_id == "camera_depth_optical_frame"
-    assert (picture.camera.width, picture.camera.height) == (8, 4)
+    image = driver.depth(DEPTH, 100.0)
+    assert image is not None
+    assert image.stamp == pytest.approx(99.945)
+    assert image.frame_id == "camera_depth_optical_frame"
+    assert (image.camera.width, image.camera.height) == (8, 4)
     colour = driver.colour(VIDEO, 100.0)
     assert (colour.stamp, colour.frame_id) == (100.0, "camera_rgb_optical_frame")
     assert colour.pixels.shape == (2, 4, 3)
@@ -102,7 +102,7 @@ def _passed(wanted: float, offered: float, seconds: float = 10.0, jitter: float 
     random = np.random.default_rng(3)
     for count in range(round(offered * seconds)):
         driver.depth(DEPTH, 50.0 + count / offered + jitter * random.uniform(-1.0, 1.0))
-    return driver.depth_pictures / seconds
+    return driver.depth_images / seconds
 
 
 @pytest.mark.parametrize(

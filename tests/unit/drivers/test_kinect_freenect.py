@@ -18,7 +18,7 @@ from florence_bt.drivers.kinect.sources import open_source
 
 
 class ScriptedLibrary:
-    """Answers like :class:`FreenectLibrary`; a picture of each running stream per call."""
+    """Answers like :class:`FreenectLibrary`; an image of each running stream per call."""
 
     file = "scripted"
     plays_recordings = False
@@ -29,7 +29,7 @@ class ScriptedLibrary:
         self.buffers: dict[str, Any] = {}
         self.modes: dict[str, int] = {}
         self.lost = self.closed = False
-        self.pictures = 0
+        self.images = 0
         self.opened = ""
 
     def device_count(self) -> int:
@@ -62,9 +62,9 @@ class ScriptedLibrary:
         if self.lost:
             raise DeviceLost("the Kinect went away (USB camera marked dead)")
         for stream, on_frame in list(self.running.items()):
-            self.pictures += 1
-            self.buffers[stream].fill(self.pictures)
-            on_frame(60_000_000 * self.pictures)
+            self.images += 1
+            self.buffers[stream].fill(self.images)
+            on_frame(60_000_000 * self.images)
 
     def close(self) -> None:
         self.closed = True
@@ -74,7 +74,7 @@ def source_of(library: ScriptedLibrary, **options: Any) -> FreenectSource:
     return FreenectSource(load=lambda file: library, **options)  # type: ignore[arg-type,return-value]
 
 
-def test_pictures_stay_what_they_were() -> None:
+def test_images_stay_what_they_were() -> None:
     source = source_of(ScriptedLibrary())
     frames = [source.read(0.0) for _ in range(6)]
     values = [int(np.asarray(frame.payload).max()) for frame in frames if frame is not None]

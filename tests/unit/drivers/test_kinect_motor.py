@@ -133,10 +133,10 @@ def test_what_is_wrong_is_said(bus: KinectMotorBackend) -> None:
     bus.faults.forbidden = False
     with pytest.raises(DeviceLost, match="Kinect 1"):
         UsbMotor(1, backend=bus)
-    bus.faults.deaf = 0
+    bus.faults.init_answer = 0
     with pytest.raises(DeviceLost, match="answered 00"):
         UsbMotor(backend=bus)
-    bus.faults.deaf = 0x22
+    bus.faults.init_answer = 0x22
     motor = UsbMotor(backend=bus)
     bus.faults.short = 7
     with pytest.raises(DeviceLost, match="7 bytes"):

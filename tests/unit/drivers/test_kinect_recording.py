@@ -48,7 +48,7 @@ def test_names_heads_and_contents(tmp_path: Path) -> None:
     assert recorded_view(folder) is View.SHARED
 
 
-def test_the_depth_pictures_come_back_with_their_moments(tmp_path: Path) -> None:
+def test_the_depth_images_come_back_with_their_moments(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path) as writer:
         for number in range(3):
             writer.add(
@@ -86,8 +86,8 @@ def test_odd_sizes_are_refused(tmp_path: Path) -> None:
     ("index", "said"),
     [
         (None, "florence kinect record"),
-        ("", "no depth picture"),
-        ("r-1.0-1.ppm\n", "no depth picture"),
+        ("", "no depth image"),
+        ("r-1.0-1.ppm\n", "no depth image"),
         ("d-1.0-1.pgm\n", "d-1.0-1.pgm"),
         ("d-good.pgm\n\nd-good.pgm\n", "damaged"),
         ("d-good.pgm\nx-1.0-1.pgm\n", "damaged"),
@@ -99,12 +99,12 @@ def test_odd_sizes_are_refused(tmp_path: Path) -> None:
     ],
 )
 def test_what_fakenect_cannot_play_is_refused(tmp_path: Path, index: str | None, said: str) -> None:
-    picture = b"P5 640 480 65535\n" + bytes(640 * 480 * 2)
-    (tmp_path / "d-good.pgm").write_bytes(picture)
-    (tmp_path / "r-good.pgm").write_bytes(picture)  # too short for colour
-    (tmp_path / "x-1.0-1.pgm").write_bytes(picture)
-    (tmp_path / "d-short.pgm").write_bytes(picture[:-1])
-    (tmp_path / "d-small.pgm").write_bytes(picture.replace(b"640", b"320", 1))
+    image = b"P5 640 480 65535\n" + bytes(640 * 480 * 2)
+    (tmp_path / "d-good.pgm").write_bytes(image)
+    (tmp_path / "r-good.pgm").write_bytes(image)  # too short for colour
+    (tmp_path / "x-1.0-1.pgm").write_bytes(image)
+    (tmp_path / "d-short.pgm").write_bytes(image[:-1])
+    (tmp_path / "d-small.pgm").write_bytes(image.replace(b"640", b"320", 1))
     (tmp_path / "d-empty.pgm").write_bytes(b"")
     if index is not None:
         (tmp_path / INDEX).write_text(index)

@@ -43,7 +43,7 @@ def test_only_the_legs_of_the_table_meet_the_laser(flat):
             assert (grid.cells[row - 1 : row + 2, column - 1 : column + 2] == OCCUPIED).any()
 
 
-def test_picture_has_the_top_row_first(flat):
+def test_image_has_the_top_row_first(flat):
     files = build_files(flat)
     header, pixels = files["maps/flat.pgm"].split(b"\n255\n", 1)
     assert header == b"P5\n220 180"

@@ -170,7 +170,7 @@ def test_depth_outside_of_the_working_range_is_no_value(flat):
 
 
 @pytest.mark.parametrize("size", [(160, 120), (320, 240), (640, 480)])
-def test_camera_model_scales_with_the_picture(flat, size):
+def test_camera_model_scales_with_the_image(flat, size):
     camera = KinectSensor(SimulatedWorld(flat), CAMERA, *size).camera
     assert camera.fx == 525 * size[0] / 640
     assert (camera.cx, camera.cy) == (size[0] / 2 - 0.5, size[1] / 2 - 0.5)
@@ -199,7 +199,7 @@ def test_same_seed_same_measurements(flat, people):
     assert not np.array_equal(first[0], first[3])
 
 
-def test_colours_may_follow_their_depth_picture_or_be_left_out(people, flat):
+def test_colours_may_follow_their_depth_image_or_be_left_out(people, flat):
     world = SimulatedWorld(flat, people=people, start=Pose2(3.3, 5.2, 0.5))
     both, apart, without = (KinectSensor(world, CAMERA, 160, 120, 3) for _ in range(3))
     depth, colours = both.measure()

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.skills.navigation.map_server.image import decode_image, encode_image
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
-from florence_bt.skills.navigation.map_server.picture import decode_picture, encode_picture
 
 GOOD = (
     "image: m.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\n"
@@ -25,16 +25,16 @@ GOOD = (
 
 
 def write(
-    folder: Path, text: str = GOOD, picture: bytes = b"P5\n3 2\n255\n" + bytes([0, 254, 205, 255, 100, 0])
+    folder: Path, text: str = GOOD, image: bytes = b"P5\n3 2\n255\n" + bytes([0, 254, 205, 255, 100, 0])
 ) -> Path:
-    (folder / "m.pgm").write_bytes(picture)
+    (folder / "m.pgm").write_bytes(image)
     (folder / "m.yaml").write_text(text)
     return folder / "m.yaml"
 
 
 def test_trinary_map_is_flipped_and_thresholded(tmp_path: Path) -> None:
     grid = load_map(write(tmp_path))
-    # The lower row of the picture (255, 100, 0) is the first row of the grid.
+    # The lower row of the image (255, 100, 0) is the first row of the grid.
     assert grid.cells.tolist() == [[0, -1, 100], [100, 0, -1]]
     assert grid.cells.dtype == np.int8
     assert (grid.resolution, grid.origin) == (0.05, Pose2(-1.0, 2.0, 0.0))
@@ -50,12 +50,12 @@ def test_negate_scale_and_raw(tmp_path: Path) -> None:
     assert raw.cells.tolist() == [[-1, 100, 0], [0, -1, -1]]
 
 
-def test_plain_picture_with_comments() -> None:
+def test_plain_image_with_comments() -> None:
     text = b"P2 # plain\n# by hand\n2 2\n# values\n15\n0 15 # a row\n7 1\n"
     assert decode_pgm(text).tolist() == [[0, 255], [119, 17]]
 
 
-def test_sixteen_bit_picture() -> None:
+def test_sixteen_bit_image() -> None:
     assert decode_pgm(b"P5 2 1 65535\n" + bytes([0xFF, 0xFF, 0x80, 0x00])).tolist() == [[255, 127]]
 
 
@@ -73,7 +73,7 @@ def test_sixteen_bit_picture() -> None:
         (b"P2\n1 1\n9\n10", "greatest value is 9"),
     ],
 )
-def test_bad_pictures(data: bytes, part: str) -> None:
+def test_bad_images(data: bytes, part: str) -> None:
     with pytest.raises(FrameError, match=part):
         decode_pgm(data)
 
@@ -81,7 +81,7 @@ def test_bad_pictures(data: bytes, part: str) -> None:
 @settings(max_examples=50, deadline=None)
 @given(st.binary(max_size=60))
 @example(b"3 2\n255\n" + bytes(6))
-def test_noise_is_a_frame_error_or_a_picture(data: bytes) -> None:
+def test_noise_is_a_frame_error_or_an_image(data: bytes) -> None:
     try:
         image = decode_pgm(b"P5\n" + data)
     except FrameError:
@@ -93,13 +93,13 @@ def test_noise_is_a_frame_error_or_a_picture(data: bytes) -> None:
     ("old", "new", "place", "part"),
     [
         ("image: m.pgm\n", "", ":1:", "'image' is missing"),
-        ("0.05", "zero", ":2:13:", "must be a number"),
+        ("0.05", "zero", ":2:13:", "must be a finite number"),
         ("0.05", "-0.05", ":2:13:", "above zero"),
-        ("0.05", ".nan", ":2:13:", "must be a number"),
+        ("0.05", ".nan", ":2:13:", "must be a finite number"),
         ("[-1.0, 2.0, 0.0]", "[-1.0]", ":3:9:", "list of x, y and yaw"),
         ("[-1.0, 2.0, 0.0]", "[-1.0, 2.0]", ":3:9:", "list of x, y and yaw"),
-        ("[-1.0, 2.0, 0.0]", "[-1.0, 2.0, .nan]", ":3:21:", "must be a number, not '.nan'"),
-        ("[-1.0, 2.0, 0.0]", "[.inf, 2.0, 0.0]", ":3:10:", "must be a number, not '.inf'"),
+        ("[-1.0, 2.0, 0.0]", "[-1.0, 2.0, .nan]", ":3:21:", "must be a finite number, not '.nan'"),
+        ("[-1.0, 2.0, 0.0]", "[.inf, 2.0, 0.0]", ":3:10:", "must be a finite number, not '.inf'"),
         ("negate: 0", "negate: maybe", ":4:9:", "0 or 1"),
         ("free_thresh: 0.196", "free_thresh: 0.9", ":6:14:", "thresholds"),
         ("negate: 0", "negat: 0", ":4:1:", "would have worked: negate"),
@@ -124,9 +124,9 @@ def test_missing_file_lists_the_maps_beside_it(tmp_path: Path) -> None:
         load_map(tmp_path / "n.yaml")
 
 
-def test_bad_picture_names_the_picture(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"m\.pgm: the picture has 2 pixels"):
-        load_map(write(tmp_path, picture=b"P5\n3 2\n255\nab"))
+def test_bad_image_names_the_image(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"m\.pgm: the image has 2 pixels"):
+        load_map(write(tmp_path, image=b"P5\n3 2\n255\nab"))
 
 
 @pytest.mark.parametrize(
@@ -182,27 +182,27 @@ def test_encode_and_decode_are_inverse() -> None:
 def test_colours_and_sixteen_bits_of_a_png() -> None:
     colours = np.zeros((1, 2, 3), np.uint8)
     colours[0, 0] = 30, 60, 90
-    grey, opacity = decode_picture(cv2.imencode(".png", colours)[1].tobytes())
+    grey, opacity = decode_image(cv2.imencode(".png", colours)[1].tobytes())
     assert (grey.tolist(), opacity) == ([[60, 0]], None)
     deep = np.array([[65535, 257 * 205, 0]], np.uint16)
-    assert decode_picture(cv2.imencode(".png", deep)[1].tobytes())[0].tolist() == [[255, 205, 0]]
+    assert decode_image(cv2.imencode(".png", deep)[1].tobytes())[0].tolist() == [[255, 205, 0]]
 
 
-def test_a_picture_that_is_cut_is_not_read_as_walls() -> None:
-    data = encode_picture(np.full((50, 50), 254, np.uint8), None, "png")
+def test_an_image_that_is_cut_is_not_read_as_walls() -> None:
+    data = encode_image(np.full((50, 50), 254, np.uint8), None, "png")
     for part in (data[: len(data) // 2], data[:-12], data[:30]):
         with pytest.raises(FrameError, match="ends too early"):
-            decode_picture(part)
+            decode_image(part)
     with pytest.raises(FrameError, match="neither a graymap"):
-        decode_picture(b"GIF89a")
+        decode_image(b"GIF89a")
     with pytest.raises(FrameError, match="neither a graymap"):
-        decode_picture(b"")
+        decode_image(b"")
 
 
 def test_opacity_counts_as_in_other_map_servers(tmp_path: Path) -> None:
     grey = np.array([[0, 254, 254, 0]], np.uint8)
     opacity = np.array([[255, 255, 0, 0]], np.uint8)
-    (tmp_path / "m.png").write_bytes(encode_picture(grey, opacity, "png"))
+    (tmp_path / "m.png").write_bytes(encode_image(grey, opacity, "png"))
     path = tmp_path / "m.yaml"
     for mode, cells in (
         ("trinary", [100, 0, -1, 100]),

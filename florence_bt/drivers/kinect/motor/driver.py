@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
-from florence_bt.core.limits import Limits, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.drivers.kinect.motor.codec import (
     RECOMMENDED_TILT_DEG,
     TILT_LIMIT_DEG,
@@ -23,7 +23,7 @@ STATUS_NAMES: dict[int, str] = {
 
 
 @dataclass(frozen=True, slots=True)
-class MotorParameters:
+class MotorParameters(CheckedParameters):
     """What can be set on the motor's node.
 
     Attributes:
@@ -35,9 +35,6 @@ class MotorParameters:
     device_index: Annotated[int, Limits(0, MOST_DEVICES - 1)] = 0
     frame_id: str = "camera_accelerometer_frame"
     reconnect_delay_s: Annotated[float, Limits(0.05, 60.0)] = 0.5
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 def tilt_warning(degrees: float) -> str:

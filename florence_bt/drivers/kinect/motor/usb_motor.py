@@ -17,7 +17,7 @@ UDEV = "copy config/udev/99-florence.rules to /etc/udev/rules.d/ and plug the Ki
 PYUSB = "tilt, light and accelerometer need pyusb: pip install pyusb, or sudo apt install python3-usb"
 OTHER_MODEL = (
     "this Kinect (model 1473 or Kinect for Windows) has its motor behind its audio device (045e:02ad), which "
-    "needs firmware: tilt, light and accelerometer do not work, pictures do"
+    "needs firmware: tilt, light and accelerometer do not work, images do"
 )
 LIBUSB = "pyusb finds no libusb: sudo apt install libusb-1.0-0"
 

@@ -12,14 +12,14 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.limits import Limits, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.filters.laser_combinator._kernels import project_beams
 
 
 @dataclass(frozen=True, slots=True)
-class CombinatorParameters:
+class CombinatorParameters(CheckedParameters):
     """Parameters of the laser combinator (REFERENCE 6.3; document, table 9).
 
     Attributes:
@@ -47,9 +47,6 @@ class CombinatorParameters:
     range_max_source: Literal["largest", "kinect"] = "largest"
     stamp_source: Literal["laser", "kinect"] = "laser"
     allow_partial: bool = False
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 EMPTY_MARGIN_M = 1.0

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.limits import NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.sensing import LaserScan
 
 
 @dataclass(frozen=True, slots=True)
-class LaserFilterParameters:
+class LaserFilterParameters(CheckedParameters):
     """Parameters of the laser filter.
 
     Attributes:
@@ -29,9 +29,6 @@ class LaserFilterParameters:
     robot_radius: NotNegative = 0.25
     far_epsilon: Positive = 1e-4
     legacy_sequential: bool = False
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class LaserFilter:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from florence_bt.core.clock import Clock, Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Twist2
-from florence_bt.core.limits import NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 
 HELD_UP_S = 1.0
 """When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
@@ -19,7 +19,7 @@ HELD_UP_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class VelocityFilterParameters:
+class VelocityFilterParameters(CheckedParameters):
     """Parameters of the velocity filter.
 
     Attributes:
@@ -45,9 +45,6 @@ class VelocityFilterParameters:
     command_timeout: Positive = 0.25
     silent_until_command: bool = True
     idle_after: NotNegative = 1.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class VelocityFilter:

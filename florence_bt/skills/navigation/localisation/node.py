@@ -22,7 +22,7 @@ from std_srvs.srv import Empty
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Finite, Limits, NotNegative, check_limits
+from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import (
@@ -50,7 +50,7 @@ ODOMETRY_PERIOD_S = 0.04
 
 
 @dataclass(frozen=True, slots=True)
-class LocaliserNodeParameters:
+class LocaliserNodeParameters(CheckedParameters):
     """Frames, rates and the initial pose.
 
     Attributes:
@@ -83,9 +83,6 @@ class LocaliserNodeParameters:
     map_frame: str = "map"
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class LocaliserNode(FlorenceNode):

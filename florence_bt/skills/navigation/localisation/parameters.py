@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 
 
 @dataclass(frozen=True, slots=True)
-class LocaliserParameters:
+class LocaliserParameters(CheckedParameters):
     """How to localise.
 
     The motion noise is smaller than amcl's default: the base has a gyro.
@@ -80,6 +80,5 @@ class LocaliserParameters:
     relocalise_gain: Annotated[float, Limits(0.0, 1.0)] = 0.15
     lost_fit: Annotated[float, Limits(0.0, 1.0)] = 0.35
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("match_least_fit", "match_full_fit"))

@@ -1,23 +1,24 @@
-"""ROS map files: a YAML file with the scale beside a picture. Files to :class:`OccupancyGrid`."""
+"""ROS map files: a YAML file with the scale beside an image. Files to :class:`OccupancyGrid`."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.errors import ConfigError, FrameError, closest_first
+from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
+from florence_bt.core.plain_yaml import YamlNode, YamlSequence, read_yaml
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.skills.navigation.map_server.picture import FORMATS, decode_picture
+from florence_bt.core.settings_file import SettingsReader, ValueReader
+from florence_bt.skills.navigation.map_server.image import FORMATS, decode_image
 
 MODES = ("trinary", "scale", "raw")
-_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
-_REQUIRED = _KEYS[:3]
+_FLAGS = {"0": False, "false": False, "1": True, "true": True}
+_ORIGIN = ("origin: [-10.0, -10.0, 0.0]",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +27,9 @@ class MapDescription:
 
     Attributes:
         file: The YAML file.
-        image: The picture.
+        image: The image file.
         resolution: Metres per pixel.
-        origin: Pose of the lower left corner of the picture in the map frame.
+        origin: Pose of the lower left corner of the image in the map frame.
         negate: Whether white means occupied.
         occupied_thresh: Occupancy (0..1) from which a cell is occupied.
         free_thresh: Occupancy up to which a cell is free.
@@ -64,27 +65,27 @@ def load_map(path: str | Path) -> OccupancyGrid:
 
 
 def read_cells(description: MapDescription) -> OccupancyGrid:
-    """Read the picture of a map.
+    """Read the image of a map.
 
     Returns:
         The map on cells along the axes of the map frame, whatever the origin's yaw.
 
     Raises:
-        ConfigError: The picture is missing or wrong.
+        ConfigError: The image is missing or wrong.
     """
-    picture = description.image
+    image = description.image
     try:
-        grey, opacity = decode_picture(picture.read_bytes())
+        grey, opacity = decode_image(image.read_bytes())
     except OSError as error:
-        found = (each.name for form in FORMATS for each in sorted(picture.parent.glob(f"*.{form}")))
+        found = (each.name for form in FORMATS for each in sorted(image.parent.glob(f"*.{form}")))
         raise ConfigError(
-            f"the map's picture {str(picture)!r} cannot be read ({error.strerror})",
+            f"the map's image {str(image)!r} cannot be read ({error.strerror})",
             file=description.file,
             valid=[*found],
         ) from error
     except FrameError as error:
-        valid = ["a .pgm (P5 or P2), .png or .bmp picture"]
-        raise ConfigError(str(error), file=picture, valid=valid) from error
+        valid = ["a .pgm (P5 or P2), .png or .bmp image"]
+        raise ConfigError(str(error), file=image, valid=valid) from error
     cells = np.ascontiguousarray(np.flipud(_cells_from_pixels(grey, opacity, description)))
     return OccupancyGrid(description.resolution, description.origin, cells).upright()
 
@@ -92,7 +93,7 @@ def read_cells(description: MapDescription) -> OccupancyGrid:
 def _cells_from_pixels(
     grey: NDArray[np.uint8], opacity: NDArray[np.uint8] | None, description: MapDescription
 ) -> NDArray[np.int8]:
-    """The cells in the order of the picture, whose first row is the top of the map."""
+    """The cells in the order of the image, whose first row is the top of the map."""
     shade = grey / 255.0
     if opacity is not None and description.mode == "trinary":
         # As in ROS 1 and Nav2: opacity counts as a fourth colour.
@@ -112,41 +113,11 @@ def _cells_from_pixels(
 
 
 def read_description(path: Path) -> MapDescription:
-    """Read the YAML file of a map, without its picture.
+    """Read the YAML file of a map, without its image.
 
     Raises:
         ConfigError: As :func:`load_map`.
     """
-    entries = _entries(path)
-    for name in _REQUIRED:
-        if name not in entries:
-            raise ConfigError(f"the key {name!r} is missing", file=path, line=1, valid=[f"{name}: ..."])
-    resolution = _number(path, entries, "resolution", 0.0)
-    if not resolution > 0.0:
-        raise _wrong(path, entries["resolution"], "the resolution must be above zero", "0.05")
-    occupied = _number(path, entries, "occupied_thresh", 0.65)
-    free = _number(path, entries, "free_thresh", 0.196)
-    if not 0.0 <= free < occupied <= 1.0:
-        node = entries.get("free_thresh", entries.get("occupied_thresh", entries["image"]))
-        text = f"the thresholds must be 0 <= free_thresh < occupied_thresh <= 1, not {free} and {occupied}"
-        raise _wrong(path, node, text, "free_thresh: 0.196 with occupied_thresh: 0.65")
-    image, mode = _text(path, entries, "image", ""), _text(path, entries, "mode", "trinary")
-    if mode not in MODES:
-        raise _wrong(path, entries["mode"], f"the mode {mode!r} is unknown", *closest_first(mode, MODES))
-    return MapDescription(
-        file=path,
-        image=path.parent / image,
-        resolution=resolution,
-        origin=_origin(path, entries["origin"]),
-        negate=_flag(path, entries, "negate"),
-        occupied_thresh=occupied,
-        free_thresh=free,
-        mode=mode,
-    )
-
-
-def _entries(path: Path) -> dict[str, YamlNode]:
-    """The values of the file by key, each with its place."""
     try:
         root = read_yaml(path)
     except ConfigError as error:
@@ -156,52 +127,46 @@ def _entries(path: Path) -> dict[str, YamlNode]:
         raise ConfigError(
             f"the map: {error.problem}", file=path, line=error.line, column=error.column, valid=valid
         ) from error
-    if not isinstance(root, YamlMapping):
-        raise ConfigError("a map file holds keys with values", file=path, line=1, valid=_KEYS)
-    for key, _ in root.entries:
-        if key.text not in _KEYS:
-            raise _wrong(path, key, f"the key {key.text!r} is unknown", *closest_first(key.text, _KEYS))
-    return {key.text: value for key, value in root.entries}
+    return _MapReader(path).read(root)
 
 
-def _wrong(path: Path, source: YamlNode, problem: str, *valid: str) -> ConfigError:
-    position = source.position
-    return ConfigError(problem, file=path, line=position.line, column=position.column, valid=valid)
+class _MapReader(SettingsReader):
+    """Reads the description of one map."""
 
+    def read(self, root: YamlNode) -> MapDescription:
+        readers: dict[str, ValueReader] = {
+            "image": lambda value, name: self.file.parent / self.text(value, name),
+            "resolution": self._resolution,
+            "origin": self._origin,
+            "negate": self._flag,
+            "occupied_thresh": partial(self.number, valid=("0.65",)),
+            "free_thresh": partial(self.number, valid=("0.196",)),
+            "mode": partial(self.choice, known=MODES),
+        }
+        entries = self.mapping(root, readers, needed=("image", "resolution", "origin"))
+        description = MapDescription(self.file, **self.values(entries, readers))
+        free, occupied = description.free_thresh, description.occupied_thresh
+        if not 0.0 <= free < occupied <= 1.0:
+            source = entries.get("free_thresh", entries.get("occupied_thresh", root))
+            problem = (
+                f"the thresholds must be 0 <= free_thresh < occupied_thresh <= 1, not {free} and {occupied}"
+            )
+            raise self.error(problem, source, ["free_thresh: 0.196 with occupied_thresh: 0.65"])
+        return description
 
-def _text(path: Path, entries: dict[str, YamlNode], name: str, default: str) -> str:
-    source = entries.get(name)
-    if source is None:
-        return default
-    if not isinstance(source, YamlScalar) or not source.text:
-        raise _wrong(path, source, f"{name} must be text", f"{name}: {default or 'map.pgm'}")
-    return source.text
+    def _resolution(self, source: YamlNode, name: str) -> float:
+        resolution = self.number(source, name, ["0.05"])
+        if resolution <= 0.0:
+            raise self.error("the resolution must be above zero", source, ["0.05"])
+        return resolution
 
+    def _flag(self, source: YamlNode, name: str) -> bool:
+        text = self.text(source, name).lower()
+        if text not in _FLAGS:
+            raise self.error(f"{name} must be 0 or 1, not {text!r}", source, ["0", "1"])
+        return _FLAGS[text]
 
-def _float(path: Path, source: YamlNode, name: str, example: str) -> float:
-    text = source.text if isinstance(source, YamlScalar) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise _wrong(path, source, f"{name} must be a number, not {text!r}", example)
-    return value
-
-
-def _number(path: Path, entries: dict[str, YamlNode], name: str, default: float) -> float:
-    return _float(path, entries[name], name, f"{name}: {default or 0.05}") if name in entries else default
-
-
-def _flag(path: Path, entries: dict[str, YamlNode], name: str) -> bool:
-    text = _text(path, entries, name, "0").lower()
-    if text not in ("0", "1", "false", "true"):
-        raise _wrong(path, entries[name], f"{name} must be 0 or 1, not {text!r}", "0", "1")
-    return text in ("1", "true")
-
-
-def _origin(path: Path, source: YamlNode) -> Pose2:
-    example = "origin: [-10.0, -10.0, 0.0]"
-    if not isinstance(source, YamlSequence) or len(source.items) != 3:
-        raise _wrong(path, source, "the origin must be a list of x, y and yaw", example)
-    return Pose2(*(_float(path, item, "a number of the origin", example) for item in source.items))
+    def _origin(self, source: YamlNode, name: str) -> Pose2:
+        if not isinstance(source, YamlSequence) or len(source.items) != 3:
+            raise self.error("the origin must be a list of x, y and yaw", source, _ORIGIN)
+        return Pose2(*(self.number(item, f"a number of the {name}", _ORIGIN) for item in source.items))

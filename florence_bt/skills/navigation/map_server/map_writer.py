@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.skills.navigation.map_server.image import FORMATS, encode_image
 from florence_bt.skills.navigation.map_server.map_file import MODES
-from florence_bt.skills.navigation.map_server.picture import FORMATS, encode_picture
 
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 _WHITE, _BLACK, _GREY = 254, 0, 205
@@ -25,14 +25,14 @@ def save_map(
     occupied_thresh: float = OCCUPIED_THRESH,
     free_thresh: float = FREE_THRESH,
 ) -> Path:
-    """Write a map: the YAML file and, beside it, the picture of the same name.
+    """Write a map: the YAML file and, beside it, the image of the same name.
 
     Args:
         grid: The map.
         path: The YAML file; ``.yaml`` is added when it has no ending.
         mode: ``trinary``: cells from ``occupied_thresh`` on become occupied, to ``free_thresh`` free, the
             rest unknown. ``scale`` keeps the steps between, ``raw`` every value.
-        form: Of the picture: ``pgm``, ``png`` or ``bmp``.
+        form: Of the image: ``pgm``, ``png`` or ``bmp``.
         occupied_thresh: Occupancy, 0..1.
         free_thresh: Occupancy, 0..1.
 
@@ -56,15 +56,15 @@ def save_map(
     grey = np.flipud(_pixels(grid.cells, mode, occupied_thresh, free_thresh))
     see_through = mode == "scale" and form == "png"
     opacity = np.where(np.flipud(unknown), 0, 255).astype(np.uint8) if see_through else None
-    picture = path.with_suffix(f".{form}")
+    image = path.with_suffix(f".{form}")
     description = (
-        f"image: {picture.name}\nmode: {mode}\nresolution: {grid.resolution!r}\n"
+        f"image: {image.name}\nmode: {mode}\nresolution: {grid.resolution!r}\n"
         f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
         f"negate: 0\noccupied_thresh: {occupied_thresh!r}\nfree_thresh: {free_thresh!r}\n"
     )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        picture.write_bytes(encode_picture(grey, opacity, form))
+        image.write_bytes(encode_image(grey, opacity, form))
         path.write_text(description, encoding="utf-8")
     except OSError as error:
         raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
@@ -76,7 +76,7 @@ def _check(path: Path, mode: str, form: str, occupied_thresh: float, free_thresh
     if mode not in MODES:
         raise ConfigError(f"the mode {mode!r} is unknown", valid=closest_first(mode, MODES))
     if form not in FORMATS:
-        raise ConfigError(f"a picture cannot be a {form!r}", valid=closest_first(form, FORMATS))
+        raise ConfigError(f"an image cannot be a {form!r}", valid=closest_first(form, FORMATS))
     if path.suffix not in (".yaml", ".yml"):
         raise ConfigError(f"{str(path)!r} is not a name for a map", valid=[str(path.with_suffix(".yaml"))])
     if not 0.0 <= free_thresh < occupied_thresh <= 1.0:

@@ -1,4 +1,4 @@
-"""Portable graymap files: the pictures that ROS maps are kept in. Bytes in, an array out, and back."""
+"""Portable graymap files: the images that ROS maps are kept in. Bytes in, an array out, and back."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def decode_pgm(data: bytes) -> NDArray[np.uint8]:
         data: The whole file.
 
     Returns:
-        Shape (rows, columns), row 0 at the top of the picture, scaled to 0..255.
+        Shape (rows, columns), row 0 at the top of the image, scaled to 0..255.
 
     Raises:
         FrameError: The bytes are not a graymap, or too few.
@@ -31,20 +31,20 @@ def decode_pgm(data: bytes) -> NDArray[np.uint8]:
     """
     magic = data[:2]
     if magic not in (b"P5", b"P2"):
-        raise FrameError("the picture does not begin with P5 or P2")
+        raise FrameError("the image does not begin with P5 or P2")
     position, header = 2, []
     for name in ("width", "height", "greatest value"):
         match = _NUMBER.match(data, position)
         if match is None:
-            raise FrameError(f"the picture's {name} is missing")
+            raise FrameError(f"the image's {name} is missing")
         header.append(int(match[1]))
         position = match.end()
     width, height, greatest = header
     if width == 0 or height == 0 or not 0 < greatest < 65536:
-        raise FrameError(f"a picture of {width} x {height} pixels with values to {greatest} cannot be read")
+        raise FrameError(f"an image of {width} x {height} pixels with values to {greatest} cannot be read")
     pixels = _binary(data, position, width * height, greatest) if magic == b"P5" else _plain(data, position)
     if len(pixels) < width * height:
-        raise FrameError(f"the picture has {len(pixels)} pixels, its header says {width} x {height}")
+        raise FrameError(f"the image has {len(pixels)} pixels, its header says {width} x {height}")
     image = pixels[: width * height].reshape(height, width)
     if int(image.max()) > greatest:
         raise FrameError(

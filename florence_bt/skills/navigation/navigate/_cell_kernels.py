@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 Cells = NDArray[np.uint8]
 LETHAL, INSCRIBED, UNKNOWN_COST = 254, 253, 255
-STANDS = 250
-"""In the marks of a camera: what is above something that the laser sees. So much less as laser scans in a row
-have seen nothing there."""
+CLEARABLE = 250
+"""In the marks of a camera: what is above something that the laser sees, and is cleared with it. One less for
+each laser scan in a row that has seen nothing there."""
 _LEFT_AFTER = 5
 
 
@@ -84,7 +84,7 @@ def mark_points(marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool
 def mark_above(
     marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool_], feet: NDArray[np.float64], near: float
 ) -> None:
-    """Mark the cells of the wanted points, in place: :data:`STANDS` where the laser sees feet, else lethal.
+    """Mark the cells of wanted points, in place: :data:`CLEARABLE` where the laser sees feet, else lethal.
 
     What was marked before without feet stays lethal: somebody stands beside a table.
 
@@ -103,7 +103,7 @@ def mark_above(
         marks[v, u] = LETHAL
         for i in range(len(feet)):
             if math.hypot(feet[i, 0] - ends[k, 0], feet[i, 1] - ends[k, 1]) < near:
-                marks[v, u] = STANDS
+                marks[v, u] = CLEARABLE
                 break
 
 
@@ -124,13 +124,13 @@ def forget_what_left(
     rows, columns = marks.shape
     for v in range(max(0, math.floor(origin_v - reach)), min(rows, math.ceil(origin_v + reach))):
         for u in range(max(0, math.floor(origin_u - reach)), min(columns, math.ceil(origin_u + reach))):
-            if not 0 < marks[v, u] <= STANDS:
+            if not 0 < marks[v, u] <= CLEARABLE:
                 continue
             seen = _what_laser_sees(u + 0.5, v + 0.5, origin_u, origin_v, feet, near)
             if seen > 0:
-                marks[v, u] = STANDS
+                marks[v, u] = CLEARABLE
             elif seen < 0:
-                marks[v, u] = marks[v, u] - 1 if marks[v, u] > STANDS - _LEFT_AFTER + 1 else 0
+                marks[v, u] = marks[v, u] - 1 if marks[v, u] > CLEARABLE - _LEFT_AFTER + 1 else 0
 
 
 @njit(cache=True)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate._rollout_kernels import MEETS, roll_out
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
@@ -24,7 +24,7 @@ from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, P
 
 
 @dataclass(frozen=True, slots=True)
-class ControllerParameters:
+class ControllerParameters(CheckedParameters):
     """How to follow a path.
 
     Attributes:
@@ -87,8 +87,7 @@ class ControllerParameters:
     trans_stopped_velocity: Positive = 0.02
     rot_stopped_velocity: Positive = 0.04
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(
             self,
             ("min_vel_x", "max_vel_x"),
@@ -222,8 +221,8 @@ class Controller:
         if self._position_reached:
             self._position_reached = distance <= self._stays_within
         else:
-            # Inside the tolerance it drives on to the middle, until that is passed. Who has come from further
-            # away does not turn away for a goal beside them that is nearly as near.
+            # Inside the tolerance it drives on to the middle, until that is passed. A robot that has come
+            # from further away does not turn away for a goal beside it that is nearly as near.
             self._came = self._came or distance > _PASSED_TOLERANCES * tolerance
             passed = abs(pose.bearing_to(goal.x, goal.y)) > 1.2
             enough = 0.4 if not passed else _PASSED_TOLERANCES if self._came else 1.0

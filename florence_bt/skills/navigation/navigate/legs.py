@@ -89,7 +89,7 @@ def go_on_with_legs(
         stamp: Of the scan, seconds.
         points: What the map does not know, shape (n, 2), odometry frame, metres.
         robot: The robot in that frame at that time.
-        coast: Who was not seen for so many seconds may be anywhere.
+        coast: After so many seconds without a sight the person may be anywhere.
     """
     if target.seen is None or target.recognised is None or stamp - target.recognised < CAMERA_GAP_S:
         return

@@ -14,7 +14,7 @@ from florence_bt.skills.navigation.navigate.legs import Place
 _REACH_M = 1.5
 """Legs further away are left to the search."""
 _SAME_M = 0.3
-"""What is so near to a place was looked at there; who walks is soon somewhere else."""
+"""What is so near to a place was looked at there; a person who walks is soon somewhere else."""
 _STEP_M = 0.4
 """Legs go no further from one scan to the next."""
 _VIEW_RAD, TOO_NEAR_M = 0.35, 0.55

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.spin import SpinParameters
 
 
 @dataclass(frozen=True, slots=True)
-class RecoveryParameters:
+class RecoveryParameters(CheckedParameters):
     """When to recover, and how.
 
     Attributes:
@@ -60,12 +60,9 @@ class RecoveryParameters:
     approach_time_allowance: Positive = 40.0
     oscillation_timeout: Positive = 15.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
-
 
 @dataclass(frozen=True, slots=True)
-class CycleParameters:
+class CycleParameters(CheckedParameters):
     """The rhythm of navigation.
 
     Attributes:
@@ -91,22 +88,20 @@ class CycleParameters:
     goal_search_radius: NotNegative = 1.5
     prediction_limit: NotNegative = 0.2
 
-    def __post_init__(self) -> None:
-        check_limits(self)
-
 
 @dataclass(frozen=True, slots=True)
-class FollowParameters:
+class FollowParameters(CheckedParameters):
     """How to follow somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
         follow_distance: How far to stay behind, between the middles, in metres.
         follow_max_lin_speed: m/s; along a planned path never more than what the controller allows.
         follow_max_ang_speed: rad/s.
-        follow_back_speed: Who comes too near is given way to at this speed at most, in m/s; 0 stands still
-            instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.
-        follow_give_way: How much nearer than wanted that is, in metres; to who comes towards the robot it
-            gives way as soon as they are nearer than wanted.
+        follow_back_speed: The robot backs away from a person who comes too near at this speed at most, in
+            m/s; with 0 it stands still instead, as REFERENCE 12.6 proposes, but then nobody gets past the
+            robot in a corridor.
+        follow_give_way: How much nearer than wanted that is, in metres; to a person who comes towards the
+            robot it gives way as soon as they are nearer than wanted.
         follow_linear_gain: Speed per metre too far away, 1/s.
         follow_angular_gain: Turning speed per angle to the person, 1/s.
         follow_distance_tolerance: So much too far away is near enough, in metres.
@@ -138,13 +133,12 @@ class FollowParameters:
     follow_patience: Positive = 3.0
     follow_limit: Positive = 120.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("follow_coast", "follow_patience"), ("follow_patience", "follow_limit"))
 
 
 @dataclass(frozen=True, slots=True)
-class ApproachParameters:
+class ApproachParameters(CheckedParameters):
     """How to approach somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
@@ -165,9 +159,6 @@ class ApproachParameters:
     approach_me_laser_gain: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.3
     approach_me_patience: Positive = 5.0
     approach_me_limit: Positive = 60.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.limits import NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.skills.navigation.navigate._rollout_kernels import meets_somebody
 from florence_bt.skills.navigation.navigate.costmap import moved_points
 
@@ -19,13 +19,13 @@ _TOLERANCE_M = 0.1
 _SLOWEST_MPS = 0.08
 """Near somebody the robot drives so slowly at least; nearer than it may come it stops."""
 _BESIDE = 0.5
-"""Who is beside the way counts as if the robot came nearer at this share of its speed, at least."""
+"""A person beside the way counts as if the robot came nearer at this share of its speed, at least."""
 _SHARES = 1.0, 0.5
 """Parts of a speed to try, the best first."""
 
 
 @dataclass(frozen=True, slots=True)
-class PeopleParameters:
+class PeopleParameters(CheckedParameters):
     """How to drive near people whom the user tracker sees.
 
     Attributes:
@@ -34,9 +34,9 @@ class PeopleParameters:
             near as the goal. 0 switches slowing down and stopping for people off.
         people_time_to_contact: It drives so slowly that it would come this near in so many seconds at the
             soonest. 0 switches slowing down off.
-        people_prediction_time: It does not drive to where somebody will be in so many seconds who walks on.
+        people_prediction_time: It does not drive to where a person who walks on will be in so many seconds.
         people_velocity_time: How they walk is averaged over about this long, in seconds.
-        people_keep_time: Who was not seen for so many seconds is forgotten.
+        people_keep_time: A person who was not seen for so many seconds is forgotten.
 
     Source:
         Document, table 13 (the safe distance); the rest is our choice.
@@ -47,9 +47,6 @@ class PeopleParameters:
     people_prediction_time: Positive = 1.5
     people_velocity_time: Positive = 0.3
     people_keep_time: Positive = 1.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Limits, NotNegative, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate._wave_kernels import (
@@ -25,7 +25,7 @@ from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 
 
 @dataclass(frozen=True, slots=True)
-class PlannerParameters:
+class PlannerParameters(CheckedParameters):
     """How to plan.
 
     Attributes:
@@ -45,9 +45,6 @@ class PlannerParameters:
     cost_factor: NotNegative = 3.0
     start_clearance: NotNegative = 0.35
     use_astar: bool = True
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +112,8 @@ def plan_path(
     cheapest = float(min(NEUTRAL, parameters.neutral_cost)) if parameters.use_astar else 0.0
     if blocked and tolerance <= 0.0:
         return _occupied(goal)
-    # Who stands well keeps away from walls; the way out of a corner is opened when there is no other.
+    # With room around it the robot keeps away from walls; out of a corner the way is opened when there is no
+    # other.
     stands_well = not INSCRIBED <= cells[start_cell] < UNKNOWN_COST
     for opened in (False, True) if stands_well else (True,):
         if opened:

@@ -122,7 +122,7 @@ THROUGH_SERVER_CODES = {
 """Our code -> error_code of NavigateThroughPoses: its planner has a family of its own (REFERENCE 7.9)."""
 
 PATH_SERVER_CODES = {**SERVER_CODES, "bad_input": 103, "no_transform": 102, "blocked": 104}
-"""Our code -> error_code of FollowPath (REFERENCE 7.9): who is blocked has been patient before."""
+"""Our code -> error_code of FollowPath (REFERENCE 7.9): a drive that is blocked has waited before."""
 
 
 def _behaviour_codes(family: int, collision_ahead: int, bad_input: int) -> dict[str, int]:

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
-from florence_bt.core.limits import Limits, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, Positive, check_order
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
 
 
 @dataclass(frozen=True, slots=True)
-class SpinParameters:
+class SpinParameters(CheckedParameters):
     """How to turn by an angle.
 
     Attributes:
@@ -33,8 +33,7 @@ class SpinParameters:
     spin_gain: Positive = 1.5
     spin_precision: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("spin_min_speed", "spin_max_speed"), equal=True)
 
 

@@ -47,11 +47,7 @@ def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Po
 def straight_way_in(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Plan | None:
     """The straight way from a run-up into a goal; a planned one would bend away from what is beside it.
 
-    Args:
-        here: The robot in the costmap's frame.
-        goal: The goal in the costmap's frame.
-        costmap: What is known to be in the way.
-        spare: The last part of the way that need not be free, in metres.
+    The arguments are those of :func:`staging_pose`.
 
     Returns:
         The way; None when the goal itself has room to turn, the robot is not lined up, or it is not free.

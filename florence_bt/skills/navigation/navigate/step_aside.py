@@ -27,7 +27,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     Args:
         costmaps: Where the robot drives.
         robot: The robot, map frame.
-        person: Who wants to pass, map frame, metres.
+        person: Where the person is who wants to pass, map frame, metres.
         apart: How far from the person at least, metres.
 
     Returns:

@@ -20,7 +20,7 @@ _STEP_M = 0.1
 _FASTEST_MPS = 2.0
 """Nobody in a home walks faster; a sighting further away is of somebody else, or a mistake."""
 _KEPT_S = 60.0
-"""Who was not seen for so long has not left anything that is still known."""
+"""Of a person who was not seen for so long, nothing is known any more."""
 
 
 class Trails:

@@ -1,4 +1,4 @@
-"""Turns what a camera ray meets into what a Kinect says: raw disparities with noise, and a shaded picture."""
+"""Turns what a camera ray meets into what a Kinect says: raw disparities with noise, and a shaded image."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def to_raw(
     furthest: float,
     raw: NDArray[np.uint16],
 ) -> None:
-    """Quantise a depth picture as the Kinect does; at edges pixels are lost or take the other side's depth.
+    """Quantise a depth image as the Kinect does; at edges pixels are lost or take the other side's depth.
 
     Args:
         depth: Shape (height, width), metres along the axis.
@@ -94,7 +94,7 @@ def shade(
     noise: NDArray[np.int8],
     pixels: NDArray[np.uint8],
 ) -> None:
-    """Colour a picture.
+    """Colour an image.
 
     Args:
         shapes: What there is.

@@ -1,4 +1,4 @@
-"""The pictures of ROS maps: graymaps, PNG and BMP. Bytes to grey values and opacity, and back."""
+"""The images of ROS maps: graymaps, PNG and BMP. Bytes to grey values and opacity, and back."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from florence_bt.core.errors import FrameError
 from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
 
 FORMATS = ("pgm", "png", "bmp")
-"""The endings of the pictures that are read and written."""
+"""The endings of the images that are read and written."""
 _PNG, _PNG_END = b"\x89PNG", b"IEND"
 
 
-def decode_picture(data: bytes) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-    """Read a picture, of whichever format its bytes are.
+def decode_image(data: bytes) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
+    """Read an image, of whichever format its bytes are.
 
     Args:
         data: The whole file.
 
     Returns:
-        The grey values (of colours their mean) and the opacity, None when the picture has none. Shape (rows,
+        The grey values (of colours their mean) and the opacity, None when the image has none. Shape (rows,
         columns), row 0 at the top, 0..255.
 
     Raises:
-        FrameError: The bytes are not a whole picture.
+        FrameError: The bytes are not a whole image.
     """
     if data[:2] in (b"P5", b"P2"):
         return decode_pgm(data), None
@@ -34,8 +34,8 @@ def decode_picture(data: bytes) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | 
     cut = data.startswith(_PNG) and _PNG_END not in data[-12:]
     image = None if cut or not data else cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if image is None:
-        whole = "ends too early" if cut else "is neither a graymap (P5, P2) nor a PNG or BMP picture"
-        raise FrameError(f"the picture {whole}")
+        whole = "ends too early" if cut else "is neither a graymap (P5, P2) nor a PNG or BMP image"
+        raise FrameError(f"the image {whole}")
     if image.dtype == np.uint16:
         image = image // 257
     if image.ndim == 2:
@@ -44,12 +44,12 @@ def decode_picture(data: bytes) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | 
     return grey, image[..., 3].astype(np.uint8) if image.shape[2] == 4 else None
 
 
-def encode_picture(grey: NDArray[np.uint8], opacity: NDArray[np.uint8] | None, form: str) -> bytes:
-    """Write a picture.
+def encode_image(grey: NDArray[np.uint8], opacity: NDArray[np.uint8] | None, form: str) -> bytes:
+    """Write an image.
 
     Args:
         grey: Shape (rows, columns), row 0 at the top.
-        opacity: The same shape, None for a picture without; only PNG can hold it.
+        opacity: The same shape, None for an image without; only PNG can hold it.
         form: One of :data:`FORMATS`.
     """
     if form == "pgm":
@@ -58,5 +58,5 @@ def encode_picture(grey: NDArray[np.uint8], opacity: NDArray[np.uint8] | None, f
 
     image = grey if opacity is None else np.dstack([grey, grey, grey, opacity])
     done, data = cv2.imencode(f".{form}", image)
-    assert done, "OpenCV writes every picture of bytes"
+    assert done, "OpenCV writes every image of bytes"
     return data.tobytes()

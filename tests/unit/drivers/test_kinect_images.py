@@ -18,7 +18,7 @@ SIZES = st.tuples(st.integers(1, 24), st.integers(1, 9), st.integers(0, 2**32 - 
 
 @settings(deadline=None)
 @given(size=SIZES, step=st.integers(1, 4))
-def test_every_encoding_gives_the_same_picture(size: tuple[int, int, int], step: int) -> None:
+def test_every_encoding_gives_the_same_image(size: tuple[int, int, int], step: int) -> None:
     width, height, seed = size
     raw = np.random.default_rng(seed).integers(0, 2048, (height, width)).astype(np.uint16)
     expected = METRES_OF_RAW[raw][: height // step * step : step, : width // step * step : step]
@@ -55,9 +55,9 @@ def test_millimetres() -> None:
 def test_the_table_of_the_reference(formula: DepthFormula, metres: list[float]) -> None:
     raw = np.array([[500, 600, 700, 800, 900, 1000, 1050]], np.uint16)
     driver = KinectDriver(KinectParameters(formula=formula))
-    picture = driver.depth(DepthFrame(7, 1, 0.0, raw, DepthEncoding.RAW), 0.0)
-    assert picture is not None
-    np.testing.assert_allclose(picture.depth[0], metres, atol=0.0006)
+    image = driver.depth(DepthFrame(7, 1, 0.0, raw, DepthEncoding.RAW), 0.0)
+    assert image is not None
+    np.testing.assert_allclose(image.depth[0], metres, atol=0.0006)
 
 
 def test_the_ends_of_the_formulas() -> None:
@@ -71,7 +71,7 @@ def test_the_ends_of_the_formulas() -> None:
 @pytest.mark.parametrize(
     ("width", "size"), [(640, (480, 640)), (320, (240, 320)), (160, (120, 160))], ids=str
 )
-def test_pictures_of_the_wanted_size(width: int, size: tuple[int, int]) -> None:
+def test_images_of_the_wanted_size(width: int, size: tuple[int, int]) -> None:
     raw = np.arange(480 * 640, dtype=np.uint32).astype(np.uint16).reshape(480, 640) % 1000
     pixels = np.random.default_rng(2).integers(0, 256, (480, 640, 3)).astype(np.uint8)
     driver = KinectDriver(KinectParameters(width=width))
@@ -83,7 +83,7 @@ def test_pictures_of_the_wanted_size(width: int, size: tuple[int, int]) -> None:
     np.testing.assert_array_equal(depth.depth, METRES_OF_RAW[raw[::step, ::step]])
     np.testing.assert_array_equal(colour.pixels, pixels[::step, ::step])
     small = KinectDriver(KinectParameters(width=width)).colour(VideoFrame(4, 2, 0.0, bytes(24)), 0.0)
-    assert small.pixels.shape == (2, 4, 3), "small pictures stay as they are"
+    assert small.pixels.shape == (2, 4, 3), "small images stay as they are"
 
 
 def test_the_depth_cameras_own_axis() -> None:
@@ -95,14 +95,12 @@ def test_the_depth_cameras_own_axis() -> None:
 
 def frame_of(view: View) -> str:
     driver = KinectDriver(KinectParameters())
-    picture = driver.depth(
-        DepthFrame(4, 2, 0.0, np.full((2, 4), 800, np.uint16), DepthEncoding.RAW, view), 0.0
-    )
-    assert picture is not None
-    return picture.frame_id
+    image = driver.depth(DepthFrame(4, 2, 0.0, np.full((2, 4), 800, np.uint16), DepthEncoding.RAW, view), 0.0)
+    assert image is not None
+    return image.frame_id
 
 
-def test_registered_pictures_are_the_colour_cameras() -> None:
+def test_registered_images_are_the_colour_cameras() -> None:
     assert frame_of(View.COLOUR) == "camera_rgb_optical_frame"
     assert frame_of(View.DEPTH) == frame_of(View.SHARED) == "camera_depth_optical_frame"
 
@@ -120,15 +118,15 @@ def test_shared_lens_points_have_the_colours_of_their_pixels() -> None:
     driver.depth(DepthFrame(320, 240, 0.0, raw, DepthEncoding.RAW, View.SHARED), 5.0)
     found = driver.coloured_points(driver.colour(VideoFrame(320, 240, 0.0, pixels), 5.02))
     assert found is not None
-    picture, points = found
-    assert picture.stamp == 5.0
-    known = ~np.isnan(picture.depth)
+    image, points = found
+    assert image.stamp == 5.0
+    known = ~np.isnan(image.depth)
     assert np.isnan(points[3, 4, :3]).all() and colours_of(points)[3, 4] == 0
     wide = pixels.astype(np.uint32)
     expected = wide[..., 0] << 16 | wide[..., 1] << 8 | wide[..., 2]
     np.testing.assert_array_equal(colours_of(points)[known], expected[known])
-    np.testing.assert_array_equal(points[..., 2][known], picture.depth[known])
-    x = (np.arange(320) - 159.5) / 262.5 * picture.depth
+    np.testing.assert_array_equal(points[..., 2][known], image.depth[known])
+    x = (np.arange(320) - 159.5) / 262.5 * image.depth
     np.testing.assert_allclose(points[..., 0][known], x[known], atol=1e-5)
 
 
@@ -138,29 +136,29 @@ def test_the_colour_camera_sees_a_point_further_left(distance_raw: int) -> None:
     frame = DepthFrame(
         640, 480, 0.0, np.full((480, 640), distance_raw, np.uint16), DepthEncoding.RAW, View.DEPTH
     )
-    picture = driver.depth(frame, 0.0)
-    assert picture is not None
+    image = driver.depth(frame, 0.0)
+    assert image is not None
     columns = np.zeros((480, 640, 3), np.uint8)
     columns[..., 0] = np.arange(640) >> 8
     columns[..., 1] = np.arange(640) & 255
     found = driver.coloured_points(driver.colour(VideoFrame(640, 480, 0.0, columns), 0.0))
     assert found is not None
     seen = colours_of(found[1])[240, 300] >> 8
-    z = float(picture.depth[240, 300])
+    z = float(image.depth[240, 300])
     expected = 300 + 5.0 - BASELINE_M * 525.0 / z
     assert seen == math.floor(expected + 0.5)
     if distance_raw == 600:
         assert (colours_of(found[1])[:, :13] == 0).all(), "what the colour camera does not see is black"
 
 
-def test_points_need_a_new_depth_picture_of_about_the_same_time() -> None:
+def test_points_need_a_new_depth_image_of_about_the_same_time() -> None:
     driver = KinectDriver(KinectParameters())
     raw = np.full((2, 4), 800, np.uint16)
     colour = driver.colour(VideoFrame(4, 2, 0.0, bytes(24)), 1.0)
     assert driver.coloured_points(colour) is None
     driver.depth(DepthFrame(4, 2, 0.0, raw, DepthEncoding.RAW), 1.05)
     assert driver.coloured_points(colour) is not None
-    assert driver.coloured_points(colour) is None, "one cloud of each depth picture"
+    assert driver.coloured_points(colour) is None, "one cloud of each depth image"
     driver.depth(DepthFrame(4, 2, 0.0, raw, DepthEncoding.RAW), 1.2)
     assert driver.coloured_points(colour) is None
 
