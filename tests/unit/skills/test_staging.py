@@ -10,7 +10,13 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
-from florence_bt.skills.navigation.navigate.staging import is_lined_up, staging_pose, straight_way_in
+from florence_bt.skills.navigation.navigate.staging import (
+    has_room_to_turn,
+    is_lined_up,
+    staging_pose,
+    straight_way_in,
+    turning_place,
+)
 
 GOAL = Pose2(3.0, 2.0, 0.0)
 FAR = Pose2(1.0, 0.6, 1.0)
@@ -93,3 +99,17 @@ def test_there_is_no_straight_way_in_elsewhere():
 def test_who_is_at_the_goal_or_just_past_it_does_not_go_back_to_line_up():
     near_person = (3.22, 3.6, 1.85, 2.15)
     assert staging_pose(Pose2(3.03, 2.0, 0.1), GOAL, costmap(near_person), SPARE) is None
+
+
+BESIDE_A_WALL = (1.0, 5.0, 2.25, 2.4)
+
+
+def test_the_nearest_place_with_room_to_turn_is_on_the_side_where_nothing_is():
+    room = costmap(BESIDE_A_WALL)
+    assert not has_room_to_turn(GOAL, room)
+    assert staging_pose(FAR, GOAL, room, SPARE) is None
+    beside = turning_place(GOAL, room, SPARE)
+    assert beside is not None and beside.yaw == GOAL.yaw
+    assert beside.y < GOAL.y and 0.0 < beside.distance_to(GOAL) <= SPARE + 1e-9
+    assert has_room_to_turn(beside, room)
+    assert turning_place(GOAL, costmap((1.0, 5.0, 2.2, 2.4), (1.0, 5.0, 1.6, 1.8)), SPARE) is None

@@ -22,6 +22,7 @@ class RecoveryParameters:
     Attributes:
         planner_patience: Seconds without a plan before recovering.
         goal_patience: Seconds that what stands at the goal has to go away, once the robot has looked at it.
+            Who waits there for the robot to make way may do so for ten.
         controller_patience: Seconds without a velocity before recovering.
         conservative_reset_dist: Side of the window around the robot whose obstacles are kept, in metres.
         recovery_pause: Seconds for the costmaps to fill again before the next recovery behaviour.
@@ -44,7 +45,7 @@ class RecoveryParameters:
     """
 
     planner_patience: Positive = 5.0
-    goal_patience: Positive = 10.0
+    goal_patience: Positive = 15.0
     controller_patience: Positive = 3.0
     conservative_reset_dist: Positive = 3.0
     recovery_pause: NotNegative = 0.5
