@@ -79,6 +79,7 @@ from florence_bt.skills.navigation.navigate import node as navigate_node
 from florence_bt.skills.navigation.navigate.declaration import APPROACH_PERSON
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
+from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, World, make_map
 
@@ -396,6 +397,16 @@ def test_goals_are_accepted_while_the_costmaps_are_made_and_begin_then(
     assert scene.result_of(handle).status == GoalStatus.STATUS_SUCCEEDED
     assert planned.done() and planned.result().result.path.poses
     assert scene.robot.world.pose.distance_to(goal) < 0.15
+
+
+def test_parameters_that_would_do_nothing_are_refused_with_what_to_use(ros: Any) -> None:
+    node = ros.add(NavigationNode(parameters={"escape_reset_dist": 0.1, **SIMULATED}))
+    assert "back_up_distance" in str(node.unknown_parameters())
+    other = ros.add(NavigationNode(parameters={"scan.marking": False, **SIMULATED}))
+    assert other.unknown_parameters() is None
+    costmap = NavigatorParameters.read(other.read_parameters).costmap
+    assert not costmap.scan.marking and costmap.depth.marking
+    assert not any(other.has_parameter(name) for name in REPLACED_PARAMETERS)
 
 
 def test_the_command_saves_the_map_of_the_system(

@@ -281,3 +281,14 @@ def test_progress() -> None:
 def test_bad_parameters(cls: type, values: dict[str, float]) -> None:
     with pytest.raises(ConfigError):
         cls(**values)
+
+
+@pytest.mark.parametrize("latched", [True, False])
+def test_a_position_that_was_reached_stays_reached_when_latched(latched: bool) -> None:
+    controller = Controller(ControllerParameters(latch_xy_goal_tolerance=latched))
+    goal, costmap = Pose2(0.0, 0.0, math.pi / 2), local()
+    controller.set_plan(np.array([[-0.1, 0.0], [0.0, 0.0]]), goal)
+    for pose in (Pose2(0.0, 0.0, 0.0), Pose2(-0.12, 0.0, 0.0)):
+        clearance = Clearance(costmap, pose, None, None)
+        answer = controller.control(pose, STANDSTILL, costmap, Pose2(), clearance, People())
+    assert answer.text == ("turning to the goal's heading" if latched else "approaching the goal")

@@ -52,6 +52,8 @@ class ControllerParameters:
         approach_gain: Speed per distance from the goal, 1/s.
         turn_gain: Turning speed per angle, 1/s.
         xy_goal_tolerance: Metres.
+        latch_xy_goal_tolerance: Whether the position, once reached, counts as reached however far the robot
+            drifts while it turns; otherwise it drives back when it is off by 1.6 tolerances.
         yaw_goal_tolerance: Radians.
         blocked_xy_tolerance: When something stands right before the goal, this near (m) with the right
             heading is near enough; the document's own tolerance is 0.25 m.
@@ -82,6 +84,7 @@ class ControllerParameters:
     approach_gain: Positive = 0.8
     turn_gain: Positive = 1.5
     xy_goal_tolerance: Positive = 0.05
+    latch_xy_goal_tolerance: bool = False
     yaw_goal_tolerance: Positive = 0.08
     blocked_xy_tolerance: NotNegative = 0.12
     trans_stopped_velocity: Positive = 0.02
@@ -221,7 +224,7 @@ class Controller:
     def _has_reached_position(self, pose: Pose2, goal: Pose2, distance: float) -> bool:
         tolerance = self._p.xy_goal_tolerance
         if self._position_reached:
-            self._position_reached = distance <= self._stays_within
+            self._position_reached = self._p.latch_xy_goal_tolerance or distance <= self._stays_within
         else:
             # Inside the tolerance it drives on to the middle, until that is passed. Who has come from further
             # away does not turn away for a goal beside them that is nearly as near.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -29,6 +29,29 @@ FREE_COST = 0
 
 
 @dataclass(frozen=True, slots=True)
+class SourceParameters:
+    """How one sensor counts in the costmaps; names as in costmap_2d.
+
+    Attributes:
+        marking: Whether its beams mark.
+        clearing: Whether its beams clear.
+        obstacle_range: Metres; 0 takes that of the costmap.
+        raytrace_range: Metres; 0 takes that of the costmap.
+
+    Source:
+        REFERENCE 7.4.
+    """
+
+    marking: bool = True
+    clearing: bool = True
+    obstacle_range: NotNegative = 0.0
+    raytrace_range: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+
+
+@dataclass(frozen=True, slots=True)
 class CostmapParameters:
     """How costmaps are kept; names as in costmap_2d.
 
@@ -48,6 +71,10 @@ class CostmapParameters:
         proxemic_amplitude: The cost at a person in the global costmap; 0 switches the layer of people off.
         proxemic_covariance: Of the Gaussian in which it falls beside and behind them, in m^2.
         proxemic_factor: How much greater that is before them, for each m/s.
+        scan: Laser and depth camera at the laser's height, combined.
+        depth: The depth camera at the robot's height.
+        low: What the depth camera sees below.
+        overhangs: What it sees hang over.
 
     Source:
         REFERENCE 7.4; document, section 3.3.2. Names and values of the last three are those of
@@ -68,6 +95,10 @@ class CostmapParameters:
     proxemic_amplitude: Annotated[float, Limits(0.0, INSCRIBED - 1)] = 77.0
     proxemic_covariance: Positive = 0.25
     proxemic_factor: NotNegative = 5.0
+    scan: SourceParameters = field(default_factory=SourceParameters)
+    depth: SourceParameters = field(default_factory=SourceParameters)
+    low: SourceParameters = field(default_factory=SourceParameters)
+    overhangs: SourceParameters = field(default_factory=SourceParameters)
 
     def __post_init__(self) -> None:
         self.make_footprint()
@@ -76,6 +107,16 @@ class CostmapParameters:
     def make_footprint(self) -> Footprint:
         """The padded footprint."""
         return Footprint.from_corners(corners_from_flat(self.footprint), self.footprint_padding)
+
+    def of_source(self, source: str) -> SourceParameters:
+        """The parameters of a sensor, with the costmap's own ranges where it has none."""
+        every = {"scan": self.scan, "depth": self.depth, "low": self.low, "overhangs": self.overhangs}
+        use = every.get(source, SourceParameters())
+        return replace(
+            use,
+            obstacle_range=use.obstacle_range or self.obstacle_range,
+            raytrace_range=use.raytrace_range or self.raytrace_range,
+        )
 
     def make_true_footprint(self) -> Footprint:
         """The footprint without padding."""
@@ -279,8 +320,9 @@ class Costmap:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
         offset = np.array([self.origin_x, self.origin_y])
         ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
-        hits = rays.ranges < self._parameters.raytrace_range
-        if clear:
+        use = self._parameters.of_source(source)
+        hits = rays.ranges < use.raytrace_range
+        if clear and use.clearing:
             _cells.clear_rays(
                 marks,
                 (rays.x - self.origin_x) / self.resolution,
@@ -288,9 +330,9 @@ class Costmap:
                 ends,
                 hits,
                 rays.nearest / self.resolution,
-                self._parameters.raytrace_range / self.resolution,
+                use.raytrace_range / self.resolution,
             )
-        wanted = rays.ranges < min(self._parameters.obstacle_range, rays.farthest)
+        wanted = (rays.ranges < min(use.obstacle_range, rays.farthest)) & use.marking
         if self._feet is None or source not in ABOVE_FEET:
             _cells.mark_points(marks, ends, wanted)
         else:

@@ -42,6 +42,8 @@ _RECOVERY_TIME_S = 12.0
 _LOOK_FROM_M = 1.6
 """From so far away the robot looks at what seems to stand at its goal, once no wall hides it: nearer the
 camera does not see what hangs over."""
+_NEAR_M = 1.0
+"""From so near the robot sees whether it has room to turn at its goal."""
 _LOOKING = "looking at the goal"
 TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 """m/s and rad/s, for the time that is left."""
@@ -69,7 +71,7 @@ class Drive:
         self._planned_goal = goal
         self._stage: Pose2 | None = None
         self._beside: Pose2 | None = None
-        self._turn_blocked = False
+        self._narrow = False
         self._last_plan = now
         self._last_control = now
         still = f"the robot has not come nearer to the goal for {parameters.recovery.give_up_time:g} s"
@@ -137,19 +139,17 @@ class Drive:
         """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap = state.map_pose, self._costmaps.global_costmap
-        if self._plan_to_stage(here):
+        narrow = self._is_narrow(here)
+        self._stage = None
+        if narrow and self._plan_to_stage(here):
             self._last_plan = state.now
             return None
         spare = self._p.controller.blocked_xy_tolerance
-        beside, self._beside = self._beside, None
-        if not is_lined_up(here, self._goal) and not self._can_turn_at_goal:
-            self._beside = turning_place(self._goal, costmap, spare)
-        if self._beside not in (None, beside):
-            self._controller.start()
-        goal = self._beside or self._goal
-        plan = straight_way_in(here, self._goal, costmap, spare) or plan_path(
-            costmap, here, goal, self._p.planner, tolerance=self._tolerance(here)
-        )
+        plan: Plan | Result | None = straight_way_in(here, self._goal, costmap, spare) if narrow else None
+        goal = self._goal
+        if plan is None:
+            goal = self._turning_place(here, spare) if narrow else goal
+            plan = plan_path(costmap, here, goal, self._p.planner, tolerance=self._tolerance(here))
         if isinstance(plan, Result):
             self._trouble = (plan.code, plan.reason)
             self.path = None
@@ -196,9 +196,22 @@ class Drive:
         self.path, self._planned_goal = plan.points, plan.goal
         self._controller.set_plan(plan.points, plan.goal)
 
-    @property
-    def _can_turn_at_goal(self) -> bool:
-        return not self._turn_blocked and has_room_to_turn(self._goal, self._costmaps.global_costmap)
+    def _is_narrow(self, here: Pose2) -> bool:
+        """Whether the goal has no room to turn; found so from near, it stays so: marks come and go."""
+        narrow = self._narrow or not has_room_to_turn(self._goal, self._costmaps.global_costmap)
+        self._narrow = narrow and here.distance_to(self._goal) <= _NEAR_M
+        return narrow
+
+    def _turning_place(self, here: Pose2, spare: float) -> Pose2:
+        """Where to turn instead of at the goal, or the goal."""
+        if is_lined_up(here, self._goal):
+            return self._goal
+        costmap = self._costmaps.global_costmap
+        if self._beside is None or not has_room_to_turn(self._beside, costmap):
+            self._beside = turning_place(self._goal, costmap, spare)
+            if self._beside is not None:
+                self._controller.start()  # it may have reached the goal already
+        return self._beside or self._goal
 
     def _tolerance(self, here: Pose2) -> float:
         """How far from an occupied goal the path may end: what was seen there once may be gone by now."""
@@ -263,7 +276,7 @@ class Drive:
             self._trouble = ("no_progress", problem)
             return self._recover(state, DriveEvent.NO_PROGRESS)
         self._trouble = ("blocked", control.blocked)
-        self._turn_blocked |= control.blocked in NO_ROOM_TO_TURN
+        self._narrow |= control.blocked in NO_ROOM_TO_TURN
         if state.now - self._last_control > self._p.recovery.controller_patience:
             return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
         return None

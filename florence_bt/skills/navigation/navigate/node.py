@@ -64,7 +64,7 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
@@ -103,6 +103,8 @@ class NavigationNodeParameters:
 
 class NavigationNode(FlorenceNode):
     """Serves goals one at a time; works only while one is active."""
+
+    replaced_parameters = REPLACED_PARAMETERS
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("navigate", parameters=parameters, namespace=namespace)

@@ -34,10 +34,9 @@ def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Po
 
     Returns:
         A pose with the goal's heading before the goal, where the robot can turn, and from where the straight
-        way to the goal is free. None when the goal itself has room to turn, the robot is lined up already, or
-        there is no such place.
+        way to the goal is free. None when the robot is lined up already, or there is no such place.
     """
-    if has_room_to_turn(goal, costmap) or is_lined_up(here, goal):
+    if is_lined_up(here, goal):
         return None
     for run_up in RUN_UPS_M:
         stage = goal @ Pose2(-run_up, 0.0, 0.0)
@@ -47,7 +46,7 @@ def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Po
 
 
 def straight_way_in(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Plan | None:
-    """The straight way from a run-up into a goal; a planned one would bend away from what is beside it.
+    """The straight way from a run-up into a narrow goal; a planned one would bend away from its sides.
 
     Args:
         here: The robot in the costmap's frame.
@@ -56,10 +55,10 @@ def straight_way_in(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) ->
         spare: The last part of the way that need not be free, in metres.
 
     Returns:
-        The way; None when the goal itself has room to turn, the robot is not lined up, or it is not free.
+        The way; None when the robot is not lined up, or it is not free.
     """
     way = here.distance_to(goal)
-    if not is_lined_up(here, goal) or has_room_to_turn(goal, costmap):
+    if not is_lined_up(here, goal):
         return None
     towards = Pose2(here.x, here.y, here.yaw + here.bearing_to(goal.x, goal.y))
     if not _is_free(towards, max(0.0, way - spare), costmap):
