@@ -173,6 +173,22 @@ def test_where_a_goal_has_no_room_to_turn_the_place_beside_it_is_near_enough(awa
     assert abs(angle_difference(trip.world.pose.yaw, goal.yaw)) < 0.1
 
 
+def test_a_goal_beside_marks_that_come_and_go_is_planned_for_in_one_way() -> None:
+    wall: Box = (1.6, 2.65, 3.5, 2.8)
+    trip, wanted = Trip(Pose2(1.4, 2.4, 0.0), boxes=(*WALLS, wall)), Pose2(2.5, 2.4, math.pi / 2)
+    goals: list[Pose2] = []
+
+    def flicker(world: World) -> None:
+        world.boxes = [*WALLS, wall] if int(world.now) % 2 else list(WALLS)
+        path = trip.navigator.plan
+        if path is not None and (not goals or goals[-1].distance_to(Pose2(*path[-1])) > 0.01):
+            goals.append(Pose2(*path[-1]))
+
+    assert trip.go(wanted, each=flicker).succeeded
+    assert trip.world.pose.distance_to(wanted) < 0.15
+    assert len(goals) <= 4
+
+
 def test_who_left_a_goal_where_the_laser_does_not_look_is_forgotten_when_the_robot_looks_there() -> None:
     trip, goal = Trip(Pose2(1.0, 2.4, 0.0)), Pose2(2.2, 2.4, 0.0)
     body = np.array([[2.2, 2.35], [2.2, 2.45]])

@@ -35,6 +35,11 @@ def test_a_goal_in_the_open_has_room_to_turn():
     assert has_room_to_turn(GOAL, costmap())
 
 
+def test_what_stands_in_the_middle_of_a_place_leaves_no_room():
+    """The outline of the robot passes round it."""
+    assert not has_room_to_turn(GOAL, costmap((2.95, 3.0, 1.95, 2.0)))
+
+
 def test_a_goal_before_a_person_is_entered_straight():
     near_person = (3.22, 3.6, 1.85, 2.15)
     stage = staging_pose(FAR, GOAL, costmap(near_person), SPARE)

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.planner import Plan
 
@@ -93,7 +94,9 @@ def is_lined_up(here: Pose2, goal: Pose2) -> bool:
 
 
 def has_room_to_turn(place: Pose2, costmap: Costmap) -> bool:
-    """Whether the robot touches nothing at a place, whatever its heading."""
+    """Whether the robot touches nothing at a place, whatever its heading, and nothing stands under it."""
+    if INSCRIBED <= costmap.cost_at(place.x, place.y) < UNKNOWN_COST:
+        return False
     return all(costmap.footprint_cost(Pose2(place.x, place.y, yaw)) >= 0 for yaw in _HEADINGS)
 
 
