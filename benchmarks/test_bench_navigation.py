@@ -113,7 +113,7 @@ def test_control_cycle(benchmark, figures):
     costmap, start = navigator.local_costmap, Pose2(2.0, 1.5, 0.3)
     costmap.roll_to(start)
     path = np.stack([np.linspace(2.0, 4.5, 60), 1.5 + 0.2 * np.sin(np.linspace(0.0, 3.0, 60))], axis=1)
-    controller = Controller(parameters.controller, parameters.costmap)
+    controller = Controller(parameters.controller)
     controller.set_plan(path, Pose2(4.5, 1.5, 0.0))
     marks = np.random.default_rng(1).random(costmap.shape) < 0.002
     costmap._layers["scan"] = np.where(marks, LETHAL, 0).astype(np.uint8)

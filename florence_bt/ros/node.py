@@ -6,7 +6,7 @@ import functools
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from nav_msgs.msg import OccupancyGrid
 from rcl_interfaces.msg import ParameterDescriptor
@@ -54,6 +54,9 @@ class FlorenceNode(Node):
 
     timebase: Clock
     steady: Clock
+
+    replaced_parameters: ClassVar[Mapping[str, str]] = {}
+    """Parameters that a user of other programs may expect -> what to use instead."""
 
     def __init__(
         self,
@@ -206,6 +209,9 @@ class FlorenceNode(Node):
         """What is wrong with the names of the parameters that were given, when all were declared."""
         declared = [name for name in self.get_parameters_by_prefix("") if name not in _OWN_PARAMETERS]
         for name in self._given:
+            if name in self.replaced_parameters:
+                instead = self.replaced_parameters[name]
+                return ConfigError(f"node {self.get_name()} has no parameter {name!r}: {instead}")
             if not self.has_parameter(name):
                 return ConfigError(
                     f"node {self.get_name()} has no parameter {name!r}", valid=closest_first(name, declared)

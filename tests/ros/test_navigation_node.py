@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -74,8 +75,11 @@ from florence_bt.skills.navigation.localisation.saved_pose import load_pose, sav
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
+from florence_bt.skills.navigation.navigate import node as navigate_node
 from florence_bt.skills.navigation.navigate.declaration import APPROACH_PERSON
+from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
+from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, World, make_map
 
@@ -350,6 +354,59 @@ def test_a_map_that_is_swapped_ends_the_drive_and_the_next_one_uses_it(
     assert scene.result_of(scene.send(scene.poses, to(goal))).status == GoalStatus.STATUS_SUCCEEDED
     assert scene.robot.world.pose.distance_to(goal) < 0.15
     assert scene.robot.world.hits == 0
+
+
+@pytest.fixture
+def slow_map(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
+    """Costmaps are made only after this was set."""
+    may_be_made = threading.Event()
+
+    def make_late(*arguments: Any) -> Navigator:
+        may_be_made.wait(60.0)
+        return Navigator(*arguments)
+
+    monkeypatch.setattr(navigate_node, "Navigator", make_late)
+    yield may_be_made
+    may_be_made.set()
+
+
+def test_goals_are_accepted_while_the_costmaps_are_made_and_begin_then(
+    scene: Scene, slow_map: threading.Event
+) -> None:
+    plans = ActionClient(scene.client, ComputePathToPose, "compute_path_to_pose")
+    scene.client.on_destroy(plans.destroy)
+    slow_map.set()
+    scene.add_navigation()
+    slow_map.clear()
+    maps = scene.client.create_publisher(OccupancyGridMsg, "map", LATCHED)
+    scene.ros.spin_until(lambda: maps.get_subscription_count() >= 2 and plans.server_is_ready())
+    maps.publish(grid_to_ros(make_map(), "map", 0.0))
+    scene.ros.spin_until(lambda: scene.navigation.makes_costmaps, what="the map")
+    given_up = scene.send(scene.poses, to(Pose2(3.0, 3.4)))
+    end = given_up.get_result_async()
+    cancelling = given_up.cancel_goal_async()
+    scene.ros.spin_until(lambda: cancelling.done() and end.done(), what="the end of the cancelled goal")
+    assert end.result().status == GoalStatus.STATUS_CANCELED
+    goal = Pose2(2.0, 2.4, 0.0)
+    plan = scene.send(plans, ComputePathToPose.Goal(goal=to(goal).pose))
+    planned = plan.get_result_async()
+    handle = scene.send(scene.poses, to(goal))
+    assert handle.accepted and not planned.done()
+    assert not scene.robot.commands or scene.robot.commands[-1].linear.x == 0.0
+    slow_map.set()
+    assert scene.result_of(handle).status == GoalStatus.STATUS_SUCCEEDED
+    assert planned.done() and planned.result().result.path.poses
+    assert scene.robot.world.pose.distance_to(goal) < 0.15
+
+
+def test_parameters_that_would_do_nothing_are_refused_with_what_to_use(ros: Any) -> None:
+    node = ros.add(NavigationNode(parameters={"escape_reset_dist": 0.1, **SIMULATED}))
+    assert "back_up_distance" in str(node.unknown_parameters())
+    other = ros.add(NavigationNode(parameters={"scan.marking": False, **SIMULATED}))
+    assert other.unknown_parameters() is None
+    costmap = NavigatorParameters.read(other.read_parameters).costmap
+    assert not costmap.scan.marking and costmap.depth.marking
+    assert not any(other.has_parameter(name) for name in REPLACED_PARAMETERS)
 
 
 def test_the_command_saves_the_map_of_the_system(

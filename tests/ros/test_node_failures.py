@@ -124,7 +124,7 @@ def navigation(going: Any) -> NavigationNode:
     for subscription in node.subscriptions:
         if subscription.topic_name in ("/map", "/odom"):
             subscription.callback(ordinary(subscription.msg_type, node.timebase.now()))
-    assert node.has_map
+    going.spin_until(lambda: node.has_map, what="the costmaps")
     return node
 
 

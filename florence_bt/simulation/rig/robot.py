@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from typing import Any, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
@@ -23,6 +22,7 @@ from florence_bt.drivers.turtlebot.hazards import StopReason, describe, hold_for
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
+from florence_bt.ros.parameters import fill_dataclass
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
@@ -59,15 +59,7 @@ Config = Mapping[str, Mapping[str, Any]]
 
 def parameters_of(cls: type[T], config: Config, node: str) -> T:
     """The part of a node's configuration that a pure component has parameters for."""
-    section = config.get(node, {})
-    known = {field.name for field in fields(cls)}  # type: ignore[arg-type]
-    return cls(
-        **{
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in section.items()
-            if name in known
-        }
-    )
+    return fill_dataclass(cls, config.get(node, {}).get)
 
 
 class RigRobot:

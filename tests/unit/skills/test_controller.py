@@ -49,7 +49,7 @@ def path_to(goal: Pose2) -> np.ndarray:
 def control(
     goal: Pose2, costmap: Costmap | None = None, pose: Pose2 = ORIGIN, twist: Twist2 = STANDSTILL
 ) -> Control:
-    controller = Controller(ControllerParameters(), COSTMAP)
+    controller = Controller(ControllerParameters())
     controller.set_plan(path_to(goal), goal)
     costmap = costmap or local()
     return controller.control(pose, twist, costmap, Pose2(), Clearance(costmap, pose, None, None), People())
@@ -64,7 +64,7 @@ def test_it_drives_along_a_straight_path() -> None:
 
 def test_the_dynamic_window_is_what_can_be_reached_within_its_period() -> None:
     parameters = ControllerParameters(dwa=True, sim_period=0.2)
-    controller = Controller(parameters, COSTMAP)
+    controller = Controller(parameters)
     controller.set_plan(path_to(Pose2(2.0, 0.0)), Pose2(2.0, 0.0))
     costmap, speed = local(), 0.2
     clearance = Clearance(costmap, Pose2(), None, None)
@@ -81,7 +81,7 @@ def test_it_turns_first_when_the_path_leads_off_sharply() -> None:
 
 
 def test_it_steers_towards_a_path_beside_it() -> None:
-    controller = Controller(ControllerParameters(), COSTMAP)
+    controller = Controller(ControllerParameters())
     controller.set_plan(np.linspace([0.0, 0.2], [2.0, 0.2], 80), Pose2(2.0, 0.2))
     costmap = local()
     answer = controller.control(
@@ -91,7 +91,7 @@ def test_it_steers_towards_a_path_beside_it() -> None:
 
 
 def test_the_path_is_taken_to_the_odometry_frame() -> None:
-    controller = Controller(ControllerParameters(), COSTMAP)
+    controller = Controller(ControllerParameters())
     goal = Pose2(2.0, 0.0)
     controller.set_plan(path_to(goal), goal)
     # The map is turned by 90 degrees against the odometry: the path leads to y there.
@@ -146,7 +146,7 @@ def test_within_the_tolerance_it_only_turns() -> None:
 
 @pytest.mark.parametrize(("goal", "turns_away"), [(Pose2(0.3, 0.07), False), (Pose2(0.3, 0.15), True)])
 def test_who_has_driven_there_does_not_turn_away_for_some_centimetres(goal: Pose2, turns_away: bool) -> None:
-    controller, costmap = Controller(ControllerParameters(), COSTMAP), local()
+    controller, costmap = Controller(ControllerParameters()), local()
     controller.set_plan(path_to(goal), goal)
     for x in (0.0, 0.1, 0.2, 0.29):
         pose = Pose2(x, 0.0)
@@ -281,3 +281,14 @@ def test_progress() -> None:
 def test_bad_parameters(cls: type, values: dict[str, float]) -> None:
     with pytest.raises(ConfigError):
         cls(**values)
+
+
+@pytest.mark.parametrize("latched", [True, False])
+def test_a_position_that_was_reached_stays_reached_when_latched(latched: bool) -> None:
+    controller = Controller(ControllerParameters(latch_xy_goal_tolerance=latched))
+    goal, costmap = Pose2(0.0, 0.0, math.pi / 2), local()
+    controller.set_plan(np.array([[-0.1, 0.0], [0.0, 0.0]]), goal)
+    for pose in (Pose2(0.0, 0.0, 0.0), Pose2(-0.12, 0.0, 0.0)):
+        clearance = Clearance(costmap, pose, None, None)
+        answer = controller.control(pose, STANDSTILL, costmap, Pose2(), clearance, People())
+    assert answer.text == ("turning to the goal's heading" if latched else "approaching the goal")

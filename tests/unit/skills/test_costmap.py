@@ -14,6 +14,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate.costmap import (
     Costmap,
     CostmapParameters,
+    SourceParameters,
     cost_at_distance,
     rays_of,
 )
@@ -112,6 +113,28 @@ def test_ranges_limit_marking_and_clearing() -> None:
     # The second end is beyond obstacle_range: it clears, but does not mark.
     assert costmap.cost_at(2.46, 0.01) == 0
     assert costmap.cost_at(2.56, 0.01) == 0
+
+
+def test_each_sensor_may_have_its_own_ranges_and_only_mark_or_only_clear() -> None:
+    own = CostmapParameters(
+        scan=SourceParameters(marking=False),
+        depth=SourceParameters(clearing=False),
+        low=SourceParameters(obstacle_range=1.5, raytrace_range=1.2),
+    )
+    costmap = Costmap(own)
+    add(costmap, "scan", one_beam(1.0))
+    assert costmap.cost_at(1.01, 0.01) == 0
+    add(costmap, "depth", one_beam(1.0))
+    add(costmap, "depth", one_beam(2.0))
+    assert costmap.cost_at(1.01, 0.01) == 254
+    costmap.reset_outside(0.0, 0.0, 0.0)
+    add(costmap, "low", one_beam(1.65))
+    assert costmap.cost_at(1.66, 0.01) == 0
+    add(costmap, "low", one_beam(1.45))
+    add(costmap, "low", one_beam(5.0))
+    assert costmap.cost_at(1.46, 0.01) == 254
+    with pytest.raises(ConfigError, match="obstacle_range"):
+        SourceParameters(obstacle_range=-1.0)
 
 
 @pytest.mark.parametrize("useless", [math.nan, math.inf, 5.6, 0.01])

@@ -47,13 +47,35 @@ def test_who_has_walked_on_leaves_nothing(source: str) -> None:
     assert costmap.cost_at(1.5, 0.0) < INSCRIBED
 
 
-def test_beside_a_wall_only_what_hangs_over_stays() -> None:
-    """0.3 m before the wall: a body that has gone would close the way for good, a shelf may be there."""
-    for source, stays in (("depth", False), ("overhangs", True)):
-        costmap = costmap_with(source, legs_at=1.45)
-        for _ in range(10):
-            costmap.saw_feet(laser(None, wall_at=1.8))
-        assert (costmap.cost_at(1.5, 0.0) == LETHAL) == stays
+@pytest.mark.parametrize("source", ["depth", "overhangs"])
+def test_beside_a_wall_of_the_map_who_has_walked_on_leaves_nothing(source: str) -> None:
+    """0.3 m before the wall: the rest of a body that has gone would close the way for good."""
+    costmap = costmap_with(source, legs_at=1.45)
+    see_wall(costmap, times=4)
+    assert costmap.cost_at(1.5, 0.0) == LETHAL
+    see_wall(costmap, times=1)
+    assert costmap.cost_at(1.5, 0.0) < INSCRIBED
+
+
+def test_what_hangs_on_a_wall_of_the_map_stays() -> None:
+    costmap = Costmap(CostmapParameters())
+    see_wall(costmap, times=1)
+    costmap.add_rays("overhangs", rays(*PERSON), ROBOT)
+    see_wall(costmap, times=20)
+    assert costmap.cost_at(1.5, 0.0) == LETHAL
+
+
+def test_what_hangs_over_a_thing_that_the_map_does_not_know_stays() -> None:
+    costmap = costmap_with("overhangs", legs_at=1.45)
+    for _ in range(20):
+        costmap.saw_feet(laser(None, wall_at=1.8))
+    assert costmap.cost_at(1.5, 0.0) == LETHAL
+
+
+def see_wall(costmap: Costmap, times: int) -> None:
+    scan = laser(None, wall_at=1.8)
+    for _ in range(times):
+        costmap.saw_feet(scan, known=np.ones(len(scan.ends), bool))
 
 
 def test_who_stands_there_stays() -> None:

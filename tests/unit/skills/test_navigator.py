@@ -12,8 +12,9 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome
-from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate.contact import SlipWatch
+from florence_bt.skills.navigation.navigate.costmap import Rays
 from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import (
@@ -157,6 +158,56 @@ def test_what_was_seen_at_a_goal_is_looked_at_before_the_drive_ends() -> None:
     assert trip.go(goal).code == "goal_occupied"
     assert abs(trip.world.pose.bearing_to(goal.x, goal.y)) < 0.1
     assert trip.world.pose.distance_to(Pose2(2.0, 2.4)) < 0.02
+
+
+@pytest.mark.parametrize("away", [0.29, 0.31])
+def test_where_a_goal_has_no_room_to_turn_the_place_beside_it_is_near_enough(away: float) -> None:
+    """Two posts, and a box before the place to line up: whichever way round, the nose would touch a post."""
+    x, y = 2.5 + away * math.cos(math.pi / 3), away * math.sin(math.pi / 3)
+    posts = [(x - 0.02, 2.4 + side - 0.02, x + 0.02, 2.4 + side + 0.02) for side in (-y, y)]
+    trip = Trip(Pose2(1.0, 2.4, 0.0), boxes=(*WALLS, *posts, (2.8, 2.35, 2.95, 2.45)))
+    goal = Pose2(2.5, 2.4, math.pi)
+    assert trip.go(goal).succeeded
+    assert trip.world.hits == 0
+    assert trip.world.pose.distance_to(goal) < 0.15
+    assert abs(angle_difference(trip.world.pose.yaw, goal.yaw)) < 0.1
+
+
+def test_a_goal_beside_marks_that_come_and_go_is_planned_for_in_one_way() -> None:
+    wall: Box = (1.6, 2.65, 3.5, 2.8)
+    trip, wanted = Trip(Pose2(1.4, 2.4, 0.0), boxes=(*WALLS, wall)), Pose2(2.5, 2.4, math.pi / 2)
+    goals: list[Pose2] = []
+
+    def flicker(world: World) -> None:
+        world.boxes = [*WALLS, wall] if int(world.now) % 2 else list(WALLS)
+        path = trip.navigator.plan
+        if path is not None and (not goals or goals[-1].distance_to(Pose2(*path[-1])) > 0.01):
+            goals.append(Pose2(*path[-1]))
+
+    assert trip.go(wanted, each=flicker).succeeded
+    assert trip.world.pose.distance_to(wanted) < 0.15
+    assert len(goals) <= 4
+
+
+def test_who_left_a_goal_where_the_laser_does_not_look_is_forgotten_when_the_robot_looks_there() -> None:
+    trip, goal = Trip(Pose2(1.0, 2.4, 0.0)), Pose2(2.2, 2.4, 0.0)
+    body = np.array([[2.2, 2.35], [2.2, 2.45]])
+    seen = Rays(1.0, 2.4, body, np.hypot(*(body - [1.0, 2.4]).T), 0.0, 5.6)
+    trip.navigator.global_costmap.saw_feet(seen)
+    trip.navigator.global_costmap.add_rays("depth", seen, trip.world.pose)
+    assert trip.navigator.cost_at(goal.x, goal.y) >= INSCRIBED
+    assert trip.go(goal).succeeded
+    trip.assert_at(goal)
+
+
+def test_what_was_seen_at_a_goal_behind_a_wall_is_looked_at_from_where_no_wall_hides_it() -> None:
+    trip, goal = Trip(Pose2(3.6, 3.3, 0.0)), Pose2(4.6, 3.3, 0.0)
+    there = np.array([[4.6, 3.25], [4.6, 3.35]])
+    who_has_left = Rays(5.6, 3.3, there, np.hypot(*(there - [5.6, 3.3]).T), 0.0, 5.6)
+    trip.navigator.global_costmap.add_rays("scan", who_has_left, trip.world.pose)
+    assert trip.navigator.cost_at(goal.x, goal.y) >= INSCRIBED
+    assert trip.go(goal).succeeded
+    trip.assert_at(goal)
 
 
 @pytest.mark.parametrize(

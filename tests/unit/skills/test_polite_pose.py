@@ -163,6 +163,14 @@ def test_where_no_place_is_left_there_is_no_proposal() -> None:
     assert propose_approach(USER, ROBOT, 4, 0.5).code == "pose_occupied"
 
 
+@pytest.mark.parametrize(("y", "reason"), [(0.3, "beyond the map"), (0.45, "no room for the robot")])
+def test_a_place_beyond_the_map_or_on_its_edge_is_not_proposed(y: float, reason: str) -> None:
+    user, robot = Pose2(3.0, y), Pose2(1.0, y)
+    assert propose_approach(user, robot, 3, 0.5, costmap({})).succeeded
+    refused = propose_approach(user, robot, 2, 0.5, costmap({}))
+    assert refused.code == "pose_occupied" and reason in refused.reason
+
+
 def test_without_a_costmap_the_proposal_passes() -> None:
     result = propose_approach(USER, ROBOT, 1)
     assert result.succeeded

@@ -10,7 +10,13 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
-from florence_bt.skills.navigation.navigate.staging import is_lined_up, staging_pose, straight_way_in
+from florence_bt.skills.navigation.navigate.staging import (
+    has_room_to_turn,
+    is_lined_up,
+    staging_pose,
+    straight_way_in,
+    turning_place,
+)
 
 GOAL = Pose2(3.0, 2.0, 0.0)
 FAR = Pose2(1.0, 0.6, 1.0)
@@ -25,8 +31,13 @@ def costmap(*blocks: tuple[float, float, float, float]) -> Costmap:
     return Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), cells))
 
 
-def test_a_goal_with_room_needs_no_run_up():
-    assert staging_pose(FAR, GOAL, costmap(), SPARE) is None
+def test_a_goal_in_the_open_has_room_to_turn():
+    assert has_room_to_turn(GOAL, costmap())
+
+
+def test_what_stands_in_the_middle_of_a_place_leaves_no_room():
+    """The outline of the robot passes round it."""
+    assert not has_room_to_turn(GOAL, costmap((2.95, 3.0, 1.95, 2.0)))
 
 
 def test_a_goal_before_a_person_is_entered_straight():
@@ -85,7 +96,6 @@ def test_from_the_run_up_the_way_in_is_straight():
 def test_there_is_no_straight_way_in_elsewhere():
     beside, across = (3.2, 3.3, 2.12, 2.22), (2.85, 2.9, 1.9, 2.1)
     here = Pose2(2.6, 2.02, 0.05)
-    assert straight_way_in(here, GOAL, costmap(), SPARE) is None
     assert straight_way_in(FAR, GOAL, costmap(beside), SPARE) is None
     assert straight_way_in(here, GOAL, costmap(beside, across), SPARE) is None
 
@@ -93,3 +103,17 @@ def test_there_is_no_straight_way_in_elsewhere():
 def test_who_is_at_the_goal_or_just_past_it_does_not_go_back_to_line_up():
     near_person = (3.22, 3.6, 1.85, 2.15)
     assert staging_pose(Pose2(3.03, 2.0, 0.1), GOAL, costmap(near_person), SPARE) is None
+
+
+BESIDE_A_WALL = (1.0, 5.0, 2.25, 2.4)
+
+
+def test_the_nearest_place_with_room_to_turn_is_on_the_side_where_nothing_is():
+    room = costmap(BESIDE_A_WALL)
+    assert not has_room_to_turn(GOAL, room)
+    assert staging_pose(FAR, GOAL, room, SPARE) is None
+    beside = turning_place(GOAL, room, SPARE)
+    assert beside is not None and beside.yaw == GOAL.yaw
+    assert beside.y < GOAL.y and 0.0 < beside.distance_to(GOAL) <= SPARE + 1e-9
+    assert has_room_to_turn(beside, room)
+    assert turning_place(GOAL, costmap((1.0, 5.0, 2.2, 2.4), (1.0, 5.0, 1.6, 1.8)), SPARE) is None

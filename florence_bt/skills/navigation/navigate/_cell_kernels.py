@@ -92,7 +92,7 @@ def mark_above(
         marks: Shape (rows, columns).
         ends: Shape (n, 2): column and row of the points, in cells with fractions.
         wanted: Shape (n,).
-        feet: Shape (m, 2): where the beams of the laser end, in cells with fractions.
+        feet: Shape (m, 2): where beams of the laser end at what the map does not know, as ``ends``.
         near: Feet are so near to what is above them, in cells.
     """
     rows, columns = marks.shape
@@ -102,14 +102,25 @@ def mark_above(
             continue
         marks[v, u] = LETHAL
         for i in range(len(feet)):
-            if math.hypot(feet[i, 0] - ends[k, 0], feet[i, 1] - ends[k, 1]) < near:
+            if _is_near(feet[i, 0] - ends[k, 0], feet[i, 1] - ends[k, 1], near):
                 marks[v, u] = CLEARABLE
                 break
 
 
 @njit(cache=True)
+def _is_near(du: float, dv: float, near: float) -> bool:
+    return du * du + dv * dv < near * near  # many times as fast as hypot
+
+
+@njit(cache=True)
 def forget_what_left(
-    marks: Cells, origin_u: float, origin_v: float, feet: NDArray[np.float64], near: float, reach: float
+    marks: Cells,
+    origin_u: float,
+    origin_v: float,
+    ends: NDArray[np.float64],
+    are_feet: NDArray[np.bool_],
+    near: float,
+    reach: float,
 ) -> None:
     """Free the cells above feet that have gone: the laser looks through there in several scans, in place.
 
@@ -117,7 +128,8 @@ def forget_what_left(
         marks: Shape (rows, columns).
         origin_u: The laser's column, in cells with fractions.
         origin_v: The laser's row.
-        feet: Shape (m, 2): where its beams end now.
+        ends: Shape (m, 2): where its beams end now.
+        are_feet: Shape (m,): which ends are at what the map does not know.
         near: As for :func:`mark_above`.
         reach: Cells farther from the laser are left as they are.
     """
@@ -126,7 +138,7 @@ def forget_what_left(
         for u in range(max(0, math.floor(origin_u - reach)), min(columns, math.ceil(origin_u + reach))):
             if not 0 < marks[v, u] <= CLEARABLE:
                 continue
-            seen = _what_laser_sees(u + 0.5, v + 0.5, origin_u, origin_v, feet, near)
+            seen = _what_laser_sees(u + 0.5, v + 0.5, origin_u, origin_v, ends, are_feet, near)
             if seen > 0:
                 marks[v, u] = CLEARABLE
             elif seen < 0:
@@ -135,20 +147,25 @@ def forget_what_left(
 
 @njit(cache=True)
 def _what_laser_sees(
-    u: float, v: float, origin_u: float, origin_v: float, feet: NDArray[np.float64], near: float
+    u: float,
+    v: float,
+    origin_u: float,
+    origin_v: float,
+    ends: NDArray[np.float64],
+    are_feet: NDArray[np.bool_],
+    near: float,
 ) -> int:
     """1: feet near a place; -1: nothing there, and it looks through; 0: it does not see the place."""
     du, dv = u - origin_u, v - origin_v
     through, hidden = False, False
-    for i in range(len(feet)):
-        if math.hypot(feet[i, 0] - u, feet[i, 1] - v) < near:
+    for i in range(len(ends)):
+        if are_feet[i] and _is_near(ends[i, 0] - u, ends[i, 1] - v, near):
             return 1
-        fu, fv = feet[i, 0] - origin_u, feet[i, 1] - origin_v
-        length = math.hypot(fu, fv)
-        along = du * fu + dv * fv
-        if along > 0.0 and abs(du * fv - dv * fu) <= length:
-            through |= length * length > along
-            hidden |= length * length <= along
+        eu, ev = ends[i, 0] - origin_u, ends[i, 1] - origin_v
+        squared, along, across = eu * eu + ev * ev, du * eu + dv * ev, du * ev - dv * eu
+        if along > 0.0 and across * across <= squared:
+            through |= squared > along
+            hidden |= squared <= along
     return -1 if through and not hidden else 0
 
 

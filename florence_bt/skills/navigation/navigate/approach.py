@@ -77,7 +77,7 @@ class Approach:
         self._use = parameters.approach
         # To stop short of the place is not to reach it.
         exact = dataclasses.replace(parameters.controller, blocked_xy_tolerance=0.0)
-        self._controller = Controller(exact, parameters.costmap)
+        self._controller = Controller(exact)
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self._progress = ProgressWatch(parameters.recovery)
         self._progress.reset(now)

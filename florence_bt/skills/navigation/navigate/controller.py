@@ -19,7 +19,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate._rollout_kernels import MEETS, roll_out
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.clearance import Clearance
-from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, cost_at_distance
+from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, People
 
 
@@ -52,6 +52,8 @@ class ControllerParameters(CheckedParameters):
         approach_gain: Speed per distance from the goal, 1/s.
         turn_gain: Turning speed per angle, 1/s.
         xy_goal_tolerance: Metres.
+        latch_xy_goal_tolerance: Whether the position, once reached, counts as reached however far the robot
+            drifts while it turns; otherwise it drives back when it is off by 1.6 tolerances.
         yaw_goal_tolerance: Radians.
         blocked_xy_tolerance: When something stands right before the goal, this near (m) with the right
             heading is near enough; the document's own tolerance is 0.25 m.
@@ -82,6 +84,7 @@ class ControllerParameters(CheckedParameters):
     approach_gain: Positive = 0.8
     turn_gain: Positive = 1.5
     xy_goal_tolerance: Positive = 0.05
+    latch_xy_goal_tolerance: bool = False
     yaw_goal_tolerance: Positive = 0.08
     blocked_xy_tolerance: NotNegative = 0.12
     trans_stopped_velocity: Positive = 0.02
@@ -96,6 +99,8 @@ class ControllerParameters(CheckedParameters):
         )
 
 
+NO_ROOM_TO_TURN = "there is no room to turn to the goal's heading", "something stands right before the goal"
+"""Why the robot stands at its goal, or right before it, and cannot turn."""
 _SMALLEST_WAY_M = 0.02
 _BLOCKED_YAW_TOLERANCE, _SMALLEST_TURN_RAD = 0.15, 0.02
 """So far from the wanted heading is near enough where something is in the way of the turn; a smaller part of
@@ -132,9 +137,8 @@ class Control:
 class Controller:
     """Follows one path to its goal. Positions are in the odometry frame, in which nothing jumps."""
 
-    def __init__(self, parameters: ControllerParameters, costmap_parameters: CostmapParameters) -> None:
+    def __init__(self, parameters: ControllerParameters) -> None:
         self._p = parameters
-        self._costmap_parameters = costmap_parameters
         self._points: NDArray[np.float64] = np.empty((0, 2))
         self._goal = Pose2()
         self._position_reached = self._came = False
@@ -219,7 +223,7 @@ class Controller:
     def _has_reached_position(self, pose: Pose2, goal: Pose2, distance: float) -> bool:
         tolerance = self._p.xy_goal_tolerance
         if self._position_reached:
-            self._position_reached = distance <= self._stays_within
+            self._position_reached = self._p.latch_xy_goal_tolerance or distance <= self._stays_within
         else:
             # Inside the tolerance it drives on to the middle, until that is passed. A robot that has come
             # from further away does not turn away for a goal beside it that is nearly as near.
@@ -249,7 +253,7 @@ class Controller:
         if command is None and abs(left) <= _BLOCKED_YAW_TOLERANCE:
             return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
         if command is None:
-            return Control(STANDSTILL, distance, blocked="there is no room to turn to the goal's heading")
+            return Control(STANDSTILL, distance, blocked=NO_ROOM_TO_TURN[0])
         return Control(command, distance, text=text)
 
     def _approach(self, pose: Pose2, goal: Pose2, distance: float, clearance: Clearance) -> Control | None:
@@ -276,7 +280,7 @@ class Controller:
             return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
         turn = self._turn(left, clearance)
         if turn is None:
-            return Control(STANDSTILL, distance, blocked="something stands right before the goal")
+            return Control(STANDSTILL, distance, blocked=NO_ROOM_TO_TURN[1])
         self._position_reached, self._stays_within = True, distance + _SHIFT_M
         return Control(turn, distance, text="turning to the goal's heading")
 
@@ -393,7 +397,7 @@ class Controller:
             commands,
             np.array([p.acc_lim_x, p.acc_lim_th, p.sim_time, p.sim_granularity, p.angular_sim_granularity]),
             costmap.footprint.outline(costmap.resolution / 2.0),
-            self._harmless_below(costmap),
+            costmap.harmless_below,
             path_grid,
             goal_grid,
             np.array([p.path_distance_bias, p.goal_distance_bias, p.occdist_scale]),
@@ -401,13 +405,6 @@ class Controller:
             people.rows,
         )
         return ratings
-
-    def _harmless_below(self, costmap: Costmap) -> int:
-        """The cost at the robot's centre below which its outline cannot touch anything."""
-        distance = costmap.footprint.circumscribed_radius + 1.5 * costmap.resolution
-        if distance > self._costmap_parameters.inflation_radius:
-            return 0
-        return cost_at_distance(distance, costmap.footprint.inscribed_radius, self._costmap_parameters)
 
     def _distance_grids(
         self, pose: Pose2, path: NDArray[np.float64], costmap: Costmap

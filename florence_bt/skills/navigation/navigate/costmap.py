@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -15,11 +15,40 @@ from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
+from florence_bt.skills.navigation.navigate._cell_kernels import (
+    INSCRIBED,
+    LETHAL,
+    STANDS,
+    UNKNOWN_COST,
+    Cells,
+)
 from florence_bt.skills.navigation.navigate.proxemics import add_proxemics
 from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 
 FREE_COST = 0
+
+
+@dataclass(frozen=True, slots=True)
+class SourceParameters:
+    """How one sensor counts in the costmaps; names as in costmap_2d.
+
+    Attributes:
+        marking: Whether its beams mark.
+        clearing: Whether its beams clear.
+        obstacle_range: Metres; 0 takes that of the costmap.
+        raytrace_range: Metres; 0 takes that of the costmap.
+
+    Source:
+        REFERENCE 7.4.
+    """
+
+    marking: bool = True
+    clearing: bool = True
+    obstacle_range: NotNegative = 0.0
+    raytrace_range: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +71,10 @@ class CostmapParameters:
         proxemic_amplitude: The cost at a person in the global costmap; 0 switches the layer of people off.
         proxemic_covariance: Of the Gaussian in which it falls beside and behind them, in m^2.
         proxemic_factor: How much greater that is before them, for each m/s.
+        scan: Laser and depth camera at the laser's height, combined.
+        depth: The depth camera at the robot's height.
+        low: What the depth camera sees below.
+        overhangs: What it sees hang over.
 
     Source:
         REFERENCE 7.4; document, section 3.3.2. Names and values of the last three are those of
@@ -62,6 +95,10 @@ class CostmapParameters:
     proxemic_amplitude: Annotated[float, Limits(0.0, INSCRIBED - 1)] = 77.0
     proxemic_covariance: Positive = 0.25
     proxemic_factor: NotNegative = 5.0
+    scan: SourceParameters = field(default_factory=SourceParameters)
+    depth: SourceParameters = field(default_factory=SourceParameters)
+    low: SourceParameters = field(default_factory=SourceParameters)
+    overhangs: SourceParameters = field(default_factory=SourceParameters)
 
     def __post_init__(self) -> None:
         self.make_footprint()
@@ -70,6 +107,16 @@ class CostmapParameters:
     def make_footprint(self) -> Footprint:
         """The padded footprint."""
         return Footprint.from_corners(corners_from_flat(self.footprint), self.footprint_padding)
+
+    def of_source(self, source: str) -> SourceParameters:
+        """The parameters of a sensor, with the costmap's own ranges where it has none."""
+        every = {"scan": self.scan, "depth": self.depth, "low": self.low, "overhangs": self.overhangs}
+        use = every.get(source, SourceParameters())
+        return replace(
+            use,
+            obstacle_range=use.obstacle_range or self.obstacle_range,
+            raytrace_range=use.raytrace_range or self.raytrace_range,
+        )
 
     def make_true_footprint(self) -> Footprint:
         """The footprint without padding."""
@@ -115,10 +162,11 @@ class Rays:
 _FAR_M = 1e-3
 """The laser filter lets a far beam end so little before the range of its sensor."""
 _FEET_M = 0.35
-"""What is marked so near to what the laser sees stands on it: body and arms of a person."""
+"""What is marked so near to what the laser sees, and the map does not know, stands on it: body and arms of a
+person."""
 ABOVE_FEET = {"depth": 0.2, "overhangs": _FEET_M}
-"""Source of such marks -> how near feet, or whatever the laser sees, must be for one to stay where it looks
-through, metres. What is carried hangs over further; beside a wall the rest of who walked by is forgotten."""
+"""Source of such marks -> how near feet must be for one to stay where the laser looks through, metres: what
+is carried hangs over further."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -230,6 +278,14 @@ class Costmap:
             self._master = master
         return self._master
 
+    @property
+    def harmless_below(self) -> int:
+        """The cost at the robot's centre below which its outline cannot touch anything."""
+        distance = self.footprint.circumscribed_radius + 1.5 * self.resolution
+        if distance > self._parameters.inflation_radius:
+            return 0
+        return cost_at_distance(distance, self.footprint.inscribed_radius, self._parameters)
+
     def set_people(self, people: NDArray[np.float64]) -> None:
         """Where people are now: a way past them costs more, but none is closed.
 
@@ -264,8 +320,9 @@ class Costmap:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
         offset = np.array([self.origin_x, self.origin_y])
         ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
-        hits = rays.ranges < self._parameters.raytrace_range
-        if clear:
+        use = self._parameters.of_source(source)
+        hits = rays.ranges < use.raytrace_range
+        if clear and use.clearing:
             _cells.clear_rays(
                 marks,
                 (rays.x - self.origin_x) / self.resolution,
@@ -273,9 +330,9 @@ class Costmap:
                 ends,
                 hits,
                 rays.nearest / self.resolution,
-                self._parameters.raytrace_range / self.resolution,
+                use.raytrace_range / self.resolution,
             )
-        wanted = rays.ranges < min(self._parameters.obstacle_range, rays.farthest)
+        wanted = (rays.ranges < min(use.obstacle_range, rays.farthest)) & use.marking
         if self._feet is None or source not in ABOVE_FEET:
             _cells.mark_points(marks, ends, wanted)
         else:
@@ -283,24 +340,26 @@ class Costmap:
             _cells.mark_above(marks, ends, wanted, feet, _FEET_M / self.resolution)
         self.clear_footprint(robot)
 
-    def saw_feet(self, laser: Rays) -> None:
+    def saw_feet(self, laser: Rays, known: NDArray[np.bool_] | None = None) -> None:
         """Take a scan of the laser alone: what the camera saw above feet that have gone has gone, too.
 
         So the marks of people who walked by do not stay where the camera does not look any more. A table top
-        stays over its legs, and what hangs on a wall stays, too.
+        stays over its legs, and what hangs on a wall of the map stays, too.
 
         Args:
             laser: The scan, in the frame of this costmap; what is out of range reads as a far hit.
+            known: Which beams end at something of the map, shape (n,); nobody stands on that. None: no beam.
         """
-        self._feet = laser.ends
+        are_feet = np.ones(len(laser.ends), bool) if known is None else ~known
+        self._feet = laser.ends[are_feet]
         offset = np.array([self.origin_x, self.origin_y])
-        feet = np.ascontiguousarray((laser.ends - offset) / self.resolution)
+        ends = np.ascontiguousarray((laser.ends - offset) / self.resolution)
         origin_u, origin_v = (np.array([laser.x, laser.y]) - offset) / self.resolution
         reach = self._parameters.raytrace_range / self.resolution
         for source, near_m in ABOVE_FEET.items():
             if source in self._layers:
                 near = near_m / self.resolution
-                _cells.forget_what_left(self._layers[source], origin_u, origin_v, feet, near, reach)
+                _cells.forget_what_left(self._layers[source], origin_u, origin_v, ends, are_feet, near, reach)
                 self._master = None
 
     def clear_footprint(self, robot: Pose2) -> None:
@@ -312,13 +371,16 @@ class Costmap:
                 _cells.clear_polygon(marks, corners)
         self._master = None
 
-    def clear_disc(self, sources: Iterable[str], place: tuple[float, float], radius: float) -> None:
+    def clear_disc(
+        self, sources: Iterable[str], place: tuple[float, float], radius: float, *, above_feet: bool = False
+    ) -> None:
         """Set what some sensors marked round a place to free.
 
         Args:
             sources: Names of the sensors.
             place: x, y in the frame of this costmap, metres.
             radius: Cells whose centres are so near are cleared, metres.
+            above_feet: Whether only what stands on feet is cleared.
         """
         reach = math.ceil(radius / self.resolution)
         row, column = self._row(place[1]), self._column(place[0])
@@ -329,7 +391,8 @@ class Costmap:
         dy = self.origin_y + (rows + 0.5) * self.resolution - place[1]
         near = np.hypot(dx[None, :], dy[:, None]) <= radius
         for marks in (self._layers[source] for source in sources if source in self._layers):
-            marks[first_row : first_row + len(rows), first_column : first_column + len(columns)][near] = 0
+            window = marks[first_row : first_row + len(rows), first_column : first_column + len(columns)]
+            window[near & (window <= STANDS if above_feet else True)] = 0
         self._master = None
 
     def add_contact(self, robot: Pose2, now: float) -> None:

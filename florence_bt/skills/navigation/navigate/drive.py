@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result, failure, success
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
-from florence_bt.skills.navigation.navigate.controller import Control, Controller
+from florence_bt.skills.navigation.navigate.controller import NO_ROOM_TO_TURN, Control, Controller
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -26,15 +26,24 @@ from florence_bt.skills.navigation.navigate.recovery import (
 )
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.spin import Spin
-from florence_bt.skills.navigation.navigate.staging import staging_pose, straight_way_in
+from florence_bt.skills.navigation.navigate.staging import (
+    has_room_to_turn,
+    is_lined_up,
+    staging_pose,
+    straight_way_in,
+    turning_place,
+)
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
 
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
 _RECOVERY_TIME_S = 12.0
 _LOOK_FROM_M = 1.6
-"""From so far away the robot looks at what seems to stand at its goal: nearer the camera does not see what
-hangs over."""
+"""From so far away the robot looks at what seems to stand at its goal, once no wall hides it: nearer the
+camera does not see what hangs over."""
+_NEAR_M = 1.0
+"""From so near the robot sees whether it has room to turn at its goal."""
 _LOOKING = "looking at the goal"
 TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 """m/s and rad/s, for the time that is left."""
@@ -53,7 +62,7 @@ class Drive:
         self._goal = goal
         self._costmaps = costmaps
         self._p = parameters
-        self._controller = Controller(parameters.controller, parameters.costmap)
+        self._controller = Controller(parameters.controller)
         self._progress = ProgressWatch(parameters.recovery, parameters.recovery.oscillation_timeout)
         self._progress.reset(now)
         self._lost = LostTime(parameters.recovery, now)
@@ -61,6 +70,8 @@ class Drive:
         self._next_plan = now
         self._planned_goal = goal
         self._stage: Pose2 | None = None
+        self._beside: Pose2 | None = None
+        self._narrow = False
         self._last_plan = now
         self._last_control = now
         still = f"the robot has not come nearer to the goal for {parameters.recovery.give_up_time:g} s"
@@ -128,13 +139,17 @@ class Drive:
         """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap = state.map_pose, self._costmaps.global_costmap
-        if self._plan_to_stage(here):
+        narrow = self._is_narrow(here)
+        self._stage = None
+        if narrow and self._plan_to_stage(here):
             self._last_plan = state.now
             return None
         spare = self._p.controller.blocked_xy_tolerance
-        plan = straight_way_in(here, self._goal, costmap, spare) or plan_path(
-            costmap, here, self._goal, self._p.planner, tolerance=self._tolerance(here)
-        )
+        plan: Plan | Result | None = straight_way_in(here, self._goal, costmap, spare) if narrow else None
+        goal = self._goal
+        if plan is None:
+            goal = self._turning_place(here, spare) if narrow else goal
+            plan = plan_path(costmap, here, goal, self._p.planner, tolerance=self._tolerance(here))
         if isinstance(plan, Result):
             self._trouble = (plan.code, plan.reason)
             self.path = None
@@ -150,8 +165,10 @@ class Drive:
                 self._trouble = ("blocked", "something blocks every way to the goal")
             elif plan.code == "goal_occupied":
                 self._trouble = (plan.code, "something that is not in the map stands at the goal")
+                if self._looked:
+                    self._forget_who_left(state)
             return None
-        if plan.goal is not self._goal:
+        if plan.goal is not goal:
             there = plan.goal
             plan = replace(
                 plan, goal=replace(there, yaw=there.yaw + there.bearing_to(self._goal.x, self._goal.y))
@@ -179,11 +196,37 @@ class Drive:
         self.path, self._planned_goal = plan.points, plan.goal
         self._controller.set_plan(plan.points, plan.goal)
 
+    def _is_narrow(self, here: Pose2) -> bool:
+        """Whether the goal has no room to turn; found so from near, it stays so: marks come and go."""
+        narrow = self._narrow or not has_room_to_turn(self._goal, self._costmaps.global_costmap)
+        self._narrow = narrow and here.distance_to(self._goal) <= _NEAR_M
+        return narrow
+
+    def _turning_place(self, here: Pose2, spare: float) -> Pose2:
+        """Where to turn instead of at the goal, or the goal."""
+        if is_lined_up(here, self._goal):
+            return self._goal
+        costmap = self._costmaps.global_costmap
+        if self._beside is None or not has_room_to_turn(self._beside, costmap):
+            self._beside = turning_place(self._goal, costmap, spare)
+            if self._beside is not None:
+                self._controller.start()  # it may have reached the goal already
+        return self._beside or self._goal
+
     def _tolerance(self, here: Pose2) -> float:
         """How far from an occupied goal the path may end: what was seen there once may be gone by now."""
         cost = self._costmaps.global_costmap.cost_at(self._goal.x, self._goal.y)
-        near = self._came_near or self._looked or here.distance_to(self._goal) <= _LOOK_FROM_M
+        near = self._came_near or self._looked or self._sees_goal(here)
         return 0.0 if near or not INSCRIBED <= cost < UNKNOWN_COST else self._p.cycle.goal_search_radius
+
+    def _sees_goal(self, here: Pose2) -> bool:
+        """Whether the goal is near, and no wall of the map in between."""
+        distance, costmap = here.distance_to(self._goal), self._costmaps.global_costmap
+        if distance > _LOOK_FROM_M:
+            return False
+        steps = 2 + math.ceil(2.0 * distance / costmap.resolution)
+        between = np.linspace((here.x, here.y), (self._goal.x, self._goal.y), steps)
+        return not (costmap.costs_at(between, self._costmaps.static) == LETHAL).any()
 
     def _without_plan(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         feedback = self._feedback(state, math.nan, f"waiting: {self._trouble[1]}")
@@ -215,7 +258,7 @@ class Drive:
         return control.command, feedback, self._judge(state, control)
 
     def _arrived(self) -> Result | None:
-        if self._planned_goal is self._goal:
+        if self._planned_goal in (self._goal, self._beside):
             self._on(DriveEvent.REACHED)
             return success()
         # This was the nearest free place to an occupied goal, or the place to line up for a narrow one.
@@ -233,6 +276,7 @@ class Drive:
             self._trouble = ("no_progress", problem)
             return self._recover(state, DriveEvent.NO_PROGRESS)
         self._trouble = ("blocked", control.blocked)
+        self._narrow |= control.blocked in NO_ROOM_TO_TURN
         if state.now - self._last_control > self._p.recovery.controller_patience:
             return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
         return None
@@ -289,6 +333,14 @@ class Drive:
         costmaps, map_pose = self._costmaps, state.map_pose
         costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side)
         costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
+
+    def _forget_who_left(self, state: RobotState) -> None:
+        """What the camera marked above feet at the goal: who stands there in view is seen again."""
+        place = self._goal.x, self._goal.y
+        self._costmaps.global_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M, above_feet=True)
+        self._costmaps.local_costmap.clear_disc(
+            CAMERA_SOURCES, state.map_from_odom.inverse().apply(*place), BODY_M, above_feet=True
+        )
 
     def _restart(self, state: RobotState, patience_s: float = math.inf) -> None:
         """Count from here on; after a recovery behaviour only the costmaps need some time."""

@@ -164,7 +164,7 @@ class Follow:
         self._costmaps = costmaps
         self._p = parameters
         self._use = parameters.follow
-        self._controller = Controller(parameters.controller, parameters.costmap)
+        self._controller = Controller(parameters.controller)
         footprint = costmaps.local_costmap.footprint
         self._narrow = cost_at_distance(
             footprint.circumscribed_radius + _ROOM_M, footprint.inscribed_radius, parameters.costmap

@@ -49,9 +49,9 @@ class Unmapped:
             points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
             map_from_odom: The place of the odometry frame in the map.
         """
-        return points[~self._is_known(moved_points(points, map_from_odom))]
+        return points[~self.is_known(moved_points(points, map_from_odom))]
 
-    def _is_known(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def is_known(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points (map frame) are at something of the map, or outside of it; shape (n,)."""
         costmap = self._costmap
         cells = np.floor((points - [costmap.origin_x, costmap.origin_y]) / costmap.resolution).astype(int)

@@ -184,6 +184,9 @@ class Navigator:
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
         self._clear_where_people_were(map_from_odom)
         in_base = rays_of(scan, sensor_in_base)
+        known = None
+        if source == FEET and map_from_odom is not None:
+            known = self._unmapped.is_known(moved_rays(in_base, map_from_odom @ odom_pose).ends)
         if source == LASER:
             self._look_for_legs(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
         for costmap, robot in (
@@ -193,7 +196,7 @@ class Navigator:
             if robot is None:
                 continue
             if source == FEET:
-                costmap.saw_feet(moved_rays(in_base, robot))
+                costmap.saw_feet(moved_rays(in_base, robot), known)
             else:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
 

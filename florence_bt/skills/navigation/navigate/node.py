@@ -9,8 +9,9 @@ Source: document, sections 3.3 and 3.4; REFERENCE 7.2, 7.3 and 7.9.
 from __future__ import annotations
 
 import math
+import threading
 import uuid
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -31,7 +32,7 @@ from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2
-from florence_bt.core.outcome import Outcome, Result, failure
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
@@ -63,7 +64,7 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
@@ -103,11 +104,16 @@ class NavigationNodeParameters:
 class NavigationNode(FlorenceNode):
     """Serves goals one at a time; works only while one is active."""
 
+    replaced_parameters = REPLACED_PARAMETERS
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("navigate", parameters=parameters, namespace=namespace)
         self._settings = NavigatorParameters.read(self.read_parameters)
         self._p = self.read_parameters(NavigationNodeParameters)
         self._navigator: Navigator | None = None
+        self._map_work: OccupancyGridMsg | None = None
+        self._held_goal: Callable[[], None] | None = None
+        self._held_plan: Callable[[], None] | None = None
         self._base_stop = BaseStop()
         self._speed_limit = 0.0
         self._queue = ScanQueue()
@@ -130,7 +136,7 @@ class NavigationNode(FlorenceNode):
             ComputePathToPose,
             "compute_path_to_pose",
             on_goal=self._on_plan_goal,
-            on_cancel=lambda: None,
+            on_cancel=self._on_cancel_plan,
             bad_goal_code=PLAN_SERVER_CODES["bad_input"],
         )
         self._make_services()
@@ -194,7 +200,7 @@ class NavigationNode(FlorenceNode):
 
     def on_failure(self, reason: str) -> None:
         """Stop the robot and end the goal, which cannot be trusted to go on well."""
-        if self._cycle is not None:
+        if self._cycle is not None or self._held_goal is not None:
             self._abandon(failure("server_failed", reason))
 
     def _forget_readings(self) -> None:
@@ -206,15 +212,43 @@ class NavigationNode(FlorenceNode):
 
     @property
     def has_map(self) -> bool:
-        """Whether the map has come; before that, goals are refused."""
+        """Whether a map has come and its costmaps are made; before one has come, goals are refused."""
         return self._navigator is not None
 
+    @property
+    def makes_costmaps(self) -> bool:
+        """Whether the costmaps of a map that has come are being made: goals are held."""
+        return self._map_work is not None
+
     def _on_map(self, message: OccupancyGridMsg) -> None:
+        """Make the costmaps on a thread: on a big map that takes seconds. Goals are held meanwhile."""
         if self._navigator is not None and self._navigator.active:
             self._abandon(failure("no_path", "the map was replaced"))
-        self._navigator = Navigator(grid_from_ros(message), self._settings)
-        self._navigator.base_stop = self._base_stop
-        self._navigator.speed_limit = self._speed_limit
+        self._map_work = message
+        threading.Thread(target=self._make_costmaps, args=(message,), name="costmaps", daemon=True).start()
+
+    def _make_costmaps(self, message: OccupancyGridMsg) -> None:
+        made: Navigator | Exception
+        try:
+            made = Navigator(grid_from_ros(message), self._settings)
+        except Exception as error:
+            made = error
+        self.call_soon(partial(self._use_map, message, made))
+
+    def _use_map(self, message: OccupancyGridMsg, made: Navigator | Exception) -> None:
+        if message is not self._map_work:
+            return  # a newer map has come meanwhile
+        self._map_work = None
+        if isinstance(made, Exception):
+            raise made
+        self._navigator = made
+        made.base_stop = self._base_stop
+        made.speed_limit = self._speed_limit
+        goal, plan = self._held_goal, self._held_plan
+        self._held_goal = self._held_plan = None
+        for begin in (goal, plan):
+            if begin is not None:
+                begin()
 
     def _on_speed_limit(self, message: Float64) -> None:
         self._speed_limit = max(0.0, message.data)
@@ -341,8 +375,19 @@ class NavigationNode(FlorenceNode):
         return self._navigator.plan_between(begin, end, tolerance)
 
     def _on_plan_goal(self, request: ComputePathToPose.Goal) -> str | None:
+        if self._map_work is not None:
+            self._held_plan = partial(self._answer_plan, request)
+            return None
         if self._navigator is None:
             return NO_MAP
+        self._answer_plan(request)
+        return None
+
+    def _on_cancel_plan(self) -> None:
+        self._held_plan = None
+        self._plans.finish(ComputePathToPose.Result(error_msg="cancelled"), Outcome.CANCELLED)
+
+    def _answer_plan(self, request: ComputePathToPose.Goal) -> None:
         started = self.steady.now()
         plan = self._plan(request.start if request.use_start else None, request.goal)
         took = duration_to_ros(self.steady.now() - started)
@@ -353,7 +398,6 @@ class NavigationNode(FlorenceNode):
         else:
             done = ComputePathToPose.Result(path=self._path_of(plan), planning_time=took)
             self._plans.finish(done, Outcome.SUCCEEDED)
-        return None
 
     def _on_make_plan(self, request: GetPlan.Request, response: GetPlan.Response) -> GetPlan.Response:
         plan = self._plan(request.start, request.goal, float(request.tolerance))
@@ -372,11 +416,11 @@ class NavigationNode(FlorenceNode):
         """Why no goal can be taken now, or None."""
         if self._overridden:
             return OVERRIDDEN
-        return NO_MAP if self._navigator is None else None
+        return NO_MAP if self._navigator is None and self._map_work is None else None
 
     def _on_goal(self, action: GoalAction, request: Any) -> str | None:
         refusal = self._why_not()
-        if refusal is not None or self._navigator is None:
+        if refusal is not None:
             return refusal
         if self._owner is not None and self._owner is not action:
             # A server replaces its own goals by itself.
@@ -384,17 +428,25 @@ class NavigationNode(FlorenceNode):
         self._owner = action
         # Until somebody is seen, the person is where the goal says.
         self._person = float(getattr(request, "x", 0.0)), float(getattr(request, "y", 0.0))
+        self._started = self.timebase.now()
+        if self._map_work is not None:
+            self._held_goal = partial(self._begin, action, request)
+        else:
+            self._begin(action, request)
+        return None
+
+    def _begin(self, action: GoalAction, request: Any) -> None:
+        assert self._navigator is not None, "goals are held until the costmaps are made"
         problem = action.begin(self._navigator, request, self.timebase.now(), self._goal_in_map)
         if problem is not None:
             # An older goal ends with it: the base stops.
             self._abandon(problem)
-            return None
+            return
         if action is NAVIGATE_TO_POSE:
             goal = self._goal_in_map(request.pose)
             assert isinstance(goal, Pose2), "begun"
             self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.timebase.now()))
         self._start_cycle()
-        return None
 
     def _on_goal_pose(self, message: PoseStamped) -> None:
         refusal = self._why_not()
@@ -447,7 +499,9 @@ class NavigationNode(FlorenceNode):
         self._report(result)
 
     def _on_cancel(self) -> None:
-        if self._navigator is not None and self._navigator.active:
+        if self._held_goal is not None:
+            self._abandon(cancelled())
+        elif self._navigator is not None and self._navigator.active:
             self._navigator.cancel()
             self._step()
 
@@ -515,7 +569,7 @@ class NavigationNode(FlorenceNode):
         return odometry.pose.inverse().apply(*person)
 
     def _report(self, result: Result) -> None:
-        owner, self._owner = self._owner, None
+        owner, self._owner, self._held_goal = self._owner, None, None
         if owner is not None:
             self._finish_goal(owner, result)
         # One line of code each: rclpy refuses another severity from the same line.

@@ -22,6 +22,7 @@ class RecoveryParameters(CheckedParameters):
     Attributes:
         planner_patience: Seconds without a plan before recovering.
         goal_patience: Seconds that what stands at the goal has to go away, once the robot has looked at it.
+            Who waits there for the robot to make way may do so for ten.
         controller_patience: Seconds without a velocity before recovering.
         conservative_reset_dist: Side of the window around the robot whose obstacles are kept, in metres.
         recovery_pause: Seconds for the costmaps to fill again before the next recovery behaviour.
@@ -44,7 +45,7 @@ class RecoveryParameters(CheckedParameters):
     """
 
     planner_patience: Positive = 5.0
-    goal_patience: Positive = 10.0
+    goal_patience: Positive = 15.0
     controller_patience: Positive = 3.0
     conservative_reset_dist: Positive = 3.0
     recovery_pause: NotNegative = 0.5
@@ -189,3 +190,33 @@ class NavigatorParameters:
             approach=read(ApproachParameters),
             people=read(PeopleParameters),
         )
+
+
+_BACKING_UP = "a robot that is stuck backs up as a recovery behaviour: back_up_distance, back_up_speed"
+_HEADING = "where the path leads off sharply the robot turns first: rotate_to_path_angle, heading_lookahead"
+_TURNING = "a turn in place stays with its direction; oscillation_timeout ends what leads nowhere"
+_DIFFERENTIAL = "the base cannot drive sideways"
+_SILENT = "the robot stops when a sensor of required_sources is silent for scan_timeout"
+REPLACED_PARAMETERS = {
+    "escape_vel": _BACKING_UP,
+    "escape_reset_dist": _BACKING_UP,
+    "escape_reset_theta": _BACKING_UP,
+    "heading_scoring": _HEADING,
+    "heading_scoring_timestep": _HEADING,
+    "oscillation_reset_dist": _TURNING,
+    "oscillation_distance": "required_movement_radius, in movement_time_allowance",
+    "prune_plan": "what lies behind the robot on its path is always left out",
+    "meter_scoring": "path_distance_bias and goal_distance_bias count cells of local_resolution",
+    "holonomic_robot": _DIFFERENTIAL,
+    "acc_lim_y": _DIFFERENTIAL,
+    **{f"{source}.expected_update_rate": _SILENT for source in ("scan", "depth", "low", "overhangs")},
+    **{
+        f"{source}.observation_persistence": "what a sensor has marked stays until it sees through there"
+        for source in ("scan", "depth", "low", "overhangs")
+    },
+}
+"""Parameters of move_base that would do nothing here -> what to use instead.
+
+Source:
+    Document, section 3.3.5; REFERENCE 7.1, 7.4 and 7.6.
+"""

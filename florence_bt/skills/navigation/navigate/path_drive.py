@@ -40,7 +40,7 @@ class PathDrive:
         self._goal = goal
         self._costmaps = costmaps
         self._patience = parameters.recovery.controller_patience
-        self._controller = Controller(parameters.controller, parameters.costmap)
+        self._controller = Controller(parameters.controller)
         self._controller.set_plan(path, goal)
         self._progress = ProgressWatch(parameters.recovery)
         self._progress.reset(now)

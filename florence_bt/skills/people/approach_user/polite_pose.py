@@ -123,7 +123,7 @@ class _Surroundings:
         self._free = costmap.cells < OCCUPIED
         footprint = Footprint.from_corners(corners_from_flat(FLORENCE_FOOTPRINT), PADDING)
         self._outline = footprint.outline(costmap.resolution / 2.0)
-        distances = ndimage.distance_transform_edt(np.pad(self._free, 1, constant_values=True))
+        distances = ndimage.distance_transform_edt(np.pad(self._free, 1))
         self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS + RESERVE
         around = self.from_user <= max(robot.distance_to(user), FARTHEST) + costmap.resolution
         leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
@@ -150,7 +150,7 @@ class _Surroundings:
         return cell if self._costmap.contains(*cell) else None
 
     def _fits(self, pose: Pose2) -> bool:
-        """Whether nothing stands under the outline of the robot."""
+        """Whether nothing stands under the outline of the robot, and the map knows all of it."""
         import numpy as np
 
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
@@ -158,13 +158,13 @@ class _Surroundings:
         origin = (self._costmap.origin.x, self._costmap.origin.y)
         cells = np.floor((points - origin) / self._costmap.resolution).astype(int)
         inside = ((cells >= 0) & (cells < self._free.shape[::-1])).all(axis=1)
-        return bool(self._free[cells[inside, 1], cells[inside, 0]].all())
+        return bool(inside.all() and self._free[cells[:, 1], cells[:, 0]].all())
 
     def problem_with(self, pose: Pose2) -> str:
         """Why the robot does not get to a pose, or cannot stand there; empty when it can."""
         cell = self._cell(pose)
         if cell is None:
-            return ""  # beyond the map nothing is known
+            return "lies beyond the map"
         if self._costmap.cells[cell] >= LETHAL_COST:
             return f"is not free: cost {self._costmap.cells[cell]}"
         if not self.reached[cell]:
