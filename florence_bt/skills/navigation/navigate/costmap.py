@@ -119,6 +119,8 @@ _FEET_M = 0.35
 ABOVE_FEET = {"depth": 0.2, "overhangs": _FEET_M}
 """Source of such marks -> how near feet, or whatever the laser sees, must be for one to stay where it looks
 through, metres. What is carried hangs over further; beside a wall the rest of who walked by is forgotten."""
+CLEARED_FROM = {"low": 1.3}
+"""Source -> nearer than this its rays clear nothing, metres: the camera looks over what lies there."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -272,7 +274,7 @@ class Costmap:
                 (rays.y - self.origin_y) / self.resolution,
                 ends,
                 hits,
-                rays.nearest / self.resolution,
+                max(rays.nearest, CLEARED_FROM.get(source, 0.0)) / self.resolution,
                 self._parameters.raytrace_range / self.resolution,
             )
         wanted = rays.ranges < min(self._parameters.obstacle_range, rays.farthest)
