@@ -236,7 +236,8 @@ hand-made flat with the person where they are easy to find.
   person and looks at them within 15 degrees. Of somebody who sits on furniture or in a wheelchair, or lies,
   or stands where no robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m
   more than the smallest that a robot with room to turn gets to, and sees them from ("of" in the tables).
-- *contacts*: how often the robot touched anything.
+- *contacts*: how often the robot touched anything or anybody, whoever of them moved; touches of one thing
+  less than 0.5 s apart are one.
 - *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.
 - *median time*: of the politely approached; *to ideal*: in relation to the shortest way at full speed and one
   look.

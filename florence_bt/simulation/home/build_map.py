@@ -36,11 +36,11 @@ DOCK = "dock"
 def laser_map(flat: Flat) -> OccupancyGrid:
     """The flat as it was when the map was made, cut at the laser plane; the laser does not see glass."""
     frame = GridFrame.around(flat, RESOLUTION_M, MARGIN_M)
-    cut = (
+    cut = [
         solid
         for solid in flat.mapped
         if solid.bottom <= LASER_PLANE_M < solid.top and solid.surface != "glass"
-    )
+    ]
     x, y = frame.centres()
     cells = np.full((frame.rows, frame.columns), UNKNOWN, np.int8)
     for room in flat.rooms:
@@ -48,6 +48,9 @@ def laser_map(flat: Flat) -> OccupancyGrid:
         columns = (x >= room.x[0]) & (x < room.x[1])
         cells[np.ix_(rows, columns)] = FREE
     cells[cells_covered(frame, cut)] = OCCUPIED
+    for solid in cut:
+        # The leg of a table covers little of each cell when it stands where four of them meet.
+        cells[frame.cell_of(solid.x, solid.y)] = OCCUPIED
     return OccupancyGrid(frame.resolution, Pose2(frame.x, frame.y, 0.0), cells)
 
 

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -6,7 +7,7 @@ import yaml
 
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN
 from florence_bt.simulation.home.build_map import build_files, laser_map, main
-from florence_bt.simulation.home.flat import default_flat_file, load_flat
+from florence_bt.simulation.home.flat import Solid, default_flat_file, load_flat
 
 ROOT = default_flat_file().parents[1]
 
@@ -41,6 +42,12 @@ def test_only_the_legs_of_the_table_meet_the_laser(flat):
         for y in (1.85, 2.55):
             row, column = grid.cell_of(x, y)
             assert (grid.cells[row - 1 : row + 2, column - 1 : column + 2] == OCCUPIED).any()
+
+
+def test_a_thin_leg_is_in_the_map_where_four_cells_meet_too(flat):
+    leg = Solid("table", 6.0, 3.0, 0.0, (0.02, 0.02), 0.0, 0.0, 0.7, (0, 0, 0))
+    row, column = (grid := laser_map(replace(flat, mapped=(leg,)))).cell_of(leg.x, leg.y)
+    assert grid.cells[row, column] == OCCUPIED
 
 
 def test_image_has_the_top_row_first(flat):

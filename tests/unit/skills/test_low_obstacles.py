@@ -36,7 +36,7 @@ def test_the_floor_is_no_thing(tilt: float) -> None:
     assert len(hits(low_scan(floor(tilt)))) == 0
 
 
-@pytest.mark.parametrize("away", [1.35, 1.6, 1.85])
+@pytest.mark.parametrize("away", [0.98, 1.15, 1.35, 1.6, 1.85])
 def test_a_shoe_is_seen_in_the_ring(away: float) -> None:
     found = low_scan(with_box(floor(), away, (0.0, 0.1), 0.1, -0.1))
     assert found.ranges[MIDDLE] == pytest.approx(away, abs=0.02)
@@ -46,7 +46,7 @@ def test_a_shoe_is_seen_in_the_ring(away: float) -> None:
     assert np.diff(beams).max() == 1
 
 
-@pytest.mark.parametrize(("away", "height"), [(1.2, 0.1), (2.0, 0.1), (1.6, 0.04)])
+@pytest.mark.parametrize(("away", "height"), [(0.9, 0.1), (2.0, 0.1), (1.6, 0.04), (1.2, 0.04)])
 def test_what_is_elsewhere_or_flat_is_not(away: float, height: float) -> None:
     assert len(hits(low_scan(with_box(floor(), away, (0.0, height), 0.1, -0.1)))) == 0
 
@@ -76,7 +76,7 @@ def test_a_costmap_keeps_what_was_low_until_the_ring_shows_that_it_is_gone() -> 
     shoe, nothing, here = with_box(floor(), 1.6, (0.0, 0.1), 0.1, -0.1), floor(), Pose2()
     assert look(nothing, here) == 0
     assert look(shoe, here) >= INSCRIBED
-    assert look(nothing, Pose2(0.5, 0.0)) >= INSCRIBED, "too near to be seen"
+    assert look(nothing, Pose2(0.5, 0.0)) >= INSCRIBED, "the camera looks over it"
     assert look(nothing, Pose2(-0.5, 0.0)) >= INSCRIBED, "too far away"
     assert look(nothing, here) == 0
 
@@ -88,4 +88,4 @@ def test_without_a_height_band_there_is_no_such_scan() -> None:
 
 def test_senseless_parameters_are_refused() -> None:
     with pytest.raises(ConfigError):
-        replace(LOW, low_range_max=1.0)
+        replace(LOW, low_range_max=0.8)

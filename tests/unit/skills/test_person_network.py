@@ -137,3 +137,20 @@ def test_a_map_lowers_the_confidence_and_erases_nobody(said: Said, sure: float, 
     assert len(detect_people(picture(320), OPTICAL_IN_BASE)) == 1, "without the map"
     if found:
         assert people[0].confidence == pytest.approx(sure - DetectorParameters().map_penalty, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("known_m", "width_m", "loses"),
+    [(3.2, 5.0, False), (2.9, 5.0, False), (2.5, 5.0, True), (2.5, 2.5, True)],
+    ids=["known", "at its edge", "behind it", "outside of the map"],
+)
+def test_who_stands_behind_what_the_map_knows_may_be_a_reflection(
+    said: Said, known_m: float, width_m: float, loses: bool
+) -> None:
+    said.person(slice(36, 44), sure=0.95)
+    cells = np.full((100, round(width_m / 0.05)), -1, np.int8)
+    cells[:, : round(known_m / 0.05)] = 0
+    known = KnownObstacles(OccupancyGrid(0.05, Pose2(), cells))
+    people = detect_people(picture(320), OPTICAL_IN_BASE, known=known, robot=Pose2(1.0, 2.0, 0.0))
+    penalty = DetectorParameters().unknown_penalty if loses else 0.0
+    assert people[0].confidence == pytest.approx(0.95 - penalty, abs=0.01)

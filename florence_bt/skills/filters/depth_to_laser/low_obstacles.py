@@ -2,7 +2,9 @@
 
 Shoes, books and scales lie below the laser's plane, and a band that reaches down to them sees the floor
 itself further away, where a degree of tilt is several centimetres. So this one looks at a ring round the
-robot: from where the camera sees the floor to where a tilt does not matter yet.
+robot: from where the top of such a thing comes into the picture to where a tilt does not matter yet. The
+picture's lower edge is 24.6 degrees down (525 pixels of focal length, 240 of half the height): 0.54 m below
+the camera the floor begins at 1.18 m, and what is 6, 11 or 15 cm high is seen from 1.05, 0.94 or 0.85 m on.
 """
 
 from __future__ import annotations
@@ -30,14 +32,15 @@ class LowObstacleParameters:
     Attributes:
         low_min_height: Lower edge of its height band in metres above the optical axis; its upper edge is the
             lower one of the other band. From that on there is no such scan.
-        low_range_min: What is nearer than this is not in the picture any more, metres.
+        low_range_min: What is nearer than this is below the picture, metres. Where it sees the floor itself,
+            and so that nothing is there, a costmap has to know (``CLEARED_FROM``).
         low_range_max: What is further away may be the floor, metres.
         low_apart: What is low and within this distance before something tall is its foot, and people take
             their feet along: it is left out. Metres.
     """
 
     low_min_height: float = 0.0
-    low_range_min: Positive = 1.3
+    low_range_min: Positive = 0.85
     low_range_max: Positive = 1.9
     low_apart: NotNegative = 0.3
 

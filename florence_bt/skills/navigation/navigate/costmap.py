@@ -167,6 +167,8 @@ person."""
 ABOVE_FEET = {"depth": 0.2, "overhangs": _FEET_M}
 """Source of such marks -> how near feet must be for one to stay where the laser looks through, metres: what
 is carried hangs over further."""
+CLEARED_FROM = {"low": 1.3}
+"""Source -> nearer than this its rays clear nothing, metres: the camera looks over what lies there."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -329,7 +331,7 @@ class Costmap:
                 (rays.y - self.origin_y) / self.resolution,
                 ends,
                 hits,
-                rays.nearest / self.resolution,
+                max(rays.nearest, CLEARED_FROM.get(source, 0.0)) / self.resolution,
                 use.raytrace_range / self.resolution,
             )
         wanted = (rays.ranges < min(use.obstacle_range, rays.farthest)) & use.marking

@@ -105,7 +105,7 @@ def detect_people(
             called when somebody is found.
         parameters: What counts; the defaults when None.
         known: The map; together with ``robot`` it lowers the confidence in what stands where the map has
-            something already.
+            something already, or knows nothing.
         robot: The robot frame in the map frame.
 
     Returns:
@@ -220,6 +220,8 @@ def _judge(
         points = votes.points[mine].astype(np.float64)
         on_map = known.distance_to(points[:, 0], points[:, 1], robot) < use.map_margin
         confidence -= use.map_penalty * float(on_map.mean())
+        if known.depth_in_unknown(x, y, robot) > use.unknown_depth:
+            confidence -= use.unknown_penalty
     camera = optical_in_base.translation
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < use.minimum_confidence or distance > use.maximum_distance:

@@ -1,4 +1,7 @@
-"""What the map says about a picture: whatever stands where the map has a wall is the wall."""
+"""What the map says about a picture: whatever stands where the map has a wall is the wall.
+
+Whoever seems to stand behind the walls, where the map knows nothing, may be a reflection in a mirror.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +34,8 @@ class KnownObstacles:
             self._distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * grid.resolution
         else:
             self._distance = np.full(occupied.shape, np.inf, np.float32)
+        unknown = (grid.cells < 0).astype(np.uint8)
+        self._depth = cv2.distanceTransform(unknown, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * grid.resolution
 
     def distance_to(
         self, x: NDArray[np.float64], y: NDArray[np.float64], robot: Pose2
@@ -45,11 +50,27 @@ class KnownObstacles:
         Returns:
             Shape (n,), metres; infinite outside of the map.
         """
+        return self._values(self._distance, x, y, robot)
+
+    def depth_in_unknown(self, x: float, y: float, robot: Pose2) -> float:
+        """How far a point is from everything that the map knows, metres; infinite outside of the map.
+
+        Args:
+            x: Metres, robot frame.
+            y: Metres, robot frame.
+            robot: The robot frame in the map frame.
+        """
+        return float(self._values(self._depth, np.array([x]), np.array([y]), robot)[0])
+
+    def _values(
+        self, of: NDArray[np.float32], x: NDArray[np.float64], y: NDArray[np.float64], robot: Pose2
+    ) -> NDArray[np.float32]:
+        """What the cells have in which points lie; infinite outside of the map."""
         c, s = np.cos(robot.yaw), np.sin(robot.yaw)
         column = np.floor((robot.x + c * x - s * y - self._grid.origin.x) / self._grid.resolution).astype(int)
         row = np.floor((robot.y + s * x + c * y - self._grid.origin.y) / self._grid.resolution).astype(int)
-        rows, columns = self._distance.shape
+        rows, columns = of.shape
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        distance = np.full(len(x), np.inf, np.float32)
-        distance[inside] = self._distance[row[inside], column[inside]]
-        return distance
+        values = np.full(len(x), np.inf, np.float32)
+        values[inside] = of[row[inside], column[inside]]
+        return values

@@ -22,6 +22,9 @@ class DetectorParameters:
         maximum_distance: People further away are left alone, metres (horizontal, from the camera).
         map_margin: What is this near to a wall or to larger furniture of the map may be that, metres.
         map_penalty: How much confidence is lost when all of a person may be something of the map.
+        unknown_depth: Whose middle is further than this from everything that the map knows stands behind its
+            walls, metres: a reflection in a mirror, mostly.
+        unknown_penalty: How much confidence is lost then: nobody whom a look has not been sure of elsewhere.
     """
 
     minimum_probability: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.5
@@ -33,6 +36,8 @@ class DetectorParameters:
     maximum_distance: Positive = 4.3
     map_margin: Positive = 0.12
     map_penalty: Annotated[float, Limits(0.0, 1.0)] = 0.1
+    unknown_depth: Positive = 0.3
+    unknown_penalty: Annotated[float, Limits(0.0, 1.0)] = 0.25
 
     def __post_init__(self) -> None:
         check_limits(self)
