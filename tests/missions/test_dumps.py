@@ -38,7 +38,7 @@ APPROACH = """\
                     [ ] sequence
                         [ ] look for user
                         [ ] distance($now, $user) < 0.6 m
-                        [ ] when $posture == "lying" and $height < 0.5 m
+                        [ ] when $posture == "lying"
                             [ ] set place"""
 """Within a run of approach_user, before it begins."""
 
