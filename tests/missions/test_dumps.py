@@ -60,7 +60,9 @@ RUNNING = with_approach("""\
                     [x] parallel
                         [x] fail after selector -- selector succeeded, which counts as failure here
                             [+] selector
-                                [+] go there
+                                [+] sequence
+                                    [+] go there
+                                    [+] set reached -- reached = 1
                                 [ ] face it from nearby (sequence)
                                     [ ] get robot pose
                                     [ ] propose approach pose
@@ -71,7 +73,7 @@ RUNNING = with_approach("""\
                                 [-] look for user
                     [+] stop tracker
                 [>] look round (sequence)
-                    [+] set view -- view = 2
+                    [+] set views -- views = 1
                     [>] run detect_user
                         [>] sequence
                             [+] set way, turned -- way = 0.7854, turned = 0
@@ -164,7 +166,7 @@ def test_a_search_from_nearby_that_is_not_needed(robot):
 
 def test_a_failed_mission_tells_its_reason_first(robot):
     robot.mock("look_for_user", "running 5 s, then FAILURE no_user_seen")
-    reason = "the robot looked from every place in the kitchen and met nobody"
+    reason = "nobody was met in the kitchen: the robot got to 1 of 1 places to look from"
     play = robot.run("goto_user").assert_failed("no_more_views", reason=reason)
     assert play.tree.count(reason) == 1
     assert play.tree.splitlines()[0] == "[x] goto_user (sequence)"
