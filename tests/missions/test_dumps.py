@@ -112,14 +112,39 @@ RUNNING = with_approach("""\
                                                 [ ] look for user
                                             [ ] distance($user, $seen_at) < 1 m
                                     [ ] go after who moves on
-                                        [ ] parallel
-                                            [ ] follow user
-                                            [ ] until they stand and the robot is near
-                                                [ ] sequence
-                                                    [ ] set before
-                                                    [ ] look for user
-                                                    [ ] get robot pose
-                                                    [ ] distance($user, $pose) < max(0.9 m, $safe_distance) + 0.3 m and distance($user, $before) < 0.2 m
+                                        [ ] if $chase == 1
+                                            [ ] within 90 s
+                                                [ ] parallel
+                                                    [ ] follow user
+                                                    [ ] until they stand and the robot is near
+                                                        [ ] sequence
+                                                            [ ] set before
+                                                            [ ] look for user
+                                                            [ ] get robot pose
+                                                            [ ] distance($user, $pose) < max(0.9 m, $safe_distance) + 0.3 m and distance($user, $before) < 0.2 m
+                                            [ ] look round for them (sequence)
+                                                [ ] run detect_user
+                                                    [ ] sequence
+                                                        [ ] set way, turned
+                                                        [ ] search in a circle (finally)
+                                                            [ ] retry up to $looks times
+                                                                [ ] turn and look (sequence)
+                                                                    [ ] stop tracker
+                                                                    [ ] unless $look_first and $look == 1
+                                                                        [ ] turn on (sequence)
+                                                                            [ ] retry up to 2 times
+                                                                                [ ] sequence
+                                                                                    [ ] set angle
+                                                                                    [ ] when $side == 2 and $way == $step
+                                                                                        [ ] set angle, way
+                                                                                    [ ] turn
+                                                                            [ ] set turned
+                                                                    [ ] settle
+                                                                    [ ] start tracker
+                                                                    [ ] repeat a look without pictures
+                                                                        [ ] look for user
+                                                            [ ] stop tracker
+                                                [ ] start tracker
                                 [ ] try set user position
                                     [ ] set user position
                                 [ ] stop before them

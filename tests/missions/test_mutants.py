@@ -234,7 +234,7 @@ MUTANTS = [
     ("meet_user", "$user) < 0.5 m", "$user) <= 0.5 m", "'follow_user' was started never, not once"),
     ("meet_user", "      on: [not_so, inverted]\n", "      on: [inverted]\n", "meet_user is FAILED"),
     ("meet_user", "      on: [not_so, inverted]\n", "      on: [not_so]\n", "meet_user is FAILED"),
-    ("meet_user", "timeout: 90 s", "timeout: 10 min", "'user_lost', not 'timed_out'"),
+    ("meet_user", "timeout: 90 s", "timeout: 10 min", "not 'timed_out'"),
     (
         "meet_user",
         "max(0.9 m, $safe_distance)}",
@@ -246,7 +246,9 @@ MUTANTS = [
     ("meet_user", "and distance($user, $before) < 0.2 m", "", "not 7 times"),
     ("meet_user", "- retry: 4\n", "- retry: 3\n", "'follow_user' was started twice, not 3 times"),
     ("meet_user", "on: [not_so, no_user_seen, no_picture]", "on: [not_so]", "meet_user is FAILED"),
-    ("meet_user", "policy: [until they stand and the robot is near]", "policy: any", "user_lost"),
+    ("meet_user", "policy: [until they stand and the robot is near]", "policy: any", "meet_user is FAILED"),
+    ("meet_user", "              on: [user_lost]\n", "              on: [inverted]\n", "meet_user is FAILED"),
+    ("meet_user", "                    - start_tracker:\n", "", "start_tracker"),
     ("meet_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker'"),
     ("approach_user", "$user) < 0.6 m", "$user) <= 0.6 m", "approach_user is SUCCEEDED"),
     (
