@@ -38,7 +38,7 @@ APPROACH = """\
                     [ ] sequence
                         [ ] look for user
                         [ ] distance($now, $user) < 0.6 m
-                        [ ] when $posture == "lying" and $height < 0.5 m
+                        [ ] when $posture == "lying"
                             [ ] set place"""
 """Within a run of approach_user, before it begins."""
 
@@ -60,7 +60,9 @@ RUNNING = with_approach("""\
                     [x] parallel
                         [x] fail after selector -- selector succeeded, which counts as failure here
                             [+] selector
-                                [+] go there
+                                [+] sequence
+                                    [+] go there
+                                    [+] set reached -- reached = 1
                                 [ ] face it from nearby (sequence)
                                     [ ] get robot pose
                                     [ ] propose approach pose
@@ -71,7 +73,7 @@ RUNNING = with_approach("""\
                                 [-] look for user
                     [+] stop tracker
                 [>] look round (sequence)
-                    [+] set view -- view = 2
+                    [+] set views -- views = 1
                     [>] run detect_user
                         [>] sequence
                             [+] set way, turned -- way = 0.7854, turned = 0
@@ -110,14 +112,39 @@ RUNNING = with_approach("""\
                                                 [ ] look for user
                                             [ ] distance($user, $seen_at) < 1 m
                                     [ ] go after who moves on
-                                        [ ] parallel
-                                            [ ] follow user
-                                            [ ] until they stand and the robot is near
-                                                [ ] sequence
-                                                    [ ] set before
-                                                    [ ] look for user
-                                                    [ ] get robot pose
-                                                    [ ] distance($user, $pose) < max(0.9 m, $safe_distance) + 0.3 m and distance($user, $before) < 0.2 m
+                                        [ ] if $chase == 1
+                                            [ ] within 90 s
+                                                [ ] parallel
+                                                    [ ] follow user
+                                                    [ ] until they stand and the robot is near
+                                                        [ ] sequence
+                                                            [ ] set before
+                                                            [ ] look for user
+                                                            [ ] get robot pose
+                                                            [ ] distance($user, $pose) < max(0.9 m, $safe_distance) + 0.3 m and distance($user, $before) < 0.2 m
+                                            [ ] look round for them (sequence)
+                                                [ ] run detect_user
+                                                    [ ] sequence
+                                                        [ ] set way, turned
+                                                        [ ] search in a circle (finally)
+                                                            [ ] retry up to $looks times
+                                                                [ ] turn and look (sequence)
+                                                                    [ ] stop tracker
+                                                                    [ ] unless $look_first and $look == 1
+                                                                        [ ] turn on (sequence)
+                                                                            [ ] retry up to 2 times
+                                                                                [ ] sequence
+                                                                                    [ ] set angle
+                                                                                    [ ] when $side == 2 and $way == $step
+                                                                                        [ ] set angle, way
+                                                                                    [ ] turn
+                                                                            [ ] set turned
+                                                                    [ ] settle
+                                                                    [ ] start tracker
+                                                                    [ ] repeat a look without pictures
+                                                                        [ ] look for user
+                                                            [ ] stop tracker
+                                                [ ] start tracker
                                 [ ] try set user position
                                     [ ] set user position
                                 [ ] stop before them
@@ -164,7 +191,7 @@ def test_a_search_from_nearby_that_is_not_needed(robot):
 
 def test_a_failed_mission_tells_its_reason_first(robot):
     robot.mock("look_for_user", "running 5 s, then FAILURE no_user_seen")
-    reason = "the robot looked from every place in the kitchen and met nobody"
+    reason = "nobody was met in the kitchen: the robot got to 1 of 1 places to look from"
     play = robot.run("goto_user").assert_failed("no_more_views", reason=reason)
     assert play.tree.count(reason) == 1
     assert play.tree.splitlines()[0] == "[x] goto_user (sequence)"

@@ -77,7 +77,7 @@ def test_with_nobody_at_home_the_demo_fails_with_the_reason(ros_domain, tmp_path
     )
     assert done.returncode == 1, done.stdout + done.stderr
     said = " ".join(done.stdout.split())
-    assert "the robot looked from every place in the living_room and met nobody" in said
+    assert "nobody was met in the living_room: the robot got to " in said
     assert "The robot touched nothing" in said
     assert processes_of(tmp_path) == []
 

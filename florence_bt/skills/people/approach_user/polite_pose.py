@@ -29,8 +29,9 @@ LETHAL_COST = 99
 """Occupancy value (0..100) from which the robot would touch something; costmap value 253, REFERENCE 12.8."""
 TURNING_RADIUS = 0.2625
 """Metres: circumscribed radius of the padded footprint; REFERENCE 7.4."""
-RESERVE = 0.025
-"""Metres: half a cell, by which what is seen on the way may be nearer."""
+RESERVE = 0.06
+"""Metres: by so much what stands there may be nearer on arrival: half a cell and what the localisation errs.
+With half a cell alone the robot often stood at the place without room to turn to the person."""
 LEAVE_RADIUS = 0.35
 """Metres: so far the robot gets away from what it stands too near to; ``start_clearance`` of navigation."""
 PADDING = 0.01

@@ -1,8 +1,9 @@
 """Where somebody lies: from all pictures of them, as they do not move.
 
-From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs:
-it is a quarter of a metre off along the body. Of who lies on the floor, several pictures show from where to
-where they lie. In a bed the blanket hides that; there the pictures of the whole body count most.
+From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs: it
+is a quarter of a metre off along the body, and more. Of who lies on the floor, several pictures show both
+ends. In a bed the blanket hides them; there the pictures of the whole body count most. What goes on beyond
+the edge of all pictures has its middle at least half an adult from the end that was seen.
 """
 
 from __future__ import annotations
@@ -30,8 +31,10 @@ _CELL_M, _SIGHTINGS = 0.05, 2
 _STRAY_PERCENT = 1.0
 """Of the places at each end of a body, so many may be something else."""
 _SHORTEST_M, _LONGEST_M = 0.7, 2.1
-_OPEN_M = 0.1
-"""Where the edge of a picture cut a body so far beyond what others show whole, it goes on."""
+_OPEN_M = 0.02
+"""Where the edge of a picture cut a body so far beyond all that is shown inside of pictures, it goes on."""
+_HALF_M = 0.85
+"""Half of an adult."""
 
 Cell = tuple[int, int]
 
@@ -51,7 +54,7 @@ class LyingBody:
         """The middle, metres, in the frame of the detections; None before the first."""
         if self._weight == 0.0:
             return None
-        return (self._middle_of_body() if self._on_floor else None) or self._mean
+        return self._middle_of_body() or self._mean
 
     def take(self, detection: Detection) -> None:
         """Take what a picture shows of them."""
@@ -79,20 +82,29 @@ class LyingBody:
         return sum(known) > _KNOWN_SHARE * len(known)
 
     def _middle_of_body(self) -> tuple[float, float] | None:
-        """Half way between both ends; None as long as they are not both known."""
+        """The network's middle, moved along the body by what is known of its ends; None without any."""
         cells = [cell for cell, count in self._inside.items() if count >= _SIGHTINGS]
         if len(cells) < 2:
             return None
         body = _places(cells)
         middle = body.mean(axis=0)
         axes = np.linalg.svd(body - middle, full_matrices=False)[2]
-        along, across = ((body - middle) @ axes.T).T
-        low, high = np.percentile(along, [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT])
-        cut = (_places(self._at_edge) - middle) @ axes[0]
-        is_open = bool(((cut < low - _OPEN_M) | (cut > high + _OPEN_M)).any())
-        if is_open or not _SHORTEST_M <= high - low <= _LONGEST_M:
+
+        def along_body(places: set[Cell] | list[Cell]) -> NDArray[np.float64]:
+            return (_places(places) - middle) @ axes[0]
+
+        low, high = np.percentile(along_body(cells), [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT])
+        if not _SHORTEST_M <= high - low <= _LONGEST_M:
             return None
-        x, y = (middle + np.array([(low + high) / 2, np.median(across)]) @ axes).tolist()
+        inside, cut = along_body(set(self._inside)), along_body(self._at_edge)
+        low_is_open = bool((cut < inside.min() - _OPEN_M).any())
+        high_is_open = bool((cut > inside.max() + _OPEN_M).any())
+        along, across = (np.array(self._mean) - middle) @ axes.T
+        if low_is_open != high_is_open:
+            along = min(along, high - _HALF_M) if low_is_open else max(along, low + _HALF_M)
+        elif self._on_floor and not low_is_open:
+            along = (low + high) / 2
+        x, y = (middle + np.array([along, across]) @ axes).tolist()
         return x, y
 
 
