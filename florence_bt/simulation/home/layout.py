@@ -176,7 +176,7 @@ def _doors_between(
         for first, second in itertools.combinations(rooms, 2)
         if (span := _common(cut, rooms[first], rooms[second])) is not None
     ]
-    needed = -1 if hall else int(rng.integers(len(pairs)))
+    needed = -1 if hall or not pairs else int(rng.integers(len(pairs)))
     doors = []
     for index, (first, second, span) in enumerate(pairs):
         if "hall" in (first, second) or index == needed or rng.random() < _SECOND_DOOR_CHANCE:

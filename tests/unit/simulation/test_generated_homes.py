@@ -17,7 +17,8 @@ from florence_bt.simulation.home.generate import (
 from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
 from florence_bt.simulation.home.world import SimulatedWorld
 
-SEEDS = range(16)
+SEEDS = [*range(16), 1_021_115]
+"""In the first plan of the last one no door fits into an inner wall."""
 
 
 @pytest.fixture(scope="module")
