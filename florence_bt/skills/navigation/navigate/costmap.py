@@ -16,9 +16,9 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
 from florence_bt.skills.navigation.navigate._cell_kernels import (
+    CLEARABLE,
     INSCRIBED,
     LETHAL,
-    STANDS,
     UNKNOWN_COST,
     Cells,
 )
@@ -394,7 +394,7 @@ class Costmap:
         near = np.hypot(dx[None, :], dy[:, None]) <= radius
         for marks in (self._layers[source] for source in sources if source in self._layers):
             window = marks[first_row : first_row + len(rows), first_column : first_column + len(columns)]
-            window[near & (window <= STANDS if above_feet else True)] = 0
+            window[near & (window <= CLEARABLE if above_feet else True)] = 0
         self._master = None
 
     def add_contact(self, robot: Pose2, now: float) -> None:
