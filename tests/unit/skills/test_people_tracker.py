@@ -24,6 +24,7 @@ from florence_bt.skills.people.user_tracker.appearance import (
 )
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, SERVED
 from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import LookParameters, TrackerParameters
@@ -166,13 +167,48 @@ def test_two_who_meet_and_turn_round_keep_their_ids_by_their_colours(run: Run) -
     assert users[0].x < 2 < users[1].x
 
 
-def test_an_unsure_detection_far_behind_does_not_draw_the_track_away(run: Run) -> None:
-    """The network takes somebody partly hidden for further away."""
-    ghost = Detection(2.4, 0.0, 2.4, confidence=0.7)
-    for k in range(30):
-        users = run(ghost if k in (15, 16) else seen(2.0, -1.0 + 0.07 * k))
-        assert all(user.x == pytest.approx(2.0, abs=0.15) for user in users)
-    assert ids(run(replace(ghost, x=2.1, y=1.1), seen(2.0, 1.1))) == [(1, 1)], "the sure one comes first"
+def test_an_unsure_detection_behind_somebody_is_nobody(run: Run) -> None:
+    """The network sees a second person behind the outline of the first."""
+    front = replace(seen(2.0, 0.0), region=Region(0.4, 0.1, 0.6, 1.0))
+    behind = Detection(2.6, 0.1, 2.6, confidence=0.7, region=Region(0.45, 0.1, 0.65, 1.0))
+    assert len(run(front, behind, times=5)) == 1, "no new track"
+    assert len(run(front, replace(behind, confidence=0.9), times=3)) == 2, "a sure one is somebody"
+
+
+def test_an_unsure_detection_behind_somebody_does_not_move_who_is_hidden(run: Run) -> None:
+    front = replace(seen(2.0, 0.0), region=Region(0.4, 0.1, 0.6, 1.0))
+    run(front, seen(2.6, 0.0), times=5)
+    behind = Detection(2.8, 0.1, 2.8, confidence=0.7, region=Region(0.45, 0.1, 0.65, 1.0))
+    _, hidden = run(front, behind, times=2)
+    assert (hidden.x, hidden.y) == pytest.approx((2.6, 0.0), abs=0.01)
+
+
+def test_an_unsure_detection_that_nobody_hides_counts(run: Run) -> None:
+    front = replace(seen(2.0, 0.0), region=Region(0.4, 0.1, 0.6, 1.0))
+    beside = Detection(2.6, 0.5, 2.6, confidence=0.7, region=Region(0.55, 0.1, 0.75, 1.0))
+    assert len(run(front, beside, times=3)) == 2
+
+
+def test_who_is_too_far_to_have_walked_there_is_not_who_was_hidden(run: Run) -> None:
+    """Though the person was expected there: somebody else appears where a walk would have led."""
+    for k in range(20):
+        run(seen(1.0 + 0.08 * k, 0))
+    run(times=4)
+    assert ids(run(seen(1.0 + 0.08 * 19 + 0.75, 0), times=3))[-1] == (2, 2)
+
+
+def test_who_appears_beside_somebody_who_just_left_the_picture_is_somebody_new(run: Run) -> None:
+    for k in range(20):
+        run(seen(2.0, -0.08 * k))
+    run(times=2)
+    assert ids(run(seen(2.0, -0.08 * 19 + 0.65), times=3))[-1] == (2, 2)
+
+
+def test_somebody_in_another_shirt_who_shares_some_colours_is_not_who_was_hidden(run: Run) -> None:
+    """The Bhattacharyya distance is 0.5: trousers and skin are like those of many."""
+    run(seen(2.0, 0.0, colours(3)), times=10)
+    other = 0.5625 * colours(3) + 0.4375 * colours(9)
+    assert ids(run(seen(2.1, 0.0, other.astype(np.float32)), times=3)) == [(1, 1), (2, 2)]
 
 
 @pytest.mark.parametrize("histogram", [None, colours(3)])

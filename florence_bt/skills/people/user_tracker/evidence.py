@@ -39,6 +39,11 @@ class Region:
     right: float
     bottom: float
 
+    def share_of_columns(self, other: Region) -> float:
+        """How much of this region, 0 to 1, is in columns of another one."""
+        common = min(self.right, other.right) - max(self.left, other.left)
+        return max(0.0, common) / (self.right - self.left)
+
 
 @dataclass(frozen=True, slots=True)
 class Candidate:

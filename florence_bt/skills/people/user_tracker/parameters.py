@@ -83,23 +83,24 @@ class TrackerParameters:
         walked: Who has gone this far is somebody all the same, metres.
         gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
-        gate_margin: Nor is a detection further from there than this and what return_speed covers since the
-            person was seen, metres: with few measurements the covariance lets a track jump to somebody else.
+        gate_margin: Nor is a detection further than this, metres, and what return_speed covers since, from
+            where the person was seen last: the covariance of somebody out of view lets a track jump to
+            somebody else. Three standard deviations of a detection.
         acceleration: How much a person changes its speed, standard deviation, m/s^2.
         position_sigma: Standard deviation of a detection, metres.
-        sure: A detection of less confidence may be far off, as the network takes somebody partly hidden for
-            further away.
-        unsure_sigma: Standard deviation of such a detection, metres.
+        sure: A detection of less confidence may be nobody.
         colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
             colours against positions in the assignment.
         coast_s: An unseen person is believed in for this long, seconds; then it is lost.
         posture_window: What a person does is what most of this many pictures say.
         forget_s: A lost person keeps its device id for this long (REFERENCE 9), seconds.
         match_distance: Two colour histograms nearer than this belong to one person (REFERENCE 12.9).
-        differ_distance: From here on two colour histograms never belong to one person.
+        differ_distance: From here on two colour histograms never belong to one person: of 2600 pictures of
+            people in coloured shirts one was further from the colours of the same person, and the median of
+            other people was 0.5 to 0.6.
         return_s: Who appears this long after somebody was last seen, seconds, may be them without colours ...
-        return_speed: ... when they can have come there at this speed, m/s, ...
-        return_margin: ... with this much to spare, metres. So near a lost person is taken up again at once.
+        return_speed: ... when they can have come there at this speed, m/s, and gate_margin more.
+        return_margin: So near, metres, a lost person is taken up again at once.
         height_tolerance: Heights of one person differ by at most this much, metres, from the same distance;
             it is a lot because of heads that are hidden or beside the picture.
         blend: Share of the newest picture in the remembered colours.
@@ -121,17 +122,16 @@ class TrackerParameters:
     denials: Annotated[int, Limits(1)] = 3
     walked: Positive = 0.6
     gate: Positive = 13.8
-    gate_margin: Positive = 0.3
+    gate_margin: Positive = 0.2
     acceleration: Positive = 1.5
     position_sigma: Positive = 0.07
     sure: Annotated[float, Limits(0.0, 1.0)] = 0.85
-    unsure_sigma: Positive = 0.15
     colour_sigma: Positive = 0.2
     coast_s: Positive = 0.8
     posture_window: Annotated[int, Limits(1)] = 9
     forget_s: Positive = 10.0
     match_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.35
-    differ_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.6
+    differ_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.45
     return_s: Positive = 6.0
     return_speed: Positive = 1.0
     return_margin: Positive = 0.5

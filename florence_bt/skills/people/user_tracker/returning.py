@@ -33,9 +33,14 @@ def away(lost: Sighting, came: Sighting) -> float:
     return math.hypot(came.user.x - lost.user.x, came.user.y - lost.user.y)
 
 
+def reach(seconds: float, use: TrackerParameters) -> float:
+    """Metres from where somebody was seen within which they can be seen so much later."""
+    return use.return_speed * max(0.0, seconds) + use.gate_margin
+
+
 def walked_share(lost: Sighting, came: Sighting, use: TrackerParameters) -> float:
     """How much of what somebody could have walked meanwhile is between two sightings; above 1 is too far."""
-    return away(lost, came) / (use.return_speed * max(0.0, came.time - lost.time) + use.return_margin)
+    return away(lost, came) / reach(came.time - lost.time, use)
 
 
 def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:
