@@ -17,6 +17,7 @@ from florence_bt.skills.navigation.navigate.controller import Control, Controlle
 from florence_bt.skills.navigation.navigate.costmap import Rays
 from florence_bt.skills.navigation.navigate.following import give_way, track
 from florence_bt.skills.navigation.navigate.following.motions import Motions
+from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
@@ -332,12 +333,17 @@ def test_where_they_vanished_the_marks_of_their_body_are_cleared() -> None:
     assert costs[-1] < LETHAL
 
 
-def test_it_steps_aside_when_the_leader_and_somebody_beside_the_robot_wait() -> None:
-    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.0, 2.4))
-    with_somebody_else(walk, (1.3, 2.9))
-    assert walk.go(8.0) is None
-    assert "stepping aside" in walk.trip.texts[60:]
-    assert "stepping aside" not in walk.trip.texts[:60]
+def test_it_steps_aside_until_there_is_room_also_when_they_seem_to_walk_away(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(PersonTrack, "walks_away", lambda *arguments: 0.2)
+    walk = Walk(Pose2(0.3, 2.4), lambda seconds: (0.9, 2.4))
+    assert walk.go(14.0) is None
+    stepping = [
+        len(list(group)) for text, group in itertools.groupby(walk.trip.texts) if text == "stepping aside"
+    ]
+    assert max(stepping) > 20
+    assert max(walk.distances) > 1.2
 
 
 def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_know_them() -> None:

@@ -17,7 +17,7 @@ from florence_bt.skills.navigation.navigate.following.line_of_sight import LineO
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions, Move
 from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
-from florence_bt.skills.navigation.navigate.following.search import MAKE_ROOM_S, Search
+from florence_bt.skills.navigation.navigate.following.search import Search
 from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.following.vanished import Vanished
 from florence_bt.skills.navigation.navigate.following.way_back import WayBack
@@ -27,9 +27,8 @@ from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
-_STUCK_S, _BACK_OUT_S = 1.0, 3.0
-"""When no wanted motion is free for so long, the robot backs out for so long at most; in a search, and from
-somebody else who is in the way and may wait for the robot, for ``MAKE_ROOM_S``."""
+_STUCK_S = 1.0
+"""When no wanted motion is free for so long, the robot backs out a little."""
 _NO_WAY_S = 15.0
 """A search in which the robot cannot move for so long is over."""
 
@@ -63,7 +62,7 @@ class Follow:
         self._way_back = way_back = WayBack(costmaps, use, track, motions)
         law = DistanceLaw(goal, use, track, motions)
         self._persons_way = PersonsWay(costmaps, parameters, track, law, line_of_sight, motions)
-        self._give_way = GiveWay(goal, costmaps, use, track, way_back, planned, motions, now)
+        self._give_way = GiveWay(goal, costmaps, use, track, way_back, planned, motions)
         self._keep_distance = KeepDistance(
             goal, use, track, law, self._persons_way, planned, self._give_way, line_of_sight, motions, now
         )
@@ -161,15 +160,13 @@ class Follow:
         if not command.is_zero():
             self._moved, self._stuck_since = state.now, None
             return
-        for_somebody = not wanted.is_zero()
-        if not (self._motions.held or for_somebody):
+        if wanted.is_zero() and not self._motions.held:
             self._stuck_since = None
         elif self._stuck_since is None:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            little = for_somebody or self._search is not None
-            self._way_back.begin(state.now, MAKE_ROOM_S if little else _BACK_OUT_S)
+            self._way_back.begin(state.now)
 
     def _make_vanished(self, state: RobotState) -> Vanished:
         vanished = Vanished(
@@ -178,7 +175,6 @@ class Follow:
             self._track,
             self._persons_way,
             self._planned,
-            self._way_back,
             self._line_of_sight,
             self._motions,
             state.now,

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
-from florence_bt.skills.navigation.navigate.following.track import WALKING_MPS, PersonTrack
+from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
@@ -22,9 +20,8 @@ _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
 _ARRIVED_M = 0.1
-_WAITS_S, _NEAR_OTHER_M = 6.0, 0.8
-"""Who stands before the robot for so long, or anywhere while somebody else is so near to the robot, waits for
-it to let them pass."""
+_WAITS_S = 6.0
+"""Who stands before the robot for so long waits for it to let them pass."""
 
 
 class GiveWay:
@@ -39,7 +36,6 @@ class GiveWay:
         way_back: WayBack,
         planned: PlannedWay,
         motions: Motions,
-        now: float,
     ) -> None:
         self._goal = goal
         self._costmaps = costmaps
@@ -49,7 +45,6 @@ class GiveWay:
         self._planned = planned
         self._motions = motions
         self._came_at = -math.inf
-        self._between_since = now
         self._gave_way_at: float | None = None
         self._cornered_since: float | None = None
         self._aside: tuple[Place, float] | None = None
@@ -81,13 +76,7 @@ class GiveWay:
         self._cornered_since = None
 
     def let_pass(self, state: RobotState, person: Place, distance: float) -> None:
-        """Step aside for somebody who came towards the robot and waits before it for long."""
-        if self._track.walks or not self._is_near_somebody_else(state):
-            self._between_since = state.now
-        elif state.now - self._between_since > _WAITS_S:
-            # The two wait for each other, and one of them for the robot.
-            self._between_since = state.now
-            self._begin_to_step_aside(state, person)
+        """Step aside for who came too near and waits, nearer than wanted, for long."""
         if distance >= self._goal.distance:
             self._gave_way_at = None
         elif self._gave_way_at is not None and state.now - self._gave_way_at > _WAITS_S:
@@ -102,9 +91,7 @@ class GiveWay:
         there = state.map_from_odom.inverse().apply(*place)
         command, remaining = self._planned.drive(state, there, person)
         far = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
-        away = self._track.walks_away(state.pose, state.pose.bearing_to(*person))
-        passed = far or (self._track.is_seen(state.now) and away > WALKING_MPS)
-        if passed or state.now > deadline or remaining <= _ARRIVED_M or self._planned.path is None:
+        if far or state.now > deadline or remaining <= _ARRIVED_M or self._planned.path is None:
             self._aside = None
             self._planned.forget()
             return STANDSTILL
@@ -128,9 +115,3 @@ class GiveWay:
         if place is not None:
             self._aside = place, state.now + _ASIDE_S
             self._planned.plan_anew()
-
-    def _is_near_somebody_else(self, state: RobotState) -> bool:
-        others = state.people.rows
-        return bool(
-            (np.hypot(others[:, 0] - state.pose.x, others[:, 1] - state.pose.y) < _NEAR_OTHER_M).any()
-        )

@@ -19,8 +19,6 @@ from florence_bt.skills.navigation.navigate.state import RobotState
 
 _BEFORE_RAD = 1.0
 """Who is further to the side does not come towards the robot: they walk past it."""
-_DETOUR_M = 0.8
-"""A way so much longer than the straight one is a detour, and so much too far away is far."""
 _NEARLY_M = 0.2
 """What keeps the robot so much further away than wanted is no trouble: a shoe, or a pillow."""
 _BLOCKED_S = 20.0
@@ -90,9 +88,7 @@ class KeepDistance:
         person, wanted = self._track.at(state.now), self._goal.distance
         command, remaining = self._planned.drive(state, person)
         speed = self._law.speed_along(state.pose, remaining, bearing)
-        near = distance <= wanted + _DETOUR_M and self._line_of_sight.sees(state, person)
-        # As near as wanted along the path; or on a detour a person who is near would get out of view.
-        if speed <= 0.0 or (near and remaining > distance + _DETOUR_M):
+        if speed <= 0.0:
             return Move(self._motions.turn_towards(state, bearing), "following")
         if command.is_zero() and distance <= wanted + _NEARLY_M:
             command, self._free_since = self._motions.turn_towards(state, bearing), state.now

@@ -24,9 +24,6 @@ and so on; else, and after so many looks from one place, it drives on."""
 _SAME_PLACE_M = 0.5
 _CHOICE_S = 2.5
 """How long it stays with a place to drive to, at least."""
-MAKE_ROOM_S = 1.0
-"""It backs out for so long only, as they may be behind it, where it is blind; once in a search also from who
-is too near to be seen."""
 
 
 class Search:
@@ -113,7 +110,7 @@ class Search:
             return turn
         if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
             self._made_room = True
-            self._way_back.begin(state.now, MAKE_ROOM_S)
+            self._way_back.begin(state.now)
         return STANDSTILL
 
     def _look_where_likely(self, state: RobotState) -> Twist2:
@@ -134,7 +131,7 @@ class Search:
                     # From here it cannot be looked at: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
                     self._next_choice = state.now
-                    self._way_back.begin(state.now, MAKE_ROOM_S)
+                    self._way_back.begin(state.now)
                 return turn
             self._heading = None
         if self._goal_place is None:

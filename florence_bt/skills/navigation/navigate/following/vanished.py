@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-from florence_bt.core.geometry import STANDSTILL
 from florence_bt.skills.navigation.navigate.following.line_of_sight import LineOfSight
 from florence_bt.skills.navigation.navigate.following.motions import Motions, Move
 from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
 from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD, PersonTrack
-from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
 from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
@@ -21,8 +19,6 @@ _NO_NEARER_S, _NEARER_M = 5.0, 0.1
 _ARRIVED_M, _STOOD_M = 0.4, 0.25
 """It is there when it is so near to the place; along their way so near."""
 _FACING_RAD = 0.3
-_BACK_OUT_S = 3.0
-"""When it has got stuck, perhaps in a corner that it cut, it backs out for so long once."""
 
 
 class Vanished:
@@ -35,7 +31,6 @@ class Vanished:
         track: PersonTrack,
         persons_way: PersonsWay,
         planned: PlannedWay,
-        way_back: WayBack,
         line_of_sight: LineOfSight,
         motions: Motions,
         now: float,
@@ -45,10 +40,9 @@ class Vanished:
         self._track = track
         self._persons_way = persons_way
         self._planned = planned
-        self._way_back = way_back
         self._line_of_sight = line_of_sight
         self._motions = motions
-        self._faced = self._tried = False
+        self._faced = False
         self._way_left, self._nearer_at = math.inf, now
 
     def clear_marks(self, state: RobotState) -> None:
@@ -80,13 +74,8 @@ class Vanished:
         if remaining <= _ARRIVED_M or self._is_there(state, place):
             return None
         gets_nearer = self._gets_nearer(state.now, remaining)
-        if gets_nearer and (not command.is_zero() or unseen <= self._use.follow_patience):
-            return Move(command, "going to where the person was seen last")
-        if not self._tried:
-            self._way_left, self._nearer_at, self._tried = math.inf, state.now + _BACK_OUT_S, True
-            self._way_back.begin(state.now, _BACK_OUT_S)
-            return Move(STANDSTILL, "backing out")
-        return None
+        goes = gets_nearer and (not command.is_zero() or unseen <= self._use.follow_patience)
+        return Move(command, "going to where the person was seen last") if goes else None
 
     def _gets_nearer(self, now: float, left: float) -> bool:
         """Whether the robot comes nearer to where they vanished, of which it is some metres away."""

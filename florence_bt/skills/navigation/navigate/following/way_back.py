@@ -21,8 +21,8 @@ _STRAIGHT_RAD = 0.3
 """Further beside that point it turns first."""
 _TURNS_BACK_RAD = 1.0
 """Further to the side it does not turn from who is given way to."""
-_MPS = 0.2
-"""How fast it backs out."""
+_MPS, _BACK_OUT_S = 0.2, 1.0
+"""How fast it backs out, and for how long at most: somebody may be behind it, where it is blind."""
 _AHEAD_S = 0.4, 1.0
 """A motion back must be free for so many seconds: slow, and where the robot has just been; or for as many as
 it takes to get out of something that it touches in the costmap."""
@@ -50,9 +50,9 @@ class WayBack:
         if forward and (not self._trail or math.dist(self._trail[-1], here) >= _STEP_M):
             self._trail.append(here)
 
-    def begin(self, now: float, seconds: float) -> None:
-        """Back out for so long, from the next cycle on."""
-        self._until = now + seconds
+    def begin(self, now: float) -> None:
+        """Back out a little, from the next cycle on."""
+        self._until = now + _BACK_OUT_S
 
     def back_out(self, state: RobotState) -> Twist2:
         """The velocity while it backs out, else standstill."""
