@@ -18,7 +18,7 @@ from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
 
 PERSON_M = 0.6
 """What the sensors have marked so near to the person is the person."""
-WALKING_MPS = 0.1
+_WALKING_MPS = 0.1
 """Slower, the direction in which somebody walks means nothing."""
 VIEW_RAD, VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
@@ -120,7 +120,7 @@ class PersonTrack:
     @property
     def walks(self) -> bool:
         """Whether they walk, or nearly stand."""
-        return self.speed >= WALKING_MPS
+        return self.speed >= _WALKING_MPS
 
     def walks_away(self, robot: Pose2, bearing: float) -> float:
         """How fast they walk away from the robot, m/s; ``bearing`` is theirs (rad)."""
