@@ -12,13 +12,16 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.skills.navigation.navigate import follow
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import Rays
+from florence_bt.skills.navigation.navigate.following import give_way, track
+from florence_bt.skills.navigation.navigate.following.motions import Motions
+from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
+from florence_bt.skills.navigation.navigate.person_path import PersonPath
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult, RobotState
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
@@ -206,7 +209,7 @@ def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
 
 def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Controller, "control", lambda *arguments: Control(Twist2(0.0, 0.3), 2.0))
-    monkeypatch.setattr(follow.PersonPath, "ahead", lambda *arguments: [])
+    monkeypatch.setattr(PersonPath, "ahead", lambda *arguments: [])
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (4.05, 2.4), (4.6, 2.4), (4.6, 0.4)], 0.45))
     see = walk.sees
     walk.sees = lambda person: walk.trip.world.now < 4.0 and see(person)  # type: ignore[method-assign]
@@ -247,10 +250,10 @@ def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_o
 def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_round(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def may(self: follow.Follow, state: RobotState, command: Twist2) -> bool:
+    def may(self: Motions, state: RobotState, command: Twist2) -> bool:
         return command.linear != 0.0 or abs(state.map_pose.yaw + 0.1 * np.sign(command.angular)) < 0.8
 
-    monkeypatch.setattr(follow.Follow, "_may", may)
+    monkeypatch.setattr(Motions, "is_free", may)
     monkeypatch.setattr(Whereabouts, "best_view", lambda self, robot: (3.0, 1.0))
     monkeypatch.setattr(Whereabouts, "best_place", lambda self, robot: (3.3, 1.0))
     walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0))
@@ -263,7 +266,7 @@ def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_rou
 def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they_are_of_somebody_else(
     monkeypatch: pytest.MonkeyPatch, somebody_else: bool
 ) -> None:
-    monkeypatch.setattr(follow, "go_on_with_legs", lambda *arguments: None)
+    monkeypatch.setattr(track, "go_on_with_legs", lambda *arguments: None)
     walk = Walk(Pose2(0.6, 2.4), along([(1.6, 2.4), (2.2, 2.4), (2.2, 4.6)], 0.3))
     see = walk.sees
 
@@ -330,12 +333,17 @@ def test_where_they_vanished_the_marks_of_their_body_are_cleared() -> None:
     assert costs[-1] < LETHAL
 
 
-def test_it_steps_aside_when_the_leader_and_somebody_beside_the_robot_wait() -> None:
-    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.0, 2.4))
-    with_somebody_else(walk, (1.3, 2.9))
-    assert walk.go(8.0) is None
-    assert "stepping aside" in walk.trip.texts[60:]
-    assert "stepping aside" not in walk.trip.texts[:60]
+def test_it_steps_aside_until_there_is_room_also_when_they_seem_to_walk_away(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(PersonTrack, "walks_away", lambda *arguments: 0.2)
+    walk = Walk(Pose2(0.3, 2.4), lambda seconds: (0.9, 2.4))
+    assert walk.go(14.0) is None
+    stepping = [
+        len(list(group)) for text, group in itertools.groupby(walk.trip.texts) if text == "stepping aside"
+    ]
+    assert max(stepping) > 20
+    assert max(walk.distances) > 1.2
 
 
 def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_know_them() -> None:
@@ -502,7 +510,7 @@ def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.Mo
     def straight_on(*arguments: Any) -> Control:
         return Control(Twist2(0.2, 0.0), 2.0)
 
-    monkeypatch.setattr(follow, "place_to_step_aside", lambda *arguments: (3.5, 2.4))
+    monkeypatch.setattr(give_way, "place_to_step_aside", lambda *arguments: (3.5, 2.4))
     monkeypatch.setattr(Controller, "control", straight_on)
     walk = Walk(Pose2(1.2, 2.4), lambda seconds: (1.68, 2.4))
     kept = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))

@@ -19,7 +19,8 @@ from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGo
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
-from florence_bt.skills.navigation.navigate.follow import Follow, FollowGoal
+from florence_bt.skills.navigation.navigate.follow import Follow
+from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.path_drive import PathDrive

@@ -1,0 +1,110 @@
+"""What the robot may drive now while it follows somebody, and turns in place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from florence_bt.core.geometry import STANDSTILL, Twist2
+from florence_bt.core.outcome import Result
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.parameters import FollowParameters
+from florence_bt.skills.navigation.navigate.state import RobotState
+
+
+@dataclass(frozen=True, slots=True)
+class FollowGoal:
+    """Whom to follow, and how.
+
+    Attributes:
+        user_id: The persistent id of the person.
+        distance: How far to stay behind, in metres.
+        max_linear: m/s.
+        max_angular: rad/s.
+    """
+
+    user_id: int
+    distance: float
+    max_linear: float
+    max_angular: float
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """What the robot does in a cycle.
+
+    Attributes:
+        command: The velocity.
+        text: What it does, for people.
+        result: How the goal ended, or None.
+    """
+
+    command: Twist2
+    text: str
+    result: Result | None = None
+
+
+class Motions:
+    """Checks motions before they are driven.
+
+    Attributes:
+        held: Whether something was in the way of what was wanted last.
+    """
+
+    def __init__(self, goal: FollowGoal, use: FollowParameters) -> None:
+        self._goal = goal
+        self._use = use
+        self.held = False
+        self._turning = 0.0
+        self._blocked_turns: set[bool] = set()
+
+    def limited(self, turn: float) -> float:
+        """A turning speed within the limit of the goal, rad/s."""
+        return max(-self._goal.max_angular, min(self._goal.max_angular, turn))
+
+    def turning_speed(self, bearing: float) -> float:
+        """How fast to turn towards what is so far beside the heading (rad), rad/s."""
+        return self.limited(self._use.follow_angular_gain * bearing)
+
+    def is_free(self, state: RobotState, command: Twist2) -> bool:
+        """Whether a motion is free for as long as the robot looks ahead."""
+        ahead = self._use.follow_look_ahead
+        return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
+
+    def is_free_turn(self, clearance: Clearance, speed: float, turn: float, left: float) -> bool:
+        """Whether a motion is free that turns by so much (``left``, rad), and no further."""
+        ahead = self._use.follow_look_ahead
+        angle = math.copysign(min(abs(left), abs(turn) * ahead), left)
+        return clearance.is_free(speed * ahead, angle)
+
+    def turn_towards(self, state: RobotState, bearing: float, clearance: Clearance | None = None) -> Twist2:
+        """Turn in place, if there is room; ``clearance`` is that of the state when not given."""
+        if abs(bearing) <= self._use.follow_angle_tolerance:
+            return STANDSTILL
+        turn = self.turning_speed(bearing)
+        self.held = not self.is_free_turn(clearance or state.clearance, 0.0, turn, bearing)
+        return STANDSTILL if self.held else Twist2(0.0, turn)
+
+    def begin_to_turn_round(self) -> None:
+        """What was in the way of a turn before does not count any more."""
+        self._turning = 0.0
+        self._blocked_turns.clear()
+
+    def turn_round(self, state: RobotState, left: float, speed: float) -> Twist2:
+        """Turn in place; where there is no room for it, the other way round.
+
+        Returns:
+            Standstill when something was in the way both ways round since :meth:`begin_to_turn_round`.
+        """
+        wanted = self.limited(math.copysign(speed, left))
+        # What was begun goes on, also when the other way has become shorter.
+        ways = (wanted, -wanted) if wanted * self._turning >= 0.0 else (-wanted, wanted)
+        for turn in ways:
+            if (turn > 0.0) in self._blocked_turns:
+                continue
+            if self.is_free(state, Twist2(0.0, turn)):
+                self._turning = turn
+                return Twist2(0.0, turn)
+            self._blocked_turns.add(turn > 0.0)
+        self.held = True
+        return STANDSTILL

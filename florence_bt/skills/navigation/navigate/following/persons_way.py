@@ -1,0 +1,135 @@
+"""Along the way that the person walked: where they got through, the robot does too, and cuts no corner."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from florence_bt.core.geometry import Pose2, Twist2, normalize_angle
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.costmap import cost_at_distance
+from florence_bt.skills.navigation.navigate.following.distance_law import DistanceLaw
+from florence_bt.skills.navigation.navigate.following.line_of_sight import OWN_PLACE_M, LineOfSight
+from florence_bt.skills.navigation.navigate.following.motions import Motions
+from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+
+_ROOM_M = 0.05
+"""Where the robot has so much more room on each side than it needs to turn, it is not narrow."""
+_CLOSE_M = 0.45
+"""Where it is narrow it heads for a point of that way about so far away."""
+_SHARES = 1.0, 0.5
+"""Parts of the speed to try, the best first."""
+_ASTRAY_RAD = 1.0
+"""A way that begins further to the side leads away from the person."""
+_START_M = 0.3
+"""The robot turns to a point of the way when so much of the line to it is free."""
+_SEEN_ERROR_M = 0.15
+_ROUND_IT = np.array(
+    [(0.0, 0.0)]
+    + [
+        (part * _SEEN_ERROR_M * math.cos(angle), part * _SEEN_ERROR_M * math.sin(angle))
+        for part in (0.5, 1.0)
+        for angle in np.linspace(0.0, math.tau, 8, endpoint=False)
+    ]
+)
+"""The tracker tells the places of the person with such an error: what to try round each, nearest first."""
+
+
+class PersonsWay:
+    """Drives along the way that the person walked."""
+
+    def __init__(
+        self,
+        costmaps: Costmaps,
+        parameters: NavigatorParameters,
+        track: PersonTrack,
+        law: DistanceLaw,
+        line_of_sight: LineOfSight,
+        motions: Motions,
+    ) -> None:
+        footprint = costmaps.local_costmap.footprint
+        self.narrow = cost_at_distance(
+            footprint.circumscribed_radius + _ROOM_M, footprint.inscribed_radius, parameters.costmap
+        )
+        """Where it costs so much, the robot could not turn."""
+        self._costmaps = costmaps
+        self._use = parameters.follow
+        self._track = track
+        self._law = law
+        self._line_of_sight = line_of_sight
+        self._motions = motions
+
+    def drive(self, state: RobotState, person: Place, keep: float) -> tuple[Twist2 | None, float]:
+        """The velocity, None when the way cannot be driven, and the metres that are left.
+
+        The robot heads for the furthest point of that way to which the straight line is free; rather for a
+        nearer one than past something beside which it could not turn.
+
+        Args:
+            state: Of this moment.
+            person: Where they are now, or were last: the end of the way; odometry frame, metres.
+            keep: How far to stay behind, metres.
+        """
+        pose, track = state.pose, self._track
+        distance, ahead = math.dist(person, (pose.x, pose.y)), pose.bearing_to(*person)
+        # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
+        seen = self._line_of_sight.sees(state, person)
+        walks = track.walks_away(pose, ahead) if seen else track.speed
+        steps = [
+            (self._freest(place), walked)
+            for place, walked in track.path.ahead((pose.x, pose.y), person)
+            if math.dist(place, (pose.x, pose.y)) > OWN_PLACE_M
+        ]
+        if seen and distance <= keep + self._use.follow_give_way:
+            # Who is near and in sight is not turned away from.
+            steps = [step for step in steps if not _is_astray(pose, step[0], ahead)]
+        # Where they walked nothing stands that the map may know: it was moved.
+        seen_free = Clearance(self._costmaps.local_costmap, pose, None, None)
+        # Where it is narrow, the robot stays on the way itself.
+        close = sorted(steps, key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))
+        points = [
+            (place, math.dist(place, (pose.x, pose.y)) + walked)
+            for some, least in ((steps, self.narrow), (close, INSCRIBED))
+            for place, walked in some
+            if self._line_of_sight.is_free(state, place, person, least)
+        ]
+        for share in _SHARES:
+            for place, left in points:
+                bearing = pose.bearing_to(*place)
+                speed = self._law.speed(walks, (distance if seen else left) - keep)
+                speed *= share * max(0.0, math.cos(bearing))
+                turn = self._motions.turning_speed(bearing)
+                if speed > 0.0 and self._motions.is_free_turn(seen_free, speed, turn, bearing):
+                    return Twist2(speed, turn), left
+        for place, left in points:
+            moves = self._law.speed(walks, (distance if seen else left) - keep) > 0.0
+            astray = _is_astray(pose, place, ahead)
+            if moves and not (seen and astray) and self._is_free_after_turning(pose, place):
+                command = self._motions.turn_towards(state, pose.bearing_to(*place), seen_free)
+                return None if command.is_zero() else command, left
+        return None, math.inf
+
+    def _freest(self, place: Place) -> Place:
+        """Where it is narrow: where the robot fits best within the error of a place of the person."""
+        costs = self._costmaps.local_costmap.costs_at(place + _ROUND_IT)
+        if costs[0] < self.narrow:
+            return place
+        x, y = place + _ROUND_IT[int(np.argmin(costs))]
+        return float(x), float(y)
+
+    def _is_free_after_turning(self, pose: Pose2, place: Place) -> bool:
+        """Whether the robot could drive towards a place if it were turned to it."""
+        turned = replace(pose, yaw=pose.yaw + pose.bearing_to(*place))
+        free = Clearance(self._costmaps.local_costmap, turned, None, None)
+        return free.is_free(min(_START_M, math.dist(place, (pose.x, pose.y))), 0.0)
+
+
+def _is_astray(pose: Pose2, place: Place, ahead: float) -> bool:
+    """Whether a place is far to the side of a bearing (rad)."""
+    return abs(normalize_angle(pose.bearing_to(*place) - ahead)) > _ASTRAY_RAD

@@ -1,0 +1,164 @@
+"""The search for who vanished: at who walks, at what may be their legs, and where they most likely are."""
+
+from __future__ import annotations
+
+import math
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions, Move
+from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD, PersonTrack
+from florence_bt.skills.navigation.navigate.following.way_back import WayBack
+from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs
+from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
+from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
+from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
+
+_FACING_RAD = 0.3
+_LOOK_RADPS = 0.6
+"""How fast the robot turns at last."""
+_WORTH_LOOKING = 0.03, 0.06, 0.12
+"""It turns to look when so much of what is likely would get into the picture, at the first look, the second
+and so on; else, and after so many looks from one place, it drives on."""
+_SAME_PLACE_M = 0.5
+_CHOICE_S = 2.5
+"""How long it stays with a place to drive to, at least."""
+
+
+class Search:
+    """Looks for the person from when the robot does not know any more where they are."""
+
+    def __init__(
+        self,
+        goal: FollowGoal,
+        costmaps: Costmaps,
+        track: PersonTrack,
+        planned: PlannedWay,
+        way_back: WayBack,
+        motions: Motions,
+        state: RobotState,
+    ) -> None:
+        assert track.seen is not None
+        self._goal = goal
+        self._track = track
+        self._planned = planned
+        self._way_back = way_back
+        self._motions = motions
+        in_map = state.map_from_odom.apply(*track.last)
+        velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
+        self._whereabouts = Whereabouts(costmaps, in_map, velocity, track.seen)
+        self._nearby = NearbyLegs(track.things.places())
+        self._made_room = False
+        self._looks_at_since: float | None = None
+        self._heading: float | None = None
+        self._goal_place: Place | None = None
+        self._looks, self._looked_from = 0, state.map_pose
+        self._next_choice = state.now
+
+    def step(self, state: RobotState) -> Move:
+        """What to do."""
+        look = self._look_at_who_walks(state)
+        if look is not None:
+            return Move(look, "looking at who walks")
+        if self._heading is None and (self._looks > 0 or self._goal_place is not None):
+            # They are most likely ahead; but they may be right beside the robot, too.
+            look = self._look_at_legs(state)
+            if look is not None:
+                return Move(look, "looking at what may be the person")
+        return Move(self._look_where_likely(state), "looking for the person")
+
+    def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
+        """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
+        here, walking = (state.pose.x, state.pose.y), self._track.walking
+        legs = [
+            each
+            for each in _of_nobody_known(walking.places(self._track.scanned), state)
+            if math.dist(each, here) < VIEW_M[1]
+        ]
+        if not legs or state.now - self._track.scanned > CAMERA_GAP_S:
+            self._looks_at_since = None
+            return None
+        nearest = min(legs, key=lambda each: math.dist(each, here))
+        bearing = state.pose.bearing_to(*nearest)
+        if abs(bearing) < VIEW_RAD:
+            self._looks_at_since = self._looks_at_since or state.now
+            if state.now - self._looks_at_since > UNCLEAR_S:
+                walking.reject(nearest)
+                self._looks_at_since = None
+        turn = self._motions.turning_speed(bearing)
+        if self._motions.is_free_turn(state.clearance, 0.0, turn, bearing):
+            return Twist2(0.0, turn)
+        walking.reject(nearest)
+        return None
+
+    def _look_at_legs(self, state: RobotState) -> Twist2 | None:
+        """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
+        before = self._nearby.since
+        legs = self._nearby.next(
+            state.now, state.pose, _of_nobody_known(all_legs(self._track.unknown), state)
+        )
+        if self._nearby.since != before:
+            self._motions.begin_to_turn_round()
+        if legs is None:
+            return None
+        bearing = state.pose.bearing_to(*legs)
+        if abs(bearing) > _FACING_RAD:
+            turn = self._motions.turn_round(state, bearing, self._goal.max_angular)
+            if turn.is_zero():
+                self._nearby.leave()
+            return turn
+        if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
+            self._made_room = True
+            self._way_back.begin(state.now)
+        return STANDSTILL
+
+    def _look_where_likely(self, state: RobotState) -> Twist2:
+        """Turn to where they may be; drive there when that cannot be seen from here."""
+        robot = state.map_pose
+        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._track.unknown)]
+        self._whereabouts.update(state.now, robot, legs)
+        if self._heading is None and state.now >= self._next_choice:
+            if self._goal_place is not None and self._planned.path is None:
+                self._whereabouts.no_way_to(self._goal_place)
+            self._choose(state)
+        if self._heading is not None:
+            left = normalize_angle(self._heading - robot.yaw)
+            if abs(left) > _FACING_RAD / 2.0:
+                fast = abs(left) > 2.0 * _FACING_RAD
+                turn = self._motions.turn_round(state, left, self._goal.max_angular if fast else _LOOK_RADPS)
+                if turn.is_zero():
+                    # From here it cannot be looked at: make room, and drive on.
+                    self._heading, self._looks = None, len(_WORTH_LOOKING)
+                    self._next_choice = state.now
+                    self._way_back.begin(state.now)
+                return turn
+            self._heading = None
+        if self._goal_place is None:
+            return STANDSTILL
+        command, _ = self._planned.drive(state, state.map_from_odom.inverse().apply(*self._goal_place))
+        return command
+
+    def _choose(self, state: RobotState) -> None:
+        """Choose between a heading to look in and a place to drive to."""
+        self._next_choice = state.now + _CHOICE_S
+        robot = state.map_pose
+        heading, share = self._whereabouts.best_view(robot)
+        place = self._whereabouts.best_place(robot)
+        beside = abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD
+        if robot.distance_to(self._looked_from) > _SAME_PLACE_M:
+            self._looks, self._looked_from = 0, robot
+        worth = _WORTH_LOOKING[self._looks] if self._looks < len(_WORTH_LOOKING) else math.inf
+        if place is None or (share >= worth and beside):
+            self._heading, self._goal_place = heading, None
+            self._motions.begin_to_turn_round()
+            self._looks += 1
+        else:
+            self._goal_place = place
+            self._planned.plan_anew()
+
+
+def _of_nobody_known(legs: list[Place], state: RobotState) -> list[Place]:
+    """The legs but for those of people whom the camera sees and knows as others."""
+    others = state.people.rows[:, :2]
+    return [each for each in legs if all(math.dist(each, who) > REACH_M for who in others)]

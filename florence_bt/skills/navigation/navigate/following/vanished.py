@@ -1,0 +1,90 @@
+"""To where the person vanished: face it, and drive there along their way or a planned path."""
+
+from __future__ import annotations
+
+import math
+
+from florence_bt.skills.navigation.navigate.following.line_of_sight import LineOfSight
+from florence_bt.skills.navigation.navigate.following.motions import Motions, Move
+from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
+from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD, PersonTrack
+from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.skills.navigation.navigate.parameters import FollowParameters
+from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
+
+_NO_NEARER_S, _NEARER_M = 5.0, 0.1
+"""The robot goes on while it comes so much nearer at least so often, a half turn included."""
+_ARRIVED_M, _STOOD_M = 0.4, 0.25
+"""It is there when it is so near to the place; along their way so near."""
+_FACING_RAD = 0.3
+
+
+class Vanished:
+    """Drives to where the person vanished."""
+
+    def __init__(
+        self,
+        costmaps: Costmaps,
+        use: FollowParameters,
+        track: PersonTrack,
+        persons_way: PersonsWay,
+        planned: PlannedWay,
+        line_of_sight: LineOfSight,
+        motions: Motions,
+        now: float,
+    ) -> None:
+        self._costmaps = costmaps
+        self._use = use
+        self._track = track
+        self._persons_way = persons_way
+        self._planned = planned
+        self._line_of_sight = line_of_sight
+        self._motions = motions
+        self._faced = False
+        self._way_left, self._nearer_at = math.inf, now
+
+    def clear_marks(self, state: RobotState) -> None:
+        """What the camera has marked where they walked last was they; if they still stand there, the laser
+        sees their legs.
+        """
+        for place in self._track.path.last(PERSON_M):
+            self._costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
+            self._costmaps.global_costmap.clear_disc(
+                CAMERA_SOURCES, state.map_from_odom.apply(*place), BODY_M
+            )
+
+    def step(self, state: RobotState, unseen: float) -> Move | None:
+        """What to do, None when the robot is there and does not see the person, or cannot get there."""
+        expected = self._track.at(state.now)
+        bearing = state.pose.bearing_to(*expected)
+        self._faced = (
+            self._faced or abs(bearing) < _FACING_RAD or not self._line_of_sight.sees(state, expected)
+        )
+        if not self._faced and unseen <= self._use.follow_patience:
+            # They may just have walked out of the picture.
+            return Move(self._motions.turn_towards(state, bearing), "turning after the person")
+        place = self._track.last
+        if math.dist(place, (state.pose.x, state.pose.y)) > _STOOD_M:
+            walk, left = self._persons_way.drive(state, place, 0.0)
+            if walk is not None and self._gets_nearer(state.now, left):
+                return Move(walk, "going along the person's path")
+        command, remaining = self._planned.drive(state, place)
+        if remaining <= _ARRIVED_M or self._is_there(state, place):
+            return None
+        gets_nearer = self._gets_nearer(state.now, remaining)
+        goes = gets_nearer and (not command.is_zero() or unseen <= self._use.follow_patience)
+        return Move(command, "going to where the person was seen last") if goes else None
+
+    def _gets_nearer(self, now: float, left: float) -> bool:
+        """Whether the robot comes nearer to where they vanished, of which it is some metres away."""
+        if left < self._way_left - _NEARER_M:
+            self._way_left, self._nearer_at = left, now
+        return now - self._nearer_at <= _NO_NEARER_S
+
+    def _is_there(self, state: RobotState, place: Place) -> bool:
+        """Whether the robot is where they vanished, or would see them whole there: they have walked on."""
+        away = math.dist(place, (state.pose.x, state.pose.y))
+        in_view = abs(state.pose.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
+        return away <= _ARRIVED_M or (in_view and self._line_of_sight.sees(state, place))

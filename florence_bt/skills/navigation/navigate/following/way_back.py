@@ -1,0 +1,99 @@
+"""Backing off, best on the way on which the robot came: it is blind behind."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.following.motions import Motions
+from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.skills.navigation.navigate.parameters import FollowParameters
+from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+
+_STEP_M, _POINTS = 0.1, 50
+"""The way the robot came: a point at least so far from the next, so many are remembered."""
+_TO_M = 0.3
+"""It steers towards a point of that way so far behind its middle."""
+_STRAIGHT_RAD = 0.3
+"""Further beside that point it turns first."""
+_TURNS_BACK_RAD = 1.0
+"""Further to the side it does not turn from who is given way to."""
+_MPS, _BACK_OUT_S = 0.2, 1.0
+"""How fast it backs out, and for how long at most: somebody may be behind it, where it is blind."""
+_AHEAD_S = 0.4, 1.0
+"""A motion back must be free for so many seconds: slow, and where the robot has just been; or for as many as
+it takes to get out of something that it touches in the costmap."""
+_BEHIND_M, _CLOSE_BEHIND_M = 0.4, 0.6
+"""It does not back off when somebody else was seen lately so near to a point so far behind it."""
+
+
+class WayBack:
+    """Remembers the way the robot came, and backs off on it."""
+
+    def __init__(
+        self, costmaps: Costmaps, use: FollowParameters, track: PersonTrack, motions: Motions
+    ) -> None:
+        self._costmaps = costmaps
+        self._use = use
+        self._track = track
+        self._motions = motions
+        self._trail: deque[Place] = deque(maxlen=_POINTS)
+        self._until = -math.inf
+
+    def remember(self, state: RobotState) -> None:
+        """Take the robot's place of a cycle."""
+        here = state.pose.x, state.pose.y
+        forward = state.twist.linear > 0.0
+        if forward and (not self._trail or math.dist(self._trail[-1], here) >= _STEP_M):
+            self._trail.append(here)
+
+    def begin(self, now: float) -> None:
+        """Back out a little, from the next cycle on."""
+        self._until = now + _BACK_OUT_S
+
+    def back_out(self, state: RobotState) -> Twist2:
+        """The velocity while it backs out, else standstill."""
+        command = STANDSTILL
+        if state.now < self._until:
+            command = state.people.slowed(state.pose, self.back_off(state))
+        if command.is_zero():
+            self._until = -math.inf
+        return command
+
+    def back_off(self, state: RobotState, bearing: float = 0.0, speed: float = _MPS) -> Twist2:
+        """Back on the way the robot came, or straight; standstill where there is no room.
+
+        Args:
+            state: Of this moment.
+            bearing: Of the person who is given way to; the robot does not turn its back on them.
+            speed: m/s, limited by ``follow_back_speed``.
+        """
+        trail, pose = self._trail, state.pose
+        while trail and math.dist(trail[-1], (pose.x, pose.y)) < _TO_M:
+            trail.pop()
+        back = -min(speed, self._use.follow_back_speed)
+        if back == 0.0 or self._is_somebody_behind(state):
+            return STANDSTILL
+        left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
+        on_trail = bool(trail) and abs(normalize_angle(bearing - left)) <= _TURNS_BACK_RAD
+        if not on_trail:
+            left = 0.0
+        turn = self._motions.turning_speed(left)
+        straight = back if abs(left) < _STRAIGHT_RAD else 0.0
+        # Where it has come, nothing stands that the map may know.
+        come = Clearance(self._costmaps.local_costmap, pose, None, None) if on_trail else state.clearance
+        ways = (Twist2(straight, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
+        for command, clearance in ways:
+            if not command.is_zero() and any(
+                clearance.is_free(command.linear * ahead, command.angular * ahead) for ahead in _AHEAD_S
+            ):
+                return command
+        return STANDSTILL
+
+    def _is_somebody_behind(self, state: RobotState) -> bool:
+        """Whether somebody else was behind the robot a moment ago, where it is blind."""
+        behind = state.pose.apply(-_BEHIND_M, 0.0)
+        return any(math.dist(place, behind) <= _CLOSE_BEHIND_M for _, place in self._track.others)
