@@ -18,8 +18,6 @@ from florence_bt.skills.navigation.navigate.state import RobotState
 
 _BEFORE_RAD = 1.0
 """Who is further to the side does not come towards the robot: they walk past it."""
-_NEARLY_M = 0.2
-"""What keeps the robot so much further away than wanted is no trouble: a shoe, or a pillow."""
 _BLOCKED_S = 20.0
 """The person is in sight, but there is no way to them for so long."""
 
@@ -45,7 +43,7 @@ class KeepDistance:
             self._planned.forget()
             self._free_since = state.now
             return move
-        return self._round_obstacles(state, distance, bearing)
+        return self._round_obstacles(state, bearing)
 
     def _without_a_path(self, state: RobotState, distance: float, bearing: float) -> Move | None:
         """The first that can be done of what needs no planned path; None when nothing can."""
@@ -69,16 +67,11 @@ class KeepDistance:
             return Move(self._task.motions.turn_towards(state, bearing), "following")
         return None
 
-    def _round_obstacles(self, state: RobotState, distance: float, bearing: float) -> Move:
-        person, wanted = self._task.track.at(state.now), self._task.goal.distance
-        command, remaining = self._planned.drive(state, person)
+    def _round_obstacles(self, state: RobotState, bearing: float) -> Move:
+        command, remaining = self._planned.drive(state, self._task.track.at(state.now))
         speed = speed_along(self._task, state.pose, remaining, bearing)
         if speed <= 0.0:
             return Move(self._task.motions.turn_towards(state, bearing), "following")
-        if command.is_zero() and distance <= wanted + _NEARLY_M:
-            command, self._free_since = self._task.motions.turn_towards(state, bearing), state.now
-            self._task.motions.held = False
-            return Move(command, "following")
         if not command.is_zero():
             self._free_since = state.now
         elif state.now - self._free_since > _BLOCKED_S:
