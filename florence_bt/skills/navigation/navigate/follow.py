@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
-from florence_bt.skills.navigation.navigate.following.distance_law import DistanceLaw
 from florence_bt.skills.navigation.navigate.following.give_way import GiveWay
 from florence_bt.skills.navigation.navigate.following.keep_distance import KeepDistance
-from florence_bt.skills.navigation.navigate.following.line_of_sight import LineOfSight
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions, Move
 from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
 from florence_bt.skills.navigation.navigate.following.search import Search
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.following.vanished import Vanished
 from florence_bt.skills.navigation.navigate.following.way_back import WayBack
@@ -51,21 +50,14 @@ class Follow:
         self, goal: FollowGoal, costmaps: Costmaps, parameters: NavigatorParameters, now: float
     ) -> None:
         self.user_id = goal.user_id
-        self._goal = goal
-        self._costmaps = costmaps
-        self._use = use = parameters.follow
+        use = parameters.follow
+        self._task = task = FollowTask(goal, costmaps, parameters, PersonTrack(use, now), Motions(goal, use))
         self._contact = ContactRecovery(costmaps, parameters.recovery)
-        self._track = track = PersonTrack(use, now)
-        self._motions = motions = Motions(goal, use)
-        self._line_of_sight = line_of_sight = LineOfSight(costmaps, track)
-        self._planned = planned = PlannedWay(goal, costmaps, parameters, motions)
-        self._way_back = way_back = WayBack(costmaps, use, track, motions)
-        law = DistanceLaw(goal, use, track, motions)
-        self._persons_way = PersonsWay(costmaps, parameters, track, law, line_of_sight, motions)
-        self._give_way = GiveWay(goal, costmaps, use, track, way_back, planned, motions)
-        self._keep_distance = KeepDistance(
-            goal, use, track, law, self._persons_way, planned, self._give_way, line_of_sight, motions, now
-        )
+        self._planned = planned = PlannedWay(task)
+        self._way_back = WayBack(task)
+        self._persons_way = PersonsWay(task)
+        self._give_way = GiveWay(task, self._way_back, planned)
+        self._keep_distance = KeepDistance(task, self._persons_way, planned, self._give_way, now)
         self._vanished: Vanished | None = None
         self._search: Search | None = None
         self._started = self._moved = now
@@ -79,11 +71,11 @@ class Follow:
     @property
     def person(self) -> Place | None:
         """Where the person was last, in the odometry frame, metres; None before."""
-        return None if self._track.seen is None else self._track.last
+        return None if self._task.track.seen is None else self._task.track.last
 
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
-        self._track.saw(stamp, x, y)
+        self._task.track.saw(stamp, x, y)
 
     def saw_scan(
         self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Place] = ()
@@ -96,7 +88,7 @@ class Follow:
             robot: The robot in the odometry frame at that time.
             others: Where other people are, in the odometry frame, metres.
         """
-        self._track.saw_scan(stamp, unknown, robot, others)
+        self._task.track.saw_scan(stamp, unknown, robot, others)
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         """One cycle: the velocity, the feedback, and the result when the person is lost."""
@@ -110,7 +102,7 @@ class Follow:
         if not command.is_zero():
             self._moved = state.now
             return command, self._feedback("backing out"), None
-        self._motions.held = False
+        self._task.motions.held = False
         move = self._choose(state)
         wanted = self._off_the_person(state, move.command)
         command = state.people.slowed(state.pose, wanted)
@@ -118,74 +110,57 @@ class Follow:
         return command, self._feedback(move.text), move.result
 
     def _choose(self, state: RobotState) -> Move:
-        seen = self._track.seen
+        seen = self._task.track.seen
         if seen is None:
             return self._wait_for_person(state)
         if self._give_way.steps_aside:
             return Move(self._give_way.step_aside(state), "stepping aside")
-        self._track.check_camera(state.now, state.pose)
-        if self._track.is_seen(state.now):
+        self._task.track.check_camera(state.now, state.pose)
+        if self._task.track.is_seen(state.now):
             self._vanished = self._search = None
             return self._keep_distance.step(state)
         return self._out_of_sight(state, state.now - seen)
 
     def _wait_for_person(self, state: RobotState) -> Move:
-        over = state.now - self._started > self._use.follow_patience
+        over = state.now - self._started > self._task.use.follow_patience
         text = "the tracker does not see the person who is to be followed"
         return Move(STANDSTILL, f"waiting: {text}", _lost(text) if over else None)
 
     def _out_of_sight(self, state: RobotState, unseen: float) -> Move:
         self._give_way.nobody_is_too_near()
         if self._vanished is None:
-            self._vanished = self._make_vanished(state)
-        if unseen > self._use.follow_limit:
+            self._vanished = Vanished(self._task, self._persons_way, self._planned, state.now)
+            self._vanished.clear_marks(state)
+        if unseen > self._task.use.follow_limit:
             return Move(STANDSTILL, "lost", _lost_after(unseen))
         if self._search is None:
             move = self._vanished.step(state, unseen)
             if move is not None:
                 return move
-            self._search, self._moved = self._make_search(state), state.now
+            self._search = Search(self._task, self._planned, self._way_back, state)
+            self._moved = state.now
         move = self._search.step(state)
         over = state.now - self._moved > _NO_WAY_S
         return Move(move.command, move.text, _lost_after(unseen)) if over else move
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
         """Never drive towards somebody who is this near."""
-        if not self._track.is_seen(state.now, LEGS_ALONE_S):
+        if not self._task.track.is_seen(state.now, LEGS_ALONE_S):
             return command
-        return keep_off(state.pose, self._track.at(state.now), command)
+        return keep_off(state.pose, self._task.track.at(state.now), command)
 
     def _watch_progress(self, state: RobotState, wanted: Twist2, command: Twist2) -> None:
         """Back out when the robot wants to move and cannot for long: something or somebody is in the way."""
         if not command.is_zero():
             self._moved, self._stuck_since = state.now, None
             return
-        if wanted.is_zero() and not self._motions.held:
+        if wanted.is_zero() and not self._task.motions.held:
             self._stuck_since = None
         elif self._stuck_since is None:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
             self._way_back.begin(state.now)
-
-    def _make_vanished(self, state: RobotState) -> Vanished:
-        vanished = Vanished(
-            self._costmaps,
-            self._use,
-            self._track,
-            self._persons_way,
-            self._planned,
-            self._line_of_sight,
-            self._motions,
-            state.now,
-        )
-        vanished.clear_marks(state)
-        return vanished
-
-    def _make_search(self, state: RobotState) -> Search:
-        return Search(
-            self._goal, self._costmaps, self._track, self._planned, self._way_back, self._motions, state
-        )
 
     def _feedback(self, text: str) -> Feedback:
         return Feedback(recoveries=self._contact.back_offs, text=text)

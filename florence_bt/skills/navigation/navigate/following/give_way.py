@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.geometry import STANDSTILL, Twist2
-from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
-from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.parameters import FollowParameters
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
 
 _TOWARDS, _CAME_S = 0.7, 1.0
@@ -27,23 +25,10 @@ _WAITS_S = 6.0
 class GiveWay:
     """Lets people pass."""
 
-    def __init__(
-        self,
-        goal: FollowGoal,
-        costmaps: Costmaps,
-        use: FollowParameters,
-        track: PersonTrack,
-        way_back: WayBack,
-        planned: PlannedWay,
-        motions: Motions,
-    ) -> None:
-        self._goal = goal
-        self._costmaps = costmaps
-        self._use = use
-        self._track = track
+    def __init__(self, task: FollowTask, way_back: WayBack, planned: PlannedWay) -> None:
+        self._task = task
         self._way_back = way_back
         self._planned = planned
-        self._motions = motions
         self._came_at = -math.inf
         self._gave_way_at: float | None = None
         self._cornered_since: float | None = None
@@ -56,20 +41,21 @@ class GiveWay:
 
     def is_too_near(self, state: RobotState, distance: float, bearing: float) -> bool:
         """Whether the person is nearer than wanted; who does not come may be a little nearer."""
-        away, speed = self._track.walks_away(state.pose, bearing), self._track.speed
-        comes = self._track.walks and away < -_TOWARDS * speed
+        track = self._task.track
+        comes = track.walks and track.walks_away(state.pose, bearing) < -_TOWARDS * track.speed
         if comes:
             self._came_at = state.now
-        return distance < self._goal.distance - (0.0 if comes else self._use.follow_give_way)
+        return distance < self._task.goal.distance - (0.0 if comes else self._task.use.follow_give_way)
 
     def back_off(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
         self._gave_way_at = state.now
-        too_near = self._goal.distance - math.dist(person, (state.pose.x, state.pose.y))
-        comes = max(0.0, -self._track.walks_away(state.pose, bearing))
-        command = self._way_back.back_off(state, bearing, comes + self._use.follow_linear_gain * too_near)
+        too_near = self._task.goal.distance - math.dist(person, (state.pose.x, state.pose.y))
+        comes = max(0.0, -self._task.track.walks_away(state.pose, bearing))
+        speed = comes + self._task.use.follow_linear_gain * too_near
+        command = self._way_back.back_off(state, bearing, speed)
         self._note_way_back(state, person, backing=command.linear != 0.0)
-        return self._motions.turn_towards(state, bearing) if command.is_zero() else command
+        return self._task.motions.turn_towards(state, bearing) if command.is_zero() else command
 
     def nobody_is_too_near(self) -> None:
         """There is nobody before the robot to give way to."""
@@ -77,7 +63,7 @@ class GiveWay:
 
     def let_pass(self, state: RobotState, person: Place, distance: float) -> None:
         """Step aside for who came too near and waits, nearer than wanted, for long."""
-        if distance >= self._goal.distance:
+        if distance >= self._task.goal.distance:
             self._gave_way_at = None
         elif self._gave_way_at is not None and state.now - self._gave_way_at > _WAITS_S:
             self._gave_way_at = state.now
@@ -87,10 +73,10 @@ class GiveWay:
         """Drive to where the robot can be passed."""
         assert self._aside is not None
         place, deadline = self._aside
-        person = self._track.at(state.now)
+        person = self._task.track.at(state.now)
         there = state.map_from_odom.inverse().apply(*place)
         command, remaining = self._planned.drive(state, there, person)
-        far = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
+        far = math.dist(person, (state.pose.x, state.pose.y)) > self._task.goal.distance + _ASIDE_MORE_M
         if far or state.now > deadline or remaining <= _ARRIVED_M or self._planned.path is None:
             self._aside = None
             self._planned.forget()
@@ -99,7 +85,7 @@ class GiveWay:
 
     def _note_way_back(self, state: RobotState, person: Place, *, backing: bool) -> None:
         """Look for a place to step aside to when there is no way back for long."""
-        walks_past = self._track.walks and self._came_at < state.now
+        walks_past = self._task.track.walks and self._came_at < state.now
         if backing or walks_past or self._cornered_since is None:
             self._cornered_since = None if backing or walks_past else state.now
             return
@@ -109,9 +95,9 @@ class GiveWay:
             self._begin_to_step_aside(state, person)
 
     def _begin_to_step_aside(self, state: RobotState, person: Place) -> None:
-        apart = self._goal.distance + _ASIDE_MORE_M
+        apart = self._task.goal.distance + _ASIDE_MORE_M
         in_map = state.map_from_odom.apply(*person)
-        place = place_to_step_aside(self._costmaps, state.map_pose, in_map, apart)
+        place = place_to_step_aside(self._task.costmaps, state.map_pose, in_map, apart)
         if place is not None:
             self._aside = place, state.now + _ASIDE_S
             self._planned.plan_anew()

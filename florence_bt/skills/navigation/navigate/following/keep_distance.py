@@ -6,21 +6,18 @@ import math
 
 from florence_bt.core.geometry import STANDSTILL
 from florence_bt.core.outcome import failure
-from florence_bt.skills.navigation.navigate.following.distance_law import DistanceLaw
+from florence_bt.skills.navigation.navigate.following.distance_law import speed_along, velocity_straight
 from florence_bt.skills.navigation.navigate.following.give_way import GiveWay
-from florence_bt.skills.navigation.navigate.following.line_of_sight import LineOfSight
-from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions, Move
+from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in_sight, is_line_free
+from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
-from florence_bt.skills.navigation.navigate.following.track import PersonTrack
-from florence_bt.skills.navigation.navigate.parameters import FollowParameters
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 _BEFORE_RAD = 1.0
 """Who is further to the side does not come towards the robot: they walk past it."""
-_NEARLY_M = 0.2
-"""What keeps the robot so much further away than wanted is no trouble: a shoe, or a pillow."""
 _BLOCKED_S = 20.0
 """The person is in sight, but there is no way to them for so long."""
 
@@ -29,71 +26,52 @@ class KeepDistance:
     """Keeps the distance to somebody who is in sight."""
 
     def __init__(
-        self,
-        goal: FollowGoal,
-        use: FollowParameters,
-        track: PersonTrack,
-        law: DistanceLaw,
-        persons_way: PersonsWay,
-        planned: PlannedWay,
-        give_way: GiveWay,
-        line_of_sight: LineOfSight,
-        motions: Motions,
-        now: float,
+        self, task: FollowTask, persons_way: PersonsWay, planned: PlannedWay, give_way: GiveWay, now: float
     ) -> None:
-        self._goal = goal
-        self._use = use
-        self._track = track
-        self._law = law
+        self._task = task
         self._persons_way = persons_way
         self._planned = planned
         self._give_way = give_way
-        self._line_of_sight = line_of_sight
-        self._motions = motions
         self._free_since = now
 
     def step(self, state: RobotState) -> Move:
         """What to do; fails when nothing has led to the person for long."""
-        x, y = self._track.at(state.now)
+        x, y = self._task.track.at(state.now)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         move = self._without_a_path(state, distance, bearing)
         if move is not None:
             self._planned.forget()
             self._free_since = state.now
             return move
-        return self._round_obstacles(state, distance, bearing)
+        return self._round_obstacles(state, bearing)
 
     def _without_a_path(self, state: RobotState, distance: float, bearing: float) -> Move | None:
         """The first that can be done of what needs no planned path; None when nothing can."""
-        person, wanted = self._track.at(state.now), self._goal.distance
+        person, wanted = self._task.track.at(state.now), self._task.goal.distance
         if self._give_way.is_too_near(state, distance, bearing):
             if abs(bearing) < _BEFORE_RAD:
                 return Move(self._give_way.back_off(state, person, bearing), "giving way")
             self._give_way.nobody_is_too_near()
-            return Move(self._motions.turn_towards(state, bearing), "following")
+            return Move(self._task.motions.turn_towards(state, bearing), "following")
         self._give_way.nobody_is_too_near()
         self._give_way.let_pass(state, person, distance)
-        command = self._law.straight(state.pose, distance, bearing)
-        free = self._line_of_sight.is_free(state, person, person, self._persons_way.narrow)
-        if free and self._motions.is_free(state, command):
+        command = velocity_straight(self._task, state.pose, distance, bearing)
+        free = is_line_free(self._task, state, person, person, self._persons_way.narrow)
+        if free and self._task.motions.is_free(state, command):
             return Move(command, "following")
         walk, _ = self._persons_way.drive(state, person, wanted)
         if walk is not None:
             return Move(walk, "following along the person's path")
-        if distance <= wanted + self._use.follow_give_way and self._line_of_sight.sees(state, person):
-            return Move(self._motions.turn_towards(state, bearing), "following")
+        near = distance <= wanted + self._task.use.follow_give_way
+        if near and is_in_sight(self._task, state, person):
+            return Move(self._task.motions.turn_towards(state, bearing), "following")
         return None
 
-    def _round_obstacles(self, state: RobotState, distance: float, bearing: float) -> Move:
-        person, wanted = self._track.at(state.now), self._goal.distance
-        command, remaining = self._planned.drive(state, person)
-        speed = self._law.speed_along(state.pose, remaining, bearing)
+    def _round_obstacles(self, state: RobotState, bearing: float) -> Move:
+        command, remaining = self._planned.drive(state, self._task.track.at(state.now))
+        speed = speed_along(self._task, state.pose, remaining, bearing)
         if speed <= 0.0:
-            return Move(self._motions.turn_towards(state, bearing), "following")
-        if command.is_zero() and distance <= wanted + _NEARLY_M:
-            command, self._free_since = self._motions.turn_towards(state, bearing), state.now
-            self._motions.held = False
-            return Move(command, "following")
+            return Move(self._task.motions.turn_towards(state, bearing), "following")
         if not command.is_zero():
             self._free_since = state.now
         elif state.now - self._free_since > _BLOCKED_S:

@@ -8,44 +8,42 @@ import numpy as np
 
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import moved_points
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M, PersonTrack
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
+from florence_bt.skills.navigation.navigate.following.track import PERSON_M
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 
 OWN_PLACE_M = 0.2
 """A line is looked at from here on; the robot itself stands on what lies before."""
 _STEP_M = 0.05
 
 
-class LineOfSight:
-    """Looks along straight lines from the robot in the local costmap."""
+def is_line_free(
+    task: FollowTask, state: RobotState, place: Place, person: Place, least: int = INSCRIBED
+) -> bool:
+    """Whether the line to a place is free of such costs; at the person the map alone counts.
 
-    def __init__(self, costmaps: Costmaps, track: PersonTrack) -> None:
-        self._costmaps = costmaps
-        self._track = track
+    Args:
+        task: The task.
+        state: Of this moment.
+        place: Odometry frame, metres.
+        person: Where the person is, odometry frame, metres.
+        least: The least cost that is in the way.
+    """
+    costmaps, x, y = task.costmaps, state.pose.x, state.pose.y
+    away = math.dist(place, (x, y))
+    steps = np.arange(OWN_PLACE_M, away, _STEP_M) / max(away, 1e-6)
+    points = np.column_stack([x + steps * (place[0] - x), y + steps * (place[1] - y)])
+    costs = costmaps.local_costmap.costs_at(points)
+    blocked = (costs >= least) & (costs < UNKNOWN_COST)
+    if task.track.is_seen(state.now):
+        at_person = np.hypot(points[:, 0] - person[0], points[:, 1] - person[1]) < PERSON_M
+        in_map = moved_points(points[at_person], state.map_from_odom)
+        known = costmaps.global_costmap.costs_at(in_map, costmaps.static)
+        blocked[at_person] = (known >= least) & (known < UNKNOWN_COST)
+    return not blocked.any()
 
-    def is_free(self, state: RobotState, place: Place, person: Place, least: int = INSCRIBED) -> bool:
-        """Whether the line to a place is free of such costs; at the person the map alone counts.
 
-        Args:
-            state: Of this moment.
-            place: Odometry frame, metres.
-            person: Where the person is, odometry frame, metres.
-            least: The least cost that is in the way.
-        """
-        x, y = state.pose.x, state.pose.y
-        away = math.dist(place, (x, y))
-        steps = np.arange(OWN_PLACE_M, away, _STEP_M) / max(away, 1e-6)
-        points = np.column_stack([x + steps * (place[0] - x), y + steps * (place[1] - y)])
-        costs = self._costmaps.local_costmap.costs_at(points)
-        blocked = (costs >= least) & (costs < UNKNOWN_COST)
-        if self._track.is_seen(state.now):
-            at_person = np.hypot(points[:, 0] - person[0], points[:, 1] - person[1]) < PERSON_M
-            in_map = moved_points(points[at_person], state.map_from_odom)
-            known = self._costmaps.global_costmap.costs_at(in_map, self._costmaps.static)
-            blocked[at_person] = (known >= least) & (known < UNKNOWN_COST)
-        return not blocked.any()
-
-    def sees(self, state: RobotState, place: Place) -> bool:
-        """Whether nothing that the sensors marked is on the line to somebody at a place."""
-        return self.is_free(state, place, place, LETHAL)
+def is_in_sight(task: FollowTask, state: RobotState, place: Place) -> bool:
+    """Whether nothing that the sensors marked is on the line to somebody at a place."""
+    return is_line_free(task, state, place, place, LETHAL)

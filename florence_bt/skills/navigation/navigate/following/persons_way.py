@@ -11,13 +11,15 @@ from florence_bt.core.geometry import Pose2, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.costmap import cost_at_distance
-from florence_bt.skills.navigation.navigate.following.distance_law import DistanceLaw
-from florence_bt.skills.navigation.navigate.following.line_of_sight import OWN_PLACE_M, LineOfSight
-from florence_bt.skills.navigation.navigate.following.motions import Motions
-from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.following.distance_law import speed_behind
+from florence_bt.skills.navigation.navigate.following.line_of_sight import (
+    OWN_PLACE_M,
+    is_in_sight,
+    is_line_free,
+)
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 
 _ROOM_M = 0.05
 """Where the robot has so much more room on each side than it needs to turn, it is not narrow."""
@@ -44,26 +46,12 @@ _ROUND_IT = np.array(
 class PersonsWay:
     """Drives along the way that the person walked."""
 
-    def __init__(
-        self,
-        costmaps: Costmaps,
-        parameters: NavigatorParameters,
-        track: PersonTrack,
-        law: DistanceLaw,
-        line_of_sight: LineOfSight,
-        motions: Motions,
-    ) -> None:
-        footprint = costmaps.local_costmap.footprint
-        self.narrow = cost_at_distance(
-            footprint.circumscribed_radius + _ROOM_M, footprint.inscribed_radius, parameters.costmap
-        )
+    def __init__(self, task: FollowTask) -> None:
+        self._task = task
+        footprint = task.costmaps.local_costmap.footprint
+        to_turn = footprint.circumscribed_radius + _ROOM_M
+        self.narrow = cost_at_distance(to_turn, footprint.inscribed_radius, task.parameters.costmap)
         """Where it costs so much, the robot could not turn."""
-        self._costmaps = costmaps
-        self._use = parameters.follow
-        self._track = track
-        self._law = law
-        self._line_of_sight = line_of_sight
-        self._motions = motions
 
     def drive(self, state: RobotState, person: Place, keep: float) -> tuple[Twist2 | None, float]:
         """The velocity, None when the way cannot be driven, and the metres that are left.
@@ -76,48 +64,48 @@ class PersonsWay:
             person: Where they are now, or were last: the end of the way; odometry frame, metres.
             keep: How far to stay behind, metres.
         """
-        pose, track = state.pose, self._track
+        pose, track = state.pose, self._task.track
         distance, ahead = math.dist(person, (pose.x, pose.y)), pose.bearing_to(*person)
         # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
-        seen = self._line_of_sight.sees(state, person)
+        seen = is_in_sight(self._task, state, person)
         walks = track.walks_away(pose, ahead) if seen else track.speed
         steps = [
             (self._freest(place), walked)
             for place, walked in track.path.ahead((pose.x, pose.y), person)
             if math.dist(place, (pose.x, pose.y)) > OWN_PLACE_M
         ]
-        if seen and distance <= keep + self._use.follow_give_way:
+        if seen and distance <= keep + self._task.use.follow_give_way:
             # Who is near and in sight is not turned away from.
             steps = [step for step in steps if not _is_astray(pose, step[0], ahead)]
         # Where they walked nothing stands that the map may know: it was moved.
-        seen_free = Clearance(self._costmaps.local_costmap, pose, None, None)
+        seen_free = Clearance(self._task.costmaps.local_costmap, pose, None, None)
         # Where it is narrow, the robot stays on the way itself.
         close = sorted(steps, key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))
         points = [
             (place, math.dist(place, (pose.x, pose.y)) + walked)
             for some, least in ((steps, self.narrow), (close, INSCRIBED))
             for place, walked in some
-            if self._line_of_sight.is_free(state, place, person, least)
+            if is_line_free(self._task, state, place, person, least)
         ]
         for share in _SHARES:
             for place, left in points:
                 bearing = pose.bearing_to(*place)
-                speed = self._law.speed(walks, (distance if seen else left) - keep)
+                speed = speed_behind(self._task, walks, (distance if seen else left) - keep)
                 speed *= share * max(0.0, math.cos(bearing))
-                turn = self._motions.turning_speed(bearing)
-                if speed > 0.0 and self._motions.is_free_turn(seen_free, speed, turn, bearing):
+                turn = self._task.motions.turning_speed(bearing)
+                if speed > 0.0 and self._task.motions.is_free_turn(seen_free, speed, turn, bearing):
                     return Twist2(speed, turn), left
         for place, left in points:
-            moves = self._law.speed(walks, (distance if seen else left) - keep) > 0.0
+            moves = speed_behind(self._task, walks, (distance if seen else left) - keep) > 0.0
             astray = _is_astray(pose, place, ahead)
             if moves and not (seen and astray) and self._is_free_after_turning(pose, place):
-                command = self._motions.turn_towards(state, pose.bearing_to(*place), seen_free)
+                command = self._task.motions.turn_towards(state, pose.bearing_to(*place), seen_free)
                 return None if command.is_zero() else command, left
         return None, math.inf
 
     def _freest(self, place: Place) -> Place:
         """Where it is narrow: where the robot fits best within the error of a place of the person."""
-        costs = self._costmaps.local_costmap.costs_at(place + _ROUND_IT)
+        costs = self._task.costmaps.local_costmap.costs_at(place + _ROUND_IT)
         if costs[0] < self.narrow:
             return place
         x, y = place + _ROUND_IT[int(np.argmin(costs))]
@@ -126,7 +114,7 @@ class PersonsWay:
     def _is_free_after_turning(self, pose: Pose2, place: Place) -> bool:
         """Whether the robot could drive towards a place if it were turned to it."""
         turned = replace(pose, yaw=pose.yaw + pose.bearing_to(*place))
-        free = Clearance(self._costmaps.local_costmap, turned, None, None)
+        free = Clearance(self._task.costmaps.local_costmap, turned, None, None)
         return free.is_free(min(_START_M, math.dist(place, (pose.x, pose.y))), 0.0)
 
 

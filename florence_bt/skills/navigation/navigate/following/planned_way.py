@@ -11,13 +11,12 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Controller
-from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PERSON_M
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import plan_path
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.trails import CAMERA_SOURCES
 
 _PERIOD_S = 0.5
@@ -34,14 +33,9 @@ class PlannedWay:
         trouble: Why there is no path, or the robot does not drive along it; empty else.
     """
 
-    def __init__(
-        self, goal: FollowGoal, costmaps: Costmaps, parameters: NavigatorParameters, motions: Motions
-    ) -> None:
-        self._goal = goal
-        self._costmaps = costmaps
-        self._planner = parameters.planner
-        self._controller = Controller(parameters.controller)
-        self._motions = motions
+    def __init__(self, task: FollowTask) -> None:
+        self._task = task
+        self._controller = Controller(task.parameters.controller)
         self._next_plan = -math.inf
         self._no_way_since: float | None = None
         self.path: NDArray[np.float64] | None = None
@@ -69,26 +63,21 @@ class PlannedWay:
             self._plan(state, place, person)
         if self.path is None:
             return STANDSTILL, math.inf
+        odom_from_map, costmap = state.map_from_odom.inverse(), self._task.costmaps.local_costmap
         control = self._controller.control(
-            state.pose,
-            state.twist,
-            self._costmaps.local_costmap,
-            state.map_from_odom.inverse(),
-            state.clearance,
-            state.people,
+            state.pose, state.twist, costmap, odom_from_map, state.clearance, state.people
         )
         self.trouble = control.blocked
-        self._motions.held = bool(control.blocked)
-        command = control.command.slowed_to(self._goal.max_linear, self._goal.max_angular)
-        return command, control.remaining
+        self._task.motions.held = bool(control.blocked)
+        goal = self._task.goal
+        return control.command.slowed_to(goal.max_linear, goal.max_angular), control.remaining
 
     def _plan(self, state: RobotState, place: Place, person: Place | None) -> None:
         here, there = state.map_pose, state.map_from_odom @ Pose2(*place)
         goal = Pose2(there.x, there.y, math.atan2(there.y - here.y, there.x - here.x))
         costs = self._costs_without(there) if person is None else self._costs_round(state, person)
-        plan = plan_path(
-            self._costmaps.global_costmap, here, goal, self._planner, tolerance=PERSON_M, costs=costs
-        )
+        costmap, parameters = self._task.costmaps.global_costmap, self._task.parameters.planner
+        plan = plan_path(costmap, here, goal, parameters, tolerance=PERSON_M, costs=costs)
         if isinstance(plan, Result):
             self.path, self.trouble = None, plan.reason
             self._forget_marks(state)
@@ -102,20 +91,20 @@ class PlannedWay:
         if state.now - self._no_way_since < _FORGET_AFTER_S:
             return
         self._no_way_since = None
-        here = state.map_pose
-        self._costmaps.global_costmap.clear_disc(CAMERA_SOURCES, (here.x, here.y), _FORGET_M)
-        self._costmaps.local_costmap.clear_disc(CAMERA_SOURCES, (state.pose.x, state.pose.y), _FORGET_M)
+        costmaps = self._task.costmaps
+        for costmap, here in (costmaps.global_costmap, state.map_pose), (costmaps.local_costmap, state.pose):
+            costmap.clear_disc(CAMERA_SOURCES, (here.x, here.y), _FORGET_M)
 
     def _costs_without(self, person: Pose2) -> NDArray[np.uint8]:
         """The costs of the global costmap; round the person (map frame) those of the map alone."""
-        costs = self._costmaps.global_costmap.master.copy()
-        near = self._costmaps.global_costmap.distances_to(person.x, person.y) <= PERSON_M
-        costs[near] = self._costmaps.static[near]
+        costmap = self._task.costmaps.global_costmap
+        costs, near = costmap.master.copy(), costmap.distances_to(person.x, person.y) <= PERSON_M
+        costs[near] = self._task.costmaps.static[near]
         return costs
 
     def _costs_round(self, state: RobotState, person: Place) -> NDArray[np.uint8]:
         """The costs of the global costmap; no way leads nearer to the person than the robot may come."""
-        costmap, here = self._costmaps.global_costmap, state.map_pose
+        costmap, here = self._task.costmaps.global_costmap, state.map_pose
         in_map = state.map_from_odom.apply(*person)
         costs, away = costmap.master.copy(), costmap.distances_to(*in_map)
         costs[(away <= NEAREST_M) & (away < math.dist(in_map, (here.x, here.y)))] = LETHAL

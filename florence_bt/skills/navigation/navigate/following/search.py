@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
-from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions, Move
+from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
-from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD, PersonTrack
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
+from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
 from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _FACING_RAD = 0.3
@@ -29,25 +30,15 @@ _CHOICE_S = 2.5
 class Search:
     """Looks for the person from when the robot does not know any more where they are."""
 
-    def __init__(
-        self,
-        goal: FollowGoal,
-        costmaps: Costmaps,
-        track: PersonTrack,
-        planned: PlannedWay,
-        way_back: WayBack,
-        motions: Motions,
-        state: RobotState,
-    ) -> None:
-        assert track.seen is not None
-        self._goal = goal
-        self._track = track
+    def __init__(self, task: FollowTask, planned: PlannedWay, way_back: WayBack, state: RobotState) -> None:
+        self._task = task
         self._planned = planned
         self._way_back = way_back
-        self._motions = motions
+        track = task.track
+        assert track.seen is not None
         in_map = state.map_from_odom.apply(*track.last)
         velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
-        self._whereabouts = Whereabouts(costmaps, in_map, velocity, track.seen)
+        self._whereabouts = Whereabouts(task.costmaps, in_map, velocity, track.seen)
         self._nearby = NearbyLegs(track.things.places())
         self._made_room = False
         self._looks_at_since: float | None = None
@@ -70,13 +61,13 @@ class Search:
 
     def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
         """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
-        here, walking = (state.pose.x, state.pose.y), self._track.walking
+        here, walking = (state.pose.x, state.pose.y), self._task.track.walking
         legs = [
             each
-            for each in _of_nobody_known(walking.places(self._track.scanned), state)
+            for each in _of_nobody_known(walking.places(self._task.track.scanned), state)
             if math.dist(each, here) < VIEW_M[1]
         ]
-        if not legs or state.now - self._track.scanned > CAMERA_GAP_S:
+        if not legs or state.now - self._task.track.scanned > CAMERA_GAP_S:
             self._looks_at_since = None
             return None
         nearest = min(legs, key=lambda each: math.dist(each, here))
@@ -86,8 +77,8 @@ class Search:
             if state.now - self._looks_at_since > UNCLEAR_S:
                 walking.reject(nearest)
                 self._looks_at_since = None
-        turn = self._motions.turning_speed(bearing)
-        if self._motions.is_free_turn(state.clearance, 0.0, turn, bearing):
+        turn = self._task.motions.turning_speed(bearing)
+        if self._task.motions.is_free_turn(state.clearance, 0.0, turn, bearing):
             return Twist2(0.0, turn)
         walking.reject(nearest)
         return None
@@ -96,15 +87,15 @@ class Search:
         """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
         before = self._nearby.since
         legs = self._nearby.next(
-            state.now, state.pose, _of_nobody_known(all_legs(self._track.unknown), state)
+            state.now, state.pose, _of_nobody_known(all_legs(self._task.track.unknown), state)
         )
         if self._nearby.since != before:
-            self._motions.begin_to_turn_round()
+            self._task.motions.begin_to_turn_round()
         if legs is None:
             return None
         bearing = state.pose.bearing_to(*legs)
         if abs(bearing) > _FACING_RAD:
-            turn = self._motions.turn_round(state, bearing, self._goal.max_angular)
+            turn = self._task.motions.turn_round(state, bearing, self._task.goal.max_angular)
             if turn.is_zero():
                 self._nearby.leave()
             return turn
@@ -116,7 +107,7 @@ class Search:
     def _look_where_likely(self, state: RobotState) -> Twist2:
         """Turn to where they may be; drive there when that cannot be seen from here."""
         robot = state.map_pose
-        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._track.unknown)]
+        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._task.track.unknown)]
         self._whereabouts.update(state.now, robot, legs)
         if self._heading is None and state.now >= self._next_choice:
             if self._goal_place is not None and self._planned.path is None:
@@ -126,7 +117,8 @@ class Search:
             left = normalize_angle(self._heading - robot.yaw)
             if abs(left) > _FACING_RAD / 2.0:
                 fast = abs(left) > 2.0 * _FACING_RAD
-                turn = self._motions.turn_round(state, left, self._goal.max_angular if fast else _LOOK_RADPS)
+                speed = self._task.goal.max_angular if fast else _LOOK_RADPS
+                turn = self._task.motions.turn_round(state, left, speed)
                 if turn.is_zero():
                     # From here it cannot be looked at: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
@@ -151,7 +143,7 @@ class Search:
         worth = _WORTH_LOOKING[self._looks] if self._looks < len(_WORTH_LOOKING) else math.inf
         if place is None or (share >= worth and beside):
             self._heading, self._goal_place = heading, None
-            self._motions.begin_to_turn_round()
+            self._task.motions.begin_to_turn_round()
             self._looks += 1
         else:
             self._goal_place = place

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from florence_bt.skills.navigation.navigate.following.line_of_sight import LineOfSight
-from florence_bt.skills.navigation.navigate.following.motions import Motions, Move
+from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in_sight
+from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD, PersonTrack
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
+from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.parameters import FollowParameters
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
 
 _NO_NEARER_S, _NEARER_M = 5.0, 0.1
@@ -24,24 +24,10 @@ _FACING_RAD = 0.3
 class Vanished:
     """Drives to where the person vanished."""
 
-    def __init__(
-        self,
-        costmaps: Costmaps,
-        use: FollowParameters,
-        track: PersonTrack,
-        persons_way: PersonsWay,
-        planned: PlannedWay,
-        line_of_sight: LineOfSight,
-        motions: Motions,
-        now: float,
-    ) -> None:
-        self._costmaps = costmaps
-        self._use = use
-        self._track = track
+    def __init__(self, task: FollowTask, persons_way: PersonsWay, planned: PlannedWay, now: float) -> None:
+        self._task = task
         self._persons_way = persons_way
         self._planned = planned
-        self._line_of_sight = line_of_sight
-        self._motions = motions
         self._faced = False
         self._way_left, self._nearer_at = math.inf, now
 
@@ -49,23 +35,23 @@ class Vanished:
         """What the camera has marked where they walked last was they; if they still stand there, the laser
         sees their legs.
         """
-        for place in self._track.path.last(PERSON_M):
-            self._costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
-            self._costmaps.global_costmap.clear_disc(
-                CAMERA_SOURCES, state.map_from_odom.apply(*place), BODY_M
-            )
+        costmaps = self._task.costmaps
+        for place in self._task.track.path.last(PERSON_M):
+            in_map = state.map_from_odom.apply(*place)
+            costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
+            costmaps.global_costmap.clear_disc(CAMERA_SOURCES, in_map, BODY_M)
 
     def step(self, state: RobotState, unseen: float) -> Move | None:
         """What to do, None when the robot is there and does not see the person, or cannot get there."""
-        expected = self._track.at(state.now)
+        expected = self._task.track.at(state.now)
         bearing = state.pose.bearing_to(*expected)
         self._faced = (
-            self._faced or abs(bearing) < _FACING_RAD or not self._line_of_sight.sees(state, expected)
+            self._faced or abs(bearing) < _FACING_RAD or not is_in_sight(self._task, state, expected)
         )
-        if not self._faced and unseen <= self._use.follow_patience:
+        if not self._faced and unseen <= self._task.use.follow_patience:
             # They may just have walked out of the picture.
-            return Move(self._motions.turn_towards(state, bearing), "turning after the person")
-        place = self._track.last
+            return Move(self._task.motions.turn_towards(state, bearing), "turning after the person")
+        place = self._task.track.last
         if math.dist(place, (state.pose.x, state.pose.y)) > _STOOD_M:
             walk, left = self._persons_way.drive(state, place, 0.0)
             if walk is not None and self._gets_nearer(state.now, left):
@@ -74,7 +60,7 @@ class Vanished:
         if remaining <= _ARRIVED_M or self._is_there(state, place):
             return None
         gets_nearer = self._gets_nearer(state.now, remaining)
-        goes = gets_nearer and (not command.is_zero() or unseen <= self._use.follow_patience)
+        goes = gets_nearer and (not command.is_zero() or unseen <= self._task.use.follow_patience)
         return Move(command, "going to where the person was seen last") if goes else None
 
     def _gets_nearer(self, now: float, left: float) -> bool:
@@ -87,4 +73,4 @@ class Vanished:
         """Whether the robot is where they vanished, or would see them whole there: they have walked on."""
         away = math.dist(place, (state.pose.x, state.pose.y))
         in_view = abs(state.pose.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
-        return away <= _ARRIVED_M or (in_view and self._line_of_sight.sees(state, place))
+        return away <= _ARRIVED_M or (in_view and is_in_sight(self._task, state, place))

@@ -7,11 +7,9 @@ from collections import deque
 
 from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate.clearance import Clearance
-from florence_bt.skills.navigation.navigate.following.motions import Motions
-from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.parameters import FollowParameters
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import RobotState
 
 _STEP_M, _POINTS = 0.1, 50
 """The way the robot came: a point at least so far from the next, so many are remembered."""
@@ -33,13 +31,8 @@ _BEHIND_M, _CLOSE_BEHIND_M = 0.4, 0.6
 class WayBack:
     """Remembers the way the robot came, and backs off on it."""
 
-    def __init__(
-        self, costmaps: Costmaps, use: FollowParameters, track: PersonTrack, motions: Motions
-    ) -> None:
-        self._costmaps = costmaps
-        self._use = use
-        self._track = track
-        self._motions = motions
+    def __init__(self, task: FollowTask) -> None:
+        self._task = task
         self._trail: deque[Place] = deque(maxlen=_POINTS)
         self._until = -math.inf
 
@@ -74,17 +67,18 @@ class WayBack:
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _TO_M:
             trail.pop()
-        back = -min(speed, self._use.follow_back_speed)
+        back = -min(speed, self._task.use.follow_back_speed)
         if back == 0.0 or self._is_somebody_behind(state):
             return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
         on_trail = bool(trail) and abs(normalize_angle(bearing - left)) <= _TURNS_BACK_RAD
         if not on_trail:
             left = 0.0
-        turn = self._motions.turning_speed(left)
+        turn = self._task.motions.turning_speed(left)
         straight = back if abs(left) < _STRAIGHT_RAD else 0.0
         # Where it has come, nothing stands that the map may know.
-        come = Clearance(self._costmaps.local_costmap, pose, None, None) if on_trail else state.clearance
+        costmap = self._task.costmaps.local_costmap
+        come = Clearance(costmap, pose, None, None) if on_trail else state.clearance
         ways = (Twist2(straight, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
         for command, clearance in ways:
             if not command.is_zero() and any(
@@ -96,4 +90,4 @@ class WayBack:
     def _is_somebody_behind(self, state: RobotState) -> bool:
         """Whether somebody else was behind the robot a moment ago, where it is blind."""
         behind = state.pose.apply(-_BEHIND_M, 0.0)
-        return any(math.dist(place, behind) <= _CLOSE_BEHIND_M for _, place in self._track.others)
+        return any(math.dist(place, behind) <= _CLOSE_BEHIND_M for _, place in self._task.track.others)
