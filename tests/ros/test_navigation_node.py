@@ -236,7 +236,7 @@ class Scene:
         self.ros.spin_until(lambda: self.navigation.has_map and velocity.get_subscription_count())
         self.meet()
         if localised:
-            self.play_until(lambda: self.robot.frames.buffer.latest_stamp("odom"))
+            self.play_until(self.is_located)
 
     def send(self, client: ActionClient, goal: Any, **options: Any) -> Any:
         """Send a goal; the time stands still until it is answered."""
@@ -248,6 +248,10 @@ class Scene:
         future = handle.get_result_async()
         self.play_until(future.done, 60.0)
         return future.result()
+
+    def is_located(self) -> bool:
+        """Whether both transforms that make the robot's pose in the map were heard."""
+        return {"odom", "base_footprint"} <= set(self.robot.frames.buffer.frames())
 
     def estimate(self) -> Pose2:
         return self.robot.frames.buffer.lookup_pose("map", "base_footprint")
@@ -834,7 +838,7 @@ def test_a_restarted_localiser_goes_on_where_it_was(scene: Scene, tmp_path: File
         DiagnosticArray, "diagnostics", lambda message: diagnoses.extend(message.status), RELIABLE
     )
     scene.meet()
-    scene.play_until(lambda: scene.robot.frames.buffer.latest_stamp("odom"))
+    scene.play_until(scene.is_located)
     assert scene.estimate().distance_to(START) < 0.03
     # What it knows better now is kept for the next start, and told.
     scene.play_until(lambda: (kept := load_pose(pose_file, make_map())) and kept.distance_to(START) < 0.03)
@@ -849,7 +853,7 @@ def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:
     publisher = scene.client.create_publisher(PoseWithCovarianceStamped, "initialpose", RELIABLE)
     scene.ros.spin_until(lambda: publisher.get_subscription_count())
     scene.meet()
-    scene.play_until(lambda: scene.robot.frames.buffer.latest_stamp("odom"))
+    scene.play_until(scene.is_located)
     assert scene.estimate().distance_to(START) > 1.0
     bad = pose_with_covariance_to_ros(Pose2(math.nan, 0.0), [0.0] * 36, "map", 0.0)
     publisher.publish(bad)
