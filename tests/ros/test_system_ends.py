@@ -134,7 +134,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
 
     # Ctrl-C at the client stops the mission, and only that.
     first = start_process(*FLORENCE, "run", "patrol", "--headless")
-    first.wait_for("[>] navigate to", PATIENCE_S)
+    first.wait_for("[>] drive to the hotspot", PATIENCE_S)
     assert first.end(signal.SIGINT, PATIENCE_S) == 130, first.output
     (run_id,) = recorded(folder)
     status = start_process(*FLORENCE, "status", "--run", run_id)
@@ -143,7 +143,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
 
     # The mission server dies without a word while a client watches: another one takes the run up.
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
-    watcher.wait_for("[>] navigate to", PATIENCE_S)
+    watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
     kill_process(folder, "missions")
     system.wait_for("the process 'missions' was killed by SIGKILL", PATIENCE_S)
     assert watcher.process.wait(PATIENCE_S) == 1, watcher.output
@@ -152,7 +152,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
 
     # The driver of the base dies: the base is sent a stop command, and all ends with what it was.
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless", "--policy", "preempt")
-    watcher.wait_for("[>] navigate to", PATIENCE_S)
+    watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
     kill_process(folder, "hardware")
     assert system.process.wait(PATIENCE_S) == 3
     assert "the process 'hardware' was killed by SIGKILL; the base was sent a stop command" in system.output
@@ -189,7 +189,7 @@ def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_proces
     system = bring_up(start_process, "up", folder, "--missions", patrol, speed="1")
     system.wait_for("ready after", PATIENCE_S)
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
-    watcher.wait_for("[>] navigate to", PATIENCE_S)
+    watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
     kill_process(folder, "missions", signal.SIGSTOP)
     system.wait_for("the process 'missions' has not answered for 1.0 s; the robot is stopped", PATIENCE_S)
     kill_process(folder, "missions", signal.SIGCONT)
@@ -203,7 +203,7 @@ def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_proces
     system.wait_for("the process 'missions' did not answer for 5 s and was killed", PATIENCE_S)
     system.wait_for("the process 'missions' is up again", PATIENCE_S)
     again = start_process(*FLORENCE, "run", "patrol", "--headless", "--policy", "preempt")
-    again.wait_for("[>] navigate to", PATIENCE_S)
+    again.wait_for("[>] drive to the hotspot", PATIENCE_S)
     system.end(signal.SIGINT, PATIENCE_S)
     assert_clean(system, folder, 130)
 
@@ -215,7 +215,7 @@ def test_ctrl_c_while_the_hardware_hangs(start_process, tmp_path, patrol, known)
     system = bring_up(start_process, "up", folder, "--missions", patrol, speed="1")
     system.wait_for("ready after", PATIENCE_S)
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
-    watcher.wait_for("[>] navigate to", PATIENCE_S)
+    watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
     kill_process(folder, "hardware", signal.SIGSTOP)
     if known:
         system.wait_for("the process 'hardware' has not answered for 1.0 s; the robot is stopped", PATIENCE_S)
