@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import nearest_per_column
 
@@ -23,7 +23,7 @@ EMPTY_MARGIN_M = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class FakeLaserParameters:
+class FakeLaserParameters(CheckedParameters):
     """Parameters of the fake laser.
 
     Attributes:
@@ -52,8 +52,7 @@ class FakeLaserParameters:
     output_frame_id: str = "camera_depth_frame"
     unseen_as_nan: bool = False
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(
             self, ("min_height", "max_height"), ("range_min", "range_max"), ("angle_min", "angle_max")
         )
@@ -184,7 +183,7 @@ TOLERANCE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class ThrottleParameters:
+class ThrottleParameters(CheckedParameters):
     """Parameters of the throttle.
 
     Attributes:
@@ -192,9 +191,6 @@ class ThrottleParameters:
     """
 
     max_rate: Positive = 20.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class Throttle:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from florence_bt.core.limits import NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive, check_order
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     EMPTY_MARGIN_M,
@@ -26,7 +26,7 @@ _BESIDE_M = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class LowObstacleParameters:
+class LowObstacleParameters(CheckedParameters):
     """Parameters of the scan of low obstacles.
 
     Attributes:
@@ -44,8 +44,7 @@ class LowObstacleParameters:
     low_range_max: Positive = 1.9
     low_apart: NotNegative = 0.3
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("low_range_min", "low_range_max"))
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from florence_bt.core.limits import NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     EMPTY_MARGIN_M,
@@ -22,7 +22,7 @@ from florence_bt.skills.filters.depth_to_laser.fake_laser import (
 
 
 @dataclass(frozen=True, slots=True)
-class OverhangParameters:
+class OverhangParameters(CheckedParameters):
     """Parameters of the scan of overhangs.
 
     Attributes:
@@ -36,9 +36,6 @@ class OverhangParameters:
     overhang_min_height: float = 1.0
     overhang_range_min: Positive = 1.2
     overhang_apart: NotNegative = 0.1
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class Overhangs:

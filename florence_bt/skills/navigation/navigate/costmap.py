@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
@@ -29,7 +29,7 @@ FREE_COST = 0
 
 
 @dataclass(frozen=True, slots=True)
-class SourceParameters:
+class SourceParameters(CheckedParameters):
     """How one sensor counts in the costmaps; names as in costmap_2d.
 
     Attributes:
@@ -47,12 +47,9 @@ class SourceParameters:
     obstacle_range: NotNegative = 0.0
     raytrace_range: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
-
 
 @dataclass(frozen=True, slots=True)
-class CostmapParameters:
+class CostmapParameters(CheckedParameters):
     """How costmaps are kept; names as in costmap_2d.
 
     Attributes:
@@ -100,9 +97,8 @@ class CostmapParameters:
     low: SourceParameters = field(default_factory=SourceParameters)
     overhangs: SourceParameters = field(default_factory=SourceParameters)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         self.make_footprint()
-        check_limits(self)
 
     def make_footprint(self) -> Footprint:
         """The padded footprint."""

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.ros.conversions import grid_from_ros
 from florence_bt.ros.node import FlorenceNode
@@ -26,7 +26,7 @@ UNCHECKED = "unchecked: no costmap was received yet"
 
 
 @dataclass(frozen=True, slots=True)
-class ApproachNodeParameters:
+class ApproachNodeParameters(CheckedParameters):
     """Parameters of the approach.
 
     Attributes:
@@ -36,9 +36,6 @@ class ApproachNodeParameters:
 
     safe_distance: Positive = DEFAULT_SAFE_DISTANCE
     status_period_s: Positive = 0.2
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class ApproachNode(FlorenceNode):

@@ -25,7 +25,7 @@ from visualization_msgs.msg import MarkerArray
 from florence_bt.core.clock import Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Limits, NotNegative, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, TrackedUser
 from florence_bt.core.transforms import Transform3, TransformUnavailable
@@ -67,7 +67,7 @@ MOST_WAIT_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class UserTrackerNodeParameters:
+class UserTrackerNodeParameters(CheckedParameters):
     """Parameters of the node beside those of the detector, the tracker and the look.
 
     Attributes:
@@ -95,9 +95,6 @@ class UserTrackerNodeParameters:
     map_frame: str = "map"
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 class UserTrackerNode(FlorenceNode):

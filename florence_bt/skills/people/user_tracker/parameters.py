@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 
 
 @dataclass(frozen=True, slots=True)
-class DetectorParameters:
+class DetectorParameters(CheckedParameters):
     """What counts as a person in a depth picture.
 
     Attributes:
@@ -39,12 +39,9 @@ class DetectorParameters:
     unknown_depth: Positive = 0.3
     unknown_penalty: Annotated[float, Limits(0.0, 1.0)] = 0.25
 
-    def __post_init__(self) -> None:
-        check_limits(self)
-
 
 @dataclass(frozen=True, slots=True)
-class ColourParameters:
+class ColourParameters(CheckedParameters):
     """When the colour detector says something (docs/people.md has the trial that they come from).
 
     Attributes:
@@ -64,13 +61,12 @@ class ColourParameters:
     colour_margin: Annotated[float, Limits(0.0)] = 0.2
     colour_overlap: Annotated[float, Limits(0.0, 1.0)] = 0.3
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("colour_nobody", "colour_person"), equal=True)
 
 
 @dataclass(frozen=True, slots=True)
-class TrackerParameters:
+class TrackerParameters(CheckedParameters):
     """How people are followed from picture to picture.
 
     Attributes:
@@ -146,8 +142,7 @@ class TrackerParameters:
     reject_radius: Positive = 0.4
     reject_s: Positive = 180.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(
             self,
             ("agreed_hits", "confirm_hits"),
@@ -160,7 +155,7 @@ class TrackerParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class LookParameters:
+class LookParameters(CheckedParameters):
     """When a person counts as seen.
 
     Attributes:
@@ -188,6 +183,5 @@ class LookParameters:
     place_tolerance: Positive = 0.5
     enough_pictures: Annotated[int, Limits(1)] = 5
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("nearest", "farthest"))
