@@ -99,8 +99,6 @@ class ControllerParameters(CheckedParameters):
         )
 
 
-NO_ROOM_TO_TURN = "there is no room to turn to the goal's heading", "something stands right before the goal"
-"""Why the robot stands at its goal, or right before it, and cannot turn."""
 _SMALLEST_WAY_M = 0.02
 _BLOCKED_YAW_TOLERANCE, _SMALLEST_TURN_RAD = 0.15, 0.02
 """So far from the wanted heading is near enough where something is in the way of the turn; a smaller part of
@@ -124,6 +122,7 @@ class Control:
         remaining: Metres left along the path.
         reached: Whether the robot stands at the goal.
         blocked: Why no velocity is possible, empty when one is.
+        is_narrow: Whether that is because the robot cannot turn at its goal, or right before it.
         text: What the robot does, for people; steady.
     """
 
@@ -131,6 +130,7 @@ class Control:
     remaining: float
     reached: bool = False
     blocked: str = ""
+    is_narrow: bool = False
     text: str = ""
 
 
@@ -253,7 +253,9 @@ class Controller:
         if command is None and abs(left) <= _BLOCKED_YAW_TOLERANCE:
             return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
         if command is None:
-            return Control(STANDSTILL, distance, blocked=NO_ROOM_TO_TURN[0])
+            return Control(
+                STANDSTILL, distance, blocked="there is no room to turn to the goal's heading", is_narrow=True
+            )
         return Control(command, distance, text=text)
 
     def _approach(self, pose: Pose2, goal: Pose2, distance: float, clearance: Clearance) -> Control | None:
@@ -280,7 +282,9 @@ class Controller:
             return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
         turn = self._turn(left, clearance)
         if turn is None:
-            return Control(STANDSTILL, distance, blocked=NO_ROOM_TO_TURN[1])
+            return Control(
+                STANDSTILL, distance, blocked="something stands right before the goal", is_narrow=True
+            )
         self._position_reached, self._stays_within = True, distance + _SHIFT_M
         return Control(turn, distance, text="turning to the goal's heading")
 

@@ -12,7 +12,7 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
-from florence_bt.skills.navigation.navigate.controller import NO_ROOM_TO_TURN, Control, Controller
+from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -276,7 +276,7 @@ class Drive:
             self._trouble = ("no_progress", problem)
             return self._recover(state, DriveEvent.NO_PROGRESS)
         self._trouble = ("blocked", control.blocked)
-        self._narrow |= control.blocked in NO_ROOM_TO_TURN
+        self._narrow |= control.is_narrow
         if state.now - self._last_control > self._p.recovery.controller_patience:
             return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
         return None
