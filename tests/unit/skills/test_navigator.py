@@ -193,7 +193,7 @@ def test_who_left_a_goal_where_the_laser_does_not_look_is_forgotten_when_the_rob
     trip, goal = Trip(Pose2(1.0, 2.4, 0.0)), Pose2(2.2, 2.4, 0.0)
     body = np.array([[2.2, 2.35], [2.2, 2.45]])
     seen = Rays(1.0, 2.4, body, np.hypot(*(body - [1.0, 2.4]).T), 0.0, 5.6)
-    trip.navigator.global_costmap.saw_feet(seen)
+    trip.navigator.global_costmap.update_feet(seen)
     trip.navigator.global_costmap.add_rays("depth", seen, trip.world.pose)
     assert trip.navigator.cost_at(goal.x, goal.y) >= INSCRIBED
     assert trip.go(goal).succeeded

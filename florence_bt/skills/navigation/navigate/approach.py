@@ -62,7 +62,7 @@ class Approach:
     """Drives to a place at somebody who stands, and turns there. It needs no map.
 
     The person is where the goal says, as a fixed place of the odometry frame, until somebody sees them; then
-    where the camera saw them last, and beside its picture where the laser sees their legs. Where neither can
+    where the camera saw them last, and beside its image where the laser sees their legs. Where neither can
     look they stand where they stood. The robot does not move before they are seen.
 
     Source:
