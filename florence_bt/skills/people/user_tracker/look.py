@@ -151,7 +151,7 @@ class LookForUser:
         return self._use.nearest <= distance <= self._use.farthest
 
     def _far(self, user: Sequence[TrackedUser]) -> tuple[float, float]:
-        """Who is meant has the smallest: metres beside the place asked for, then metres from the camera."""
+        """What is smallest for the person meant: metres beside the place asked for, then from the camera."""
         beside = statistics.median(self._beside_place(each.x, each.y) for each in user)
         return beside, statistics.median(each.distance for each in user)
 
