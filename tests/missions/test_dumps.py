@@ -92,7 +92,7 @@ RUNNING = with_approach("""\
                                                 [+] set turned -- turned = 1
                                         [+] settle
                                         [+] start tracker
-                                        [>] repeat a look without pictures
+                                        [>] repeat a look without images
                                             [>] look for user
                                 [ ] stop tracker
             [ ] run meet_user
@@ -141,7 +141,7 @@ RUNNING = with_approach("""\
                                                                             [ ] set turned
                                                                     [ ] settle
                                                                     [ ] start tracker
-                                                                    [ ] repeat a look without pictures
+                                                                    [ ] repeat a look without images
                                                                         [ ] look for user
                                                             [ ] stop tracker
                                                 [ ] start tracker

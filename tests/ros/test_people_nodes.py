@@ -37,7 +37,7 @@ from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
 from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
 from florence_bt.skills.people.user_tracker import node as tracker_node
 from florence_bt.skills.people.user_tracker.colour_detector import ColourNetworkUnusable
-from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, NO_PICTURE, NO_USER_SEEN
+from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, NO_IMAGE, NO_USER_SEEN
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
@@ -259,12 +259,12 @@ def test_a_look_at_nobody_fails_in_time_and_leaves_the_tracker_as_it_was(
     ros: Any, robot: Robot, tracker: UserTrackerNode
 ) -> None:
     robot.depth = np.full((240, 320), 3.0, np.float32)
-    while (result := look(ros, robot, 0.8)).result.error_code == NO_PICTURE:
+    while (result := look(ros, robot, 0.8)).result.error_code == NO_IMAGE:
         pass  # on a busy machine
     assert result.status == 6
     assert not result.result.found and result.result.error_code == NO_USER_SEEN
     assert result.result.pictures >= 5
-    told = rf"no user seen within 0\.[678] s in {result.result.pictures} pictures"
+    told = rf"no user seen within 0\.[678] s in {result.result.pictures} images"
     assert re.search(told, result.result.error_msg), "nothing was seen for 0.6 s, or the window was over"
     ros.spin_until(lambda: robot.pictures.get_subscription_count() == 0, what="the tracker to stop again")
 
@@ -273,26 +273,24 @@ def test_a_look_without_any_picture_ends_in_time_and_says_so(
     ros: Any, robot: Robot, tracker: UserTrackerNode
 ) -> None:
     result = look(ros, robot, 0.6)
-    assert (result.status, result.result.error_code, result.result.pictures) == (6, NO_PICTURE, 0)
-    assert "0 usable pictures within 0.6 s" in result.result.error_msg
+    assert (result.status, result.result.error_code, result.result.pictures) == (6, NO_IMAGE, 0)
+    assert "0 usable images within 0.6 s" in result.result.error_msg
 
 
-def test_a_mission_is_told_that_there_was_no_picture(
-    ros: Any, robot: Robot, tracker: UserTrackerNode
-) -> None:
+def test_a_mission_is_told_that_there_was_no_image(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
     look = make_skills(ros.add(FlorenceNode("missions")))["look_for_user"]
     run = look.start(LOOK_FOR_USER.complete({"window": 0.6}))
     result = ros.spin_until(run.poll, what="the end of the look")
-    assert (result.code, result.server_code) == ("no_picture", NO_PICTURE)
+    assert (result.code, result.server_code) == ("no_image", NO_IMAGE)
     assert result.code in LOOK_FOR_USER.failures
-    assert "0 usable pictures within 0.6 s" in result.reason
+    assert "0 usable images within 0.6 s" in result.reason
 
 
 def test_pictures_without_a_pose_are_not_usable(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
     robot.depth = person_picture(2.0)
     robot.frames_late = 60.0
     result = look(ros, robot, 2.0).result
-    assert (result.error_code, result.pictures) == (NO_PICTURE, 0)
+    assert (result.error_code, result.pictures) == (NO_IMAGE, 0)
 
 
 def test_a_window_that_is_too_long_is_refused(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:

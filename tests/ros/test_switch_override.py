@@ -63,7 +63,7 @@ def test_a_driver_that_does_not_obey_is_an_error(
 ) -> None:
     child = start_process(
         "-c",
-        "import rclpy; from std_msgs.msg import Bool; rclpy.init(); node = rclpy.create_node('deaf')\n"
+        "import rclpy; from std_msgs.msg import Bool; rclpy.init(); node = rclpy.create_node('offline')\n"
         "node.create_subscription(Bool, 'florenceLocator/manualOverride', print, 10)\n"
         "print('up', flush=True); rclpy.spin(node)",
     )

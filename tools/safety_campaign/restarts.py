@@ -1,7 +1,7 @@
-"""Kills a process and starts it again, many times, beside peers that live on; counts those that stay deaf.
+"""Kills a process and starts it again, many times, beside peers that live on; counts unreachable ones.
 
-``python tools/safety_campaign/restarts.py --count 200``. A restarted process is deaf when it does not get
-what the peers say to it, or a peer does not get what it says. With the shared memory of Fast DDS
+``python tools/safety_campaign/restarts.py --count 200``. A restarted process is unreachable when it does not
+get what the peers say to it, or a peer does not get what it says. With the shared memory of Fast DDS
 (``--shared-memory``) some are: processes that live on keep a port mapped that was deleted and made again
 (Fast DDS issues 5053 and 5469).
 """
@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 PEERS = 3
-DEAF_AFTER_S = 30.0
-"""Wall seconds since ROS began in a process, on a machine that may be busy; a deaf process stays deaf."""
+UNREACHABLE_AFTER_S = 30.0
+"""Wall seconds since ROS began in a process, on a busy machine; an unreachable process stays so."""
 START_S = 300.0
 """Wall seconds for Python and ROS to start."""
 LONGEST_LIFE_S = 0.5
@@ -37,19 +37,21 @@ class Report:
 
     Attributes:
         restarts: How many.
-        deaf: Numbers of the restarts after which the process stayed deaf.
+        unreachable: Numbers of the restarts after which the process stayed unreachable.
         seconds: For each other one, from its first node to the moment when all peers had repeated its name.
         left_behind: Files of shared memory that a killed process has left.
     """
 
     restarts: int = 0
-    deaf: list[int] = field(default_factory=list)
+    unreachable: list[int] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     left_behind: set[str] = field(default_factory=set)
 
     def __str__(self) -> str:
         """One line for people."""
-        text = f"{self.restarts} restarts: {len(self.deaf)} unreachable {self.deaf or ''}".rstrip()
+        text = (
+            f"{self.restarts} restarts: {len(self.unreachable)} unreachable {self.unreachable or ''}".rstrip()
+        )
         if self.seconds:
             median, longest = statistics.median(self.seconds), max(self.seconds)
             text += f"; reached after {median:.2f} s (median), {longest:.2f} s (longest)"
@@ -87,12 +89,12 @@ def restart_many(
             report.restarts += 1
             victim = start("victim", f"{seed}-{report.restarts}")
             _line(victim, START_S)
-            heard = _line(victim, DEAF_AFTER_S)
+            heard = _line(victim, UNREACHABLE_AFTER_S)
             if heard:
                 report.seconds.append(float(heard))
                 time.sleep(chance.uniform(0.0, LONGEST_LIFE_S))
             else:
-                report.deaf.append(report.restarts)
+                report.unreachable.append(report.restarts)
             shared = set(re.findall("/dev/shm/fastrtps.*", Path(f"/proc/{victim.pid}/maps").read_text()))
             victim.kill()
             victim.wait()
@@ -176,7 +178,7 @@ def _serve(role: str, name: str) -> int:
 
 
 def main() -> int:
-    """Run the restarts; 1 when a process stayed deaf or left something behind."""
+    """Run the restarts; 1 when a process stayed unreachable or left something behind."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
@@ -192,7 +194,7 @@ def main() -> int:
         chosen.count, chosen.seed, budget_s=60.0 * chosen.minutes, shared_memory=chosen.shared_memory
     )
     print(report)
-    return 1 if report.deaf or report.left_behind else 0
+    return 1 if report.unreachable or report.left_behind else 0
 
 
 if __name__ == "__main__":

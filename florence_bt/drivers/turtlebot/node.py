@@ -205,7 +205,7 @@ class TurtlebotNode(FlorenceNode):
         if on or news:
             self._driver.set_manual_override(on, self.timebase.now())
             self._port.pump()
-        # Each message is answered: who sent it, or has just come, wants to know.
+        # Each message is answered: its sender, or a new subscriber, wants to know.
         self._publish_override()
         if not news:
             return

@@ -155,7 +155,7 @@ class Watching:
     def _show_all(self) -> None:
         if self._tree is not None and self._default_is_wanted(self._tree):
             self._show_if_due(self._default)
-        # Also those that nobody listens to yet: who joins is given the last message by the topic itself.
+        # Also those that nobody listens to yet: the topic itself gives a new subscriber the last message.
         for stream in self._snapshots:
             self._show_if_due(stream)
         for board in self._boards:

@@ -162,7 +162,7 @@ class _Replay:
         return Replayed(self._tree, self._over)
 
     def _let_go(self) -> None:
-        """Nothing goes on in a robot whose process has died: who waits for the end of a run need not."""
+        """Nothing goes on in a robot whose process has died: nobody need wait for the end of a run."""
         for skill in self._skills.values():
             skill.let_go()
         if self._run.status is RunStatus.ENDING:

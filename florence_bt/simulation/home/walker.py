@@ -29,7 +29,7 @@ _RIGHT_M = 0.15
 """So much room more is needed to pass somebody on the left: two people who meet go different ways."""
 
 _DETOUR_M = 2.0
-"""Who would have to walk this much further waits."""
+"""A person who would have to walk this much further waits."""
 
 _RETHINK_S = 0.5
 """Between two searches for a way round."""

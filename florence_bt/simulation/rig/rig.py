@@ -322,7 +322,7 @@ class _PeopleSkills:
     @property
     def in_image(self) -> list[int]:
         """Whom the last image shows: their persistent ids."""
-        return self._tracker.in_picture
+        return self._tracker.in_view
 
     def on_images(self, depth: DepthImage, colour: Callable[[], ColourImage] | None) -> None:
         now = self._clock.now()

@@ -290,11 +290,11 @@ def test_a_process_can_be_ended_that_was_started_where_interrupts_are_ignored(tm
     before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
     try:
         before_handlers = OBEDIENT.replace("signal.signal(signal.SIGTERM, end)", "")
-        supervisor = supervisor_of({"deaf": before_handlers})
+        supervisor = supervisor_of({"unresponsive": before_handlers})
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    wait_up(tmp_path, "deaf")
+    wait_up(tmp_path, "unresponsive")
     assert supervisor.stop() == []
 
 

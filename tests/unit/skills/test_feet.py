@@ -31,7 +31,7 @@ def laser(legs_at: float | None, wall_at: float = 3.5) -> Rays:
 
 def costmap_with(source: str, *, legs_at: float | None) -> Costmap:
     costmap = Costmap(CostmapParameters())
-    costmap.saw_feet(laser(legs_at))
+    costmap.update_feet(laser(legs_at))
     costmap.add_rays(source, rays(*PERSON), ROBOT)
     assert costmap.cost_at(1.5, 0.0) == LETHAL
     return costmap
@@ -41,9 +41,9 @@ def costmap_with(source: str, *, legs_at: float | None) -> Costmap:
 def test_who_has_walked_on_leaves_nothing(source: str) -> None:
     costmap = costmap_with(source, legs_at=1.45)
     for _ in range(4):
-        costmap.saw_feet(laser(None))
+        costmap.update_feet(laser(None))
     assert costmap.cost_at(1.5, 0.0) == LETHAL
-    costmap.saw_feet(laser(None))
+    costmap.update_feet(laser(None))
     assert costmap.cost_at(1.5, 0.0) < INSCRIBED
 
 
@@ -68,42 +68,42 @@ def test_what_hangs_on_a_wall_of_the_map_stays() -> None:
 def test_what_hangs_over_a_thing_that_the_map_does_not_know_stays() -> None:
     costmap = costmap_with("overhangs", legs_at=1.45)
     for _ in range(20):
-        costmap.saw_feet(laser(None, wall_at=1.8))
+        costmap.update_feet(laser(None, wall_at=1.8))
     assert costmap.cost_at(1.5, 0.0) == LETHAL
 
 
 def see_wall(costmap: Costmap, times: int) -> None:
     scan = laser(None, wall_at=1.8)
     for _ in range(times):
-        costmap.saw_feet(scan, known=np.ones(len(scan.ends), bool))
+        costmap.update_feet(scan, known=np.ones(len(scan.ends), bool))
 
 
 def test_who_stands_there_stays() -> None:
     costmap = costmap_with("depth", legs_at=1.45)
     for step in range(20):
         # Between the legs it looks through now and then.
-        costmap.saw_feet(laser(None if step % 3 else 1.45))
+        costmap.update_feet(laser(None if step % 3 else 1.45))
     assert costmap.cost_at(1.5, 0.0) == LETHAL
 
 
 def test_a_table_top_without_legs_near_stays() -> None:
     costmap = costmap_with("depth", legs_at=None)
     for _ in range(20):
-        costmap.saw_feet(laser(None))
+        costmap.update_feet(laser(None))
     assert costmap.cost_at(1.5, 0.0) == LETHAL
 
 
 def test_a_table_beside_which_somebody_stood_stays() -> None:
     costmap = costmap_with("depth", legs_at=None)
-    costmap.saw_feet(laser(1.45))
+    costmap.update_feet(laser(1.45))
     costmap.add_rays("depth", rays(*PERSON), ROBOT)
     for _ in range(20):
-        costmap.saw_feet(laser(None))
+        costmap.update_feet(laser(None))
     assert costmap.cost_at(1.5, 0.0) == LETHAL
 
 
 def test_what_is_hidden_stays() -> None:
     costmap = costmap_with("depth", legs_at=1.45)
     for _ in range(20):
-        costmap.saw_feet(laser(None, wall_at=1.0))
+        costmap.update_feet(laser(None, wall_at=1.0))
     assert costmap.cost_at(1.5, 0.0) == LETHAL

@@ -10,12 +10,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
-from florence_bt.core.outcome import Outcome
+from florence_bt.core.outcome import Outcome, Result
+from florence_bt.core.serving import ServedAction
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate.contact import SlipWatch
 from florence_bt.skills.navigation.navigate.costmap import Rays
-from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
+from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, SERVED, TURN
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import (
     CycleParameters,
@@ -28,8 +30,7 @@ from florence_bt.skills.navigation.navigate.results import (
     SPIN_SERVER_CODES,
     TOUCH_FAILURES,
     BaseStop,
-    result_from_navigate,
-    result_from_spin,
+    result_from_server,
 )
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, Trip, World, make_map
 
@@ -193,7 +194,7 @@ def test_who_left_a_goal_where_the_laser_does_not_look_is_forgotten_when_the_rob
     trip, goal = Trip(Pose2(1.0, 2.4, 0.0)), Pose2(2.2, 2.4, 0.0)
     body = np.array([[2.2, 2.35], [2.2, 2.45]])
     seen = Rays(1.0, 2.4, body, np.hypot(*(body - [1.0, 2.4]).T), 0.0, 5.6)
-    trip.navigator.global_costmap.saw_feet(seen)
+    trip.navigator.global_costmap.update_feet(seen)
     trip.navigator.global_costmap.add_rays("depth", seen, trip.world.pose)
     assert trip.navigator.cost_at(goal.x, goal.y) >= INSCRIBED
     assert trip.go(goal).succeeded
@@ -371,21 +372,32 @@ def test_the_same_world_gives_the_same_commands() -> None:
     assert runs[0] == runs[1]
 
 
+def answered(skill: SkillDeclaration, outcome: Outcome, number: int, text: str = "") -> Result:
+    return result_from_server(skill, "blocked", SimpleNamespace(error_code=number, error_msg=text), outcome)
+
+
 def test_result_codes_there_and_back() -> None:
     for code in NAVIGATE_TO.failures:
         number = SERVER_CODES[code]
         assert number > 0
-        back = result_from_navigate(Outcome.FAILED, number, "why")
+        back = answered(NAVIGATE_TO, Outcome.FAILED, number, "why")
         assert (back.code, back.reason, back.server_code) == (code, "why", number)
     for code in ("collision_ahead", "time_allowance", "no_pose", "no_scan", *HELD_FAILURES):
         number = SPIN_SERVER_CODES[code]
-        assert result_from_spin(Outcome.FAILED, number, "").code == code
-    assert result_from_navigate(Outcome.SUCCEEDED, 0, "").succeeded
-    assert result_from_spin(Outcome.CANCELLED, 0, "").outcome is Outcome.CANCELLED
-    unknown = result_from_navigate(Outcome.FAILED, 9999, "")
-    assert unknown.code in NAVIGATE_TO.failures
+        assert answered(TURN, Outcome.FAILED, number).code == code
+    assert answered(NAVIGATE_TO, Outcome.SUCCEEDED, 0).succeeded
+    assert answered(TURN, Outcome.CANCELLED, 0).outcome is Outcome.CANCELLED
+    unknown = answered(NAVIGATE_TO, Outcome.FAILED, 9999)
+    assert unknown.code == "blocked"
     assert "9999" in unknown.reason
-    assert result_from_spin(Outcome.FAILED, 1, "").code in TURN.failures
+
+
+def test_an_error_number_that_nobody_knows_gives_a_code_of_the_skill() -> None:
+    message = SimpleNamespace(error_code=1, error_msg="", path=SimpleNamespace(poses=[]))
+    with_numbers = [each for each in SERVED if isinstance(each, ServedAction) and each.skill.server_codes]
+    assert len(with_numbers) == 7
+    for served in with_numbers:
+        assert served.result(message, Outcome.FAILED).code in served.skill.failures
 
 
 @pytest.mark.parametrize(

@@ -319,10 +319,10 @@ def test_who_is_seen_without_colours_first_is_recognised_when_they_are_seen(run:
 
 def test_who_is_believed_in_is_not_in_the_picture(run: Run) -> None:
     run(seen(2, 0), seen(2, 1.5), times=5)
-    assert run.tracker.in_picture == [1, 2]
+    assert run.tracker.in_view == [1, 2]
     users = run(seen(2, 1.5))
     assert [bool(user.distance) for user in users] == [True, True]
-    assert run.tracker.in_picture == [2]
+    assert run.tracker.in_view == [2]
 
 
 def test_two_in_the_same_shirt_are_two(run: Run) -> None:
@@ -464,7 +464,7 @@ def test_nobody_is_told_when_enough_pictures_are_empty(look: LookForUser) -> Non
         assert (look.result(11.0 + 0.125 * k) is not None) is (k == 5), "as long as a position takes"
     result = look.result(11.625)
     assert result is not None and not result.succeeded
-    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 1.6 s in 6 pictures")
+    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 1.6 s in 6 images")
     assert result.code in LOOK_FOR_USER.failures
 
 
@@ -473,7 +473,7 @@ def test_who_may_be_a_person_is_looked_at_until_the_end_of_the_window(look: Look
         look.feed(11.0 + 0.1 * k, [], undecided=True)
     assert look.result(14.9) is None
     result = look.result(15.0)
-    assert result is not None and result.reason == "no user seen within 5.0 s in 30 pictures"
+    assert result is not None and result.reason == "no user seen within 5.0 s in 30 images"
 
 
 def test_a_tracker_is_undecided_while_somebody_is_not_confirmed() -> None:
@@ -494,8 +494,8 @@ def test_too_few_pictures_do_not_say_that_nobody_is_there(look: LookForUser, pic
     assert look.pictures == pictures
     assert look.result(21.9) is None
     result = look.result(22.0)
-    assert result is not None and result.code == "no_picture"
-    assert result.reason.startswith(f"{pictures} usable pictures within 2 s, 5 would")
+    assert result is not None and result.code == "no_image"
+    assert result.reason.startswith(f"{pictures} usable images within 2 s, 5 would")
     assert result.code in LOOK_FOR_USER.failures
 
 

@@ -233,5 +233,5 @@ def test_ends_of_actions_become_results() -> None:
     seen = ended("look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **person)
     assert seen == success(user=POSE, **person)
     nobody = ended("look_for_user", Outcome.FAILED, found=False, error_code=2, error_msg="")
-    assert nobody.code == "no_picture" and nobody.server_code == 2
+    assert nobody.code == "no_image" and nobody.server_code == 2
     assert ended("look_for_user", Outcome.CANCELLED).outcome is Outcome.CANCELLED

@@ -22,7 +22,7 @@ def busy(monkeypatch):
 
 
 def test_the_report_counts_and_names_what_failed(busy, monkeypatch, tmp_path, capsys):
-    reasons = {5: "", 6: "no_picture: 0 usable pictures", 7: ""}
+    reasons = {5: "", 6: "no_image: 0 usable images", 7: ""}
     monkeypatch.setattr(
         busy,
         "run_demo",
@@ -32,9 +32,9 @@ def test_the_report_counts_and_names_what_failed(busy, monkeypatch, tmp_path, ca
     assert [run.seed for run in report.runs] == [5, 6, 7] and report.succeeded == 2
     assert report.text().splitlines() == [
         "2 of 3 goto_user runs beside 0 busy loops succeeded",
-        f"  seed 6: no_picture: 0 usable pictures ({tmp_path / '6'})",
+        f"  seed 6: no_image: 0 usable images ({tmp_path / '6'})",
     ]
-    assert "seed 6: failed: no_picture" in capsys.readouterr().out
+    assert "seed 6: failed: no_image" in capsys.readouterr().out
 
 
 def test_the_loops_end_with_the_block(busy, monkeypatch):

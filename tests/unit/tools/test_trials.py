@@ -11,8 +11,8 @@ from florence_bt.simulation.home.ground_truth import BestCase
 from florence_bt.simulation.home.person import PersonSpec
 from tools.trials import Trial, _is_false, _met, main, page, run_trial
 
-STANDS = PersonSpec("user", Pose2(1.0, 1.0))
-WALKS = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
+STANDING = PersonSpec("user", Pose2(1.0, 1.0))
+WALKING = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
 
 
 def trial(**changes):
@@ -82,12 +82,12 @@ def test_of_many_runs_those_that_were_not_good_are_listed():
     ("found", "people", "false"),
     [
         (Pose2(1.0, 1.0), [], True),
-        (Pose2(1.5, 1.0), [STANDS], False),
-        (Pose2(2.5, 1.0), [STANDS], True),
-        (Pose2(5.0, 1.5), [WALKS], False),
-        (Pose2(5.0, 2.5), [WALKS], True),
-        (Pose2(5.0, 1.5), [STANDS, WALKS], False),
-        (Pose2(5.0, 2.5), [STANDS, WALKS], True),
+        (Pose2(1.5, 1.0), [STANDING], False),
+        (Pose2(2.5, 1.0), [STANDING], True),
+        (Pose2(5.0, 1.5), [WALKING], False),
+        (Pose2(5.0, 2.5), [WALKING], True),
+        (Pose2(5.0, 1.5), [STANDING, WALKING], False),
+        (Pose2(5.0, 2.5), [STANDING, WALKING], True),
     ],
 )
 def test_a_find_is_false_where_nobody_has_ever_been(found, people, false):

@@ -22,7 +22,7 @@ from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 _AT_M = 0.5
-"""Who the camera sees so near to where the person should be is the person (REFERENCE 12.6)."""
+"""A person whom the camera sees so near to where the person should be is the person (REFERENCE 12.6)."""
 _COS_BEAM = math.cos(0.1)
 """Beams so near to a direction, as the cosine of the angle, look there."""
 _LEAST_M = NEAREST_M + 0.03
@@ -62,7 +62,7 @@ class Approach:
     """Drives to a place at somebody who stands, and turns there. It needs no map.
 
     The person is where the goal says, as a fixed place of the odometry frame, until somebody sees them; then
-    where the camera saw them last, and beside its picture where the laser sees their legs. Where neither can
+    where the camera saw them last, and beside its image where the laser sees their legs. Where neither can
     look they stand where they stood. The robot does not move before they are seen.
 
     Source:

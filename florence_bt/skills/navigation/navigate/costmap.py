@@ -160,7 +160,7 @@ _FAR_M = 1e-3
 _FEET_M = 0.35
 """What is marked so near to what the laser sees, and the map does not know, stands on it: body and arms of a
 person."""
-ABOVE_FEET = {"depth": 0.2, "overhangs": _FEET_M}
+BODY_REACH_M = {"depth": 0.2, "overhangs": _FEET_M}
 """Source of such marks -> how near feet must be for one to stay where the laser looks through, metres: what
 is carried hangs over further."""
 CLEARED_FROM = {"low": 1.3}
@@ -331,14 +331,14 @@ class Costmap:
                 use.raytrace_range / self.resolution,
             )
         wanted = (rays.ranges < min(use.obstacle_range, rays.farthest)) & use.marking
-        if self._feet is None or source not in ABOVE_FEET:
+        if self._feet is None or source not in BODY_REACH_M:
             _cells.mark_points(marks, ends, wanted)
         else:
             feet = (self._feet - offset) / self.resolution
             _cells.mark_above(marks, ends, wanted, feet, _FEET_M / self.resolution)
         self.clear_footprint(robot)
 
-    def saw_feet(self, laser: Rays, known: NDArray[np.bool_] | None = None) -> None:
+    def update_feet(self, laser: Rays, known: NDArray[np.bool_] | None = None) -> None:
         """Take a scan of the laser alone: what the camera saw above feet that have gone has gone, too.
 
         So the marks of people who walked by do not stay where the camera does not look any more. A table top
@@ -354,7 +354,7 @@ class Costmap:
         ends = np.ascontiguousarray((laser.ends - offset) / self.resolution)
         origin_u, origin_v = (np.array([laser.x, laser.y]) - offset) / self.resolution
         reach = self._parameters.raytrace_range / self.resolution
-        for source, near_m in ABOVE_FEET.items():
+        for source, near_m in BODY_REACH_M.items():
             if source in self._layers:
                 near = near_m / self.resolution
                 _cells.forget_what_left(self._layers[source], origin_u, origin_v, ends, are_feet, near, reach)

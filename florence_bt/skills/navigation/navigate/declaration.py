@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from datetime import timedelta
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -26,13 +27,7 @@ from florence_bt.skills.navigation.navigate.results import (
     THROUGH_CODES_BY_NUMBER,
     TURN_FAILURES,
     result_from_approach,
-    result_from_back_up,
-    result_from_follow,
-    result_from_heading,
-    result_from_navigate,
-    result_from_plan,
-    result_from_spin,
-    result_from_through,
+    result_from_server,
 )
 
 SPEED_LIMIT = "navigate/speed_limit"
@@ -207,7 +202,7 @@ SET_SPEED_LIMIT = SkillDeclaration(
 
 
 def _plan_result(message: Any, outcome: Outcome) -> Result:
-    result = result_from_plan(outcome, message.error_code, message.error_msg)
+    result = result_from_server(PLAN_TO, "no_path", message, outcome)
     if not result.succeeded:
         return result
     places = [(pose.pose.position.x, pose.pose.position.y) for pose in message.path.poses]
@@ -234,7 +229,7 @@ SERVED = (
         interface="nav2_msgs/action/NavigateToPose",
         name="navigate_to_pose",
         request=lambda inputs: {"pose": inputs["goal"]},
-        result=lambda message, outcome: result_from_navigate(outcome, message.error_code, message.error_msg),
+        result=partial(result_from_server, NAVIGATE_TO, "blocked"),
         feedback=_driving,
         component="base",
         perform=lambda base, inputs: base.navigate(inputs["goal"]),
@@ -247,7 +242,7 @@ SERVED = (
             "target_yaw": float(inputs["angle"]),
             "time_allowance": timedelta(seconds=inputs["time_allowance"]),
         },
-        result=lambda message, outcome: result_from_spin(outcome, message.error_code, message.error_msg),
+        result=partial(result_from_server, TURN, "turn_failed"),
         feedback=lambda message: "turning",
         component="base",
         perform=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
@@ -257,7 +252,7 @@ SERVED = (
         interface="nav2_msgs/action/NavigateThroughPoses",
         name="navigate_through_poses",
         request=lambda inputs: {"poses": [inputs["via"], inputs["goal"]]},
-        result=lambda message, outcome: result_from_through(outcome, message.error_code, message.error_msg),
+        result=partial(result_from_server, NAVIGATE_THROUGH, "blocked"),
         feedback=_driving,
         component="base",
         perform=lambda base, inputs: base.navigate_through([inputs["via"], inputs["goal"]]),
@@ -277,7 +272,7 @@ SERVED = (
         interface="nav2_msgs/action/BackUp",
         name="backup",
         request=lambda inputs: _straight_request(inputs["distance"], inputs),
-        result=lambda message, outcome: result_from_back_up(outcome, message.error_code, message.error_msg),
+        result=partial(result_from_server, BACK_UP, "drive_failed"),
         feedback=lambda message: "backing up",
         component="base",
         perform=lambda base, inputs: base.drive_straight(
@@ -289,7 +284,7 @@ SERVED = (
         interface="nav2_msgs/action/DriveOnHeading",
         name="drive_on_heading",
         request=lambda inputs: _straight_request(inputs["distance"], inputs),
-        result=lambda message, outcome: result_from_heading(outcome, message.error_code, message.error_msg),
+        result=partial(result_from_server, DRIVE_STRAIGHT, "drive_failed"),
         feedback=lambda message: "driving straight on",
         component="base",
         perform=lambda base, inputs: base.drive_straight(**inputs),
@@ -310,7 +305,7 @@ SERVED = (
             "user_id": inputs["user_id"],
             **{name: float(inputs[name]) for name in ("distance", *_SPEED_LIMITS)},
         },
-        result=lambda message, outcome: result_from_follow(outcome, message.error_code, message.error_msg),
+        result=partial(result_from_server, FOLLOW_USER, "blocked"),
         feedback=lambda message: message.text,
         component="base",
         perform=lambda base, inputs: base.follow(**inputs),

@@ -335,7 +335,7 @@ class Drive:
         costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
 
     def _forget_who_left(self, state: RobotState) -> None:
-        """What the camera marked above feet at the goal: who stands there in view is seen again."""
+        """What the camera marked above feet at the goal: a person in view is seen again."""
         place = self._goal.x, self._goal.y
         self._costmaps.global_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M, above_feet=True)
         self._costmaps.local_costmap.clear_disc(

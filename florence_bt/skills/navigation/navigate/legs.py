@@ -1,4 +1,4 @@
-"""Legs in a laser scan: where somebody goes on who left the camera's picture."""
+"""Legs in a laser scan: where somebody goes on who left the camera's view."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ class Navigator:
             if robot is None:
                 continue
             if source == FEET:
-                costmap.saw_feet(moved_rays(in_base, robot), known)
+                costmap.update_feet(moved_rays(in_base, robot), known)
             else:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
 

@@ -18,7 +18,7 @@ _SAME_M = 0.3
 _STEP_M = 0.4
 """Legs go no further from one scan to the next."""
 _VIEW_RAD, TOO_NEAR_M = 0.35, 0.55
-"""So near to the middle of the picture, and not nearer to the robot, the camera would see who it is ..."""
+"""So near to the middle of the image, and not nearer to the robot, the camera would see who it is ..."""
 _LOOK_S, _TRY_S = 1.0, 5.0
 """... within this time. What the robot cannot look at for so long is left."""
 _APART_M, _STANDS_M, _STOOD_S, _KEPT_S = 0.6, 0.15, 1.0, 60.0

@@ -112,7 +112,7 @@ class FollowParameters(CheckedParameters):
         follow_coast: Not seen for so many seconds, a person is out of sight: the robot drives to where they
             were.
         follow_patience: For so many seconds the robot waits for the first sight of the person, turns after
-            who has left the picture, and stands before a blocked way; then it searches.
+            who has left the view, and stands before a blocked way; then it searches.
         follow_limit: Out of sight for so many seconds: lost, wherever the robot is.
 
     Source:

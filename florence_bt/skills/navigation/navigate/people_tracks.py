@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.people import People, PeopleParameters
 
 _STANDING_MPS, _FASTEST_MPS = 0.2, 2.0
-"""Who seems to walk slower may stand; nobody in a home walks faster."""
+"""A person who seems to walk slower may stand; nobody in a home walks faster."""
 _SAME_M = 0.3
 """Two people are not so near to each other."""
 

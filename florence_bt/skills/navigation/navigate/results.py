@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 
 HELD_FAILURES = {
@@ -191,37 +193,6 @@ HEADING_CODES_BY_NUMBER = _straight_codes(HEADING_SERVER_CODES, 720)
 """error_code of BackUp and DriveOnHeading -> our code."""
 
 
-def result_from_navigate(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a NavigateToPose server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, NAVIGATE_CODES_BY_NUMBER, "blocked", "navigation")
-
-
-def result_from_through(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a NavigateThroughPoses server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, THROUGH_CODES_BY_NUMBER, "blocked", "navigation")
-
-
-def result_from_plan(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a ComputePathToPose server (ours or Nav2's), without its outputs."""
-    return _result(outcome, error_code, error_msg, PLAN_CODES_BY_NUMBER, "no_path", "planning")
-
-
-def result_from_back_up(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a BackUp server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, BACK_UP_CODES_BY_NUMBER, "drive_failed", "backing up")
-
-
-def result_from_heading(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a DriveOnHeading server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, HEADING_CODES_BY_NUMBER, "drive_failed", "the drive")
-
-
-def result_from_follow(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a FollowUser server."""
-    codes = {SERVER_CODES[code]: code for code in FOLLOW_FAILURES}
-    return _result(outcome, error_code, error_msg, codes, "blocked", "following")
-
-
 def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
     """Our result for the end of an approach; code and reason are empty when the server gave none."""
     if outcome is Outcome.SUCCEEDED:
@@ -231,20 +202,22 @@ def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
     return failure(code or "rejected", reason or "the server gave no reason; its log may say more")
 
 
-def result_from_spin(outcome: Outcome, error_code: int, error_msg: str) -> Result:
-    """Our result for the answer of a Spin server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, SPIN_CODES_BY_NUMBER, "turn_failed", "the turn")
+def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outcome: Outcome) -> Result:
+    """Our result for the answer of an action server, ours or Nav2's, without outputs.
 
-
-def _result(
-    outcome: Outcome, number: int, text: str, codes: dict[int, str], default: str, who: str
-) -> Result:
+    Args:
+        skill: The skill that the action is.
+        unknown: The code for an error number that the declaration does not have.
+        message: The result message, with ``error_code`` and ``error_msg``.
+        outcome: How the goal ended.
+    """
     if outcome is Outcome.SUCCEEDED:
         return success()
+    number, text = message.error_code, message.error_msg
     if outcome is Outcome.CANCELLED:
         return cancelled(text or "cancelled on request")
-    code = codes.get(number, default)
-    return failure(code, text or f"{who} failed with error code {number}", server_code=number)
+    code = skill.server_codes.get(number, unknown)
+    return failure(code, text or f"{skill.name} failed with error code {number}", server_code=number)
 
 
 @dataclass(frozen=True, slots=True)

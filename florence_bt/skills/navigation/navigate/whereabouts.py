@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _VIEW_RAD = 0.42
-"""Half the breadth of the camera's picture in which somebody is seen whole."""
+"""Half the breadth of the camera's view in which somebody is seen whole."""
 _NEAREST_M, _FARTHEST_M = 0.5, 3.2
 """Between these distances the camera sees that nobody is there."""
 _RAYS, _STEP_M = 120, 0.1
@@ -69,7 +69,7 @@ class Whereabouts:
         self._likely, self._all = np.zeros((rows, columns)), 0.0
 
     def update(self, now: float, robot: Pose2, legs: list[Place]) -> None:
-        """Take what the robot sees now: nobody in the picture, and perhaps something like legs.
+        """Take what the robot sees now: nobody in view, and perhaps something like legs.
 
         Args:
             now: Seconds.
@@ -97,7 +97,7 @@ class Whereabouts:
         self._shut |= np.hypot(self._x[None, :] - place[0], self._y[:, None] - place[1]) <= _ROUND_M / 2.0
 
     def best_view(self, robot: Pose2) -> tuple[float, float]:
-        """The heading (rad) in which most of what is likely would get into the picture, and its share, 0..1.
+        """The heading (rad) in which most of what is likely would get into view, and its share, 0..1.
 
         The share is that of all places as they were before anybody looked.
         """

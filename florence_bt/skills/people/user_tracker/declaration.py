@@ -10,7 +10,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure, succes
 from florence_bt.core.serving import ServedAction, ServedCondition, ServedService
 from florence_bt.core.skill import Inputs
 
-NO_USER_SEEN, NO_PICTURE = 1, 2
+NO_USER_SEEN, NO_IMAGE = 1, 2
 """Error codes of the action ``look_for_user`` for the failures of these names."""
 
 START_TRACKER = SkillDeclaration(
@@ -51,11 +51,11 @@ LOOK_FOR_USER = SkillDeclaration(
     },
     failures={
         "no_user_seen": "nobody was in front of the camera during the whole window",
-        "no_picture": "the camera gave too few usable pictures to know whether somebody is there",
+        "no_image": "the camera gave too few usable images to know whether somebody is there",
     },
     resources=frozenset({"camera"}),
     deadline_s=20.0,
-    server_codes={NO_USER_SEEN: "no_user_seen", NO_PICTURE: "no_picture"},
+    server_codes={NO_USER_SEEN: "no_user_seen", NO_IMAGE: "no_image"},
 )
 
 USER_LYING = SkillDeclaration(

@@ -1,7 +1,7 @@
 """People in a depth picture.
 
 A network says which pixels show somebody and where the middle of that person is; where these votes meet is a
-person. Who is partly hidden or cut off by the edge of the picture has fewer votes, at the same place.
+person. A person partly hidden or cut off by the edge of the image has fewer votes, at the same place.
 """
 
 from __future__ import annotations

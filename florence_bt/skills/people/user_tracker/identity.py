@@ -13,7 +13,7 @@ from florence_bt.skills.people.user_tracker.returning import Sighting, away, may
 NEARBY = 2.0
 """Whose colours are known and not seen is recognised by place only within this many ``return_margin``."""
 CLEARLY = 2.0
-"""Who is this much easier to have been is the one; otherwise two may be meant, and it is somebody new."""
+"""The best candidate must be this much better than the next; otherwise it is somebody new."""
 
 
 @dataclass(slots=True)
@@ -88,7 +88,7 @@ class Gallery:
         return best if best is not None and known_well else user_id
 
     def _absent(self, now: float, present: Collection[int]) -> dict[int, _Known]:
-        """Who is remembered and not there; who was not seen for long is forgotten."""
+        """Who is remembered and not there; people not seen for long are forgotten."""
         self._known = {
             key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
         }
@@ -117,7 +117,7 @@ class Gallery:
     def _by_colours(
         self, absent: Mapping[int, _Known], histogram: Histogram | None, came: Sighting | None
     ) -> int | None:
-        """Who has these colours; of several in like shirts, who is known well and needed to walk less."""
+        """Who has these colours; of several in like shirts, the best known who walked least."""
         best, best_cost = None, math.inf
         for user_id, known in absent.items():
             distance = distance_if_known(histogram, known.histogram)

@@ -111,7 +111,7 @@ class LookForUser:
 
         Returns:
             Success with ``user`` (its yaw points to the robot, 0 when the robot's pose is not known),
-            ``distance``, ``user_id``, ``posture`` and ``height``; ``no_user_seen``; or ``no_picture`` when
+            ``distance``, ``user_id``, ``posture`` and ``height``; ``no_user_seen``; or ``no_image`` when
             there were too few pictures to see anybody.
         """
         seen = {key: each for key, each in self._samples.items() if self._counts(each)}
@@ -140,12 +140,10 @@ class LookForUser:
     def _nobody(self, now: float) -> Result:
         if self._pictures >= self._use.enough_pictures:
             seconds = min(now, self.deadline) - self._started
-            return failure(
-                "no_user_seen", f"no user seen within {seconds:.1f} s in {self._pictures} pictures"
-            )
+            return failure("no_user_seen", f"no user seen within {seconds:.1f} s in {self._pictures} images")
         return failure(
-            "no_picture",
-            f"{self._pictures} usable pictures within {self._window:g} s, "
+            "no_image",
+            f"{self._pictures} usable images within {self._window:g} s, "
             f"{self._use.enough_pictures} would have been enough to see somebody",
         )
 
@@ -153,7 +151,7 @@ class LookForUser:
         return self._use.nearest <= distance <= self._use.farthest
 
     def _far(self, user: Sequence[TrackedUser]) -> tuple[float, float]:
-        """Who is meant has the smallest: metres beside the place asked for, then metres from the camera."""
+        """What is smallest for the person meant: metres beside the place asked for, then from the camera."""
         beside = statistics.median(self._beside_place(each.x, each.y) for each in user)
         return beside, statistics.median(each.distance for each in user)
 

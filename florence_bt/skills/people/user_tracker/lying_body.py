@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from florence_bt.skills.people.user_tracker.detector import Detection
 
 FLOOR_HEIGHT = 0.5
-"""Metres; who lies on the floor is nowhere higher than this, and who lies on a bed or a sofa is."""
+"""Metres; a person on the floor is nowhere higher than this; on a bed or a sofa they are."""
 _WHOLE_SIGMA, _CUT_SIGMA = 0.07, 0.3
 """Standard deviation of the middle in a picture of the whole body, and of a part of it, metres."""
 _MOVED_M = 0.5
-"""Who is seen so far away from where they lay lies somewhere else now, or is somebody else, unless what is
+"""A person seen so far away from where they lay lies somewhere else now, or is somebody else, unless what is
 seen is a part of the same body."""
 _KNOWN_SHARE = 0.5
 """What has that much of its outline where somebody is known to lie is they, whatever its middle."""

@@ -322,7 +322,7 @@ class UserTrackerNode(FlorenceNode):
         self._lying_topic.publish(Bool(data=on_the_floor(users)))
         if self._markers_topic.get_subscription_count() > 0:
             self._markers_topic.publish(markers_of(present, self._use.map_frame, stamp))
-        seen = self._tracker.in_picture
+        seen = self._tracker.in_view
         for user in present:
             if user.user_id in seen:
                 self._frames.send(self._use.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y))

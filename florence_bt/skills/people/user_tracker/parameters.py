@@ -75,8 +75,8 @@ class TrackerParameters(CheckedParameters):
         agreed_hits: In this many, when a second source says that it is a person.
         opinion_s: When there is a second source, a candidate waits this long for its opinion, seconds, and
             again after each that was against it.
-        denials: Who was called nobody this often, and never a person, is not confirmed any more.
-        walked: Who has gone this far is somebody all the same, metres.
+        denials: A track that was called nobody this often, and never a person, is not confirmed.
+        walked: A track that has moved this far is a person anyway, metres.
         gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
         gate_margin: Nor is a detection further than this, metres, and what return_speed covers since, from
@@ -94,13 +94,14 @@ class TrackerParameters(CheckedParameters):
         differ_distance: From here on two colour histograms never belong to one person: of 2600 pictures of
             people in coloured shirts one was further from the colours of the same person, and the median of
             other people was 0.5 to 0.6.
-        return_s: Who appears this long after somebody was last seen, seconds, may be them without colours ...
+        return_s: A person who appears this long after somebody was last seen, seconds, may be them without
+            colours ...
         return_speed: ... when they can have come there at this speed, m/s, and gate_margin more.
         return_margin: So near, metres, a lost person is taken up again at once.
         height_tolerance: Heights of one person differ by at most this much, metres, from the same distance;
             it is a lot because of heads that are hidden or beside the picture.
         blend: Share of the newest picture in the remembered colours.
-        known_pictures: Who was seen in fewer pictures is recognised only when nobody else fits.
+        known_pictures: A person seen in fewer images is recognised only when nobody else fits.
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
         reject_nearest: From this far away, metres, ...
@@ -168,7 +169,7 @@ class LookParameters(CheckedParameters):
             for the same person, of one before, unless one person is looked for: a thing that looks like a
             person does so from one side, and never quite.
         uncertain_s: What is not certain after so many seconds is nobody.
-        place_tolerance: Who is this near to the place that was asked for may be meant, metres
+        place_tolerance: A person this near to the place that was asked for may be meant, metres
             (REFERENCE 12.6).
         enough_pictures: A look at fewer pictures cannot say that nobody is there. A person who stands in view
             is confirmed in the third picture and seen often enough in the fifth.

@@ -145,7 +145,7 @@ class _Track:
 class UserTracker:
     """Tracks people in a frame that does not jump (odom), each with a Kalman filter.
 
-    A person is confirmed when it was seen in some of the last pictures. It then has a device id, counted
+    A person is confirmed when it was seen in some of the last images. It then has a device id, counted
     from 1 at every start, and a persistent id by its colours, or by place and time. A lost person is
     published with the distance 0 for a while (a filter by the distance leaves only those who are there) and
     has its ids when it returns.
@@ -237,16 +237,16 @@ class UserTracker:
 
     @property
     def undecided(self) -> bool:
-        """Whether the last picture showed somebody who is not confirmed yet, and may be."""
+        """Whether the last image showed somebody who is not confirmed yet, and may be."""
         return any(not track.denied and not self._is_rejected(track) for track in self._unconfirmed())
 
     @property
-    def in_picture(self) -> list[int]:
-        """The persistent ids of those who are in the last picture; the others are where they should be."""
+    def in_view(self) -> list[int]:
+        """The persistent ids of those who are in the last image; the others are where they should be."""
         return self._present(self._last)
 
     def candidates(self, most: int) -> list[Candidate]:
-        """Of whom a second source should say something: who is in the last picture and not confirmed.
+        """Of whom a second source should say something: who is in the last image and not confirmed.
 
         Args:
             most: How many; those of whom the least was said come first.
@@ -263,14 +263,14 @@ class UserTracker:
         Args:
             number: Of the candidate.
             opinion: What it says.
-            now: The time of the last picture, seconds.
+            now: The time of the last image, seconds.
         """
         for track in self._tracks:
             if track.number == number:
                 track.take_opinion(opinion, now)
 
     def _unconfirmed(self) -> list[_Track]:
-        """Who is in the last picture without being confirmed."""
+        """Who is in the last image without being confirmed."""
         return [track for track in self._tracks if not track.device_id and track.hits[-1]]
 
     def _confirmed(self) -> list[_Track]:
@@ -340,7 +340,7 @@ class UserTracker:
         self._drop_doubles(now)
 
     def _present(self, now: float) -> list[int]:
-        """The persistent ids of those who are in the last picture."""
+        """The persistent ids of those who are in the last image."""
         return [track.user_id for track in self._tracks if track.device_id and track.seen == now]
 
     def _may_be_new(self, track: _Track) -> bool:

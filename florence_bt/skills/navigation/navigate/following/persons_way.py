@@ -32,7 +32,7 @@ _ASTRAY_RAD = 1.0
 _START_M = 0.3
 """The robot turns to a point of the way when so much of the line to it is free."""
 _SEEN_ERROR_M = 0.15
-_ROUND_IT = np.array(
+_NEARBY_OFFSETS = np.array(
     [(0.0, 0.0)]
     + [
         (part * _SEEN_ERROR_M * math.cos(angle), part * _SEEN_ERROR_M * math.sin(angle))
@@ -105,10 +105,10 @@ class PersonsWay:
 
     def _freest(self, place: Place) -> Place:
         """Where it is narrow: where the robot fits best within the error of a place of the person."""
-        costs = self._task.costmaps.local_costmap.costs_at(place + _ROUND_IT)
+        costs = self._task.costmaps.local_costmap.costs_at(place + _NEARBY_OFFSETS)
         if costs[0] < self.narrow:
             return place
-        x, y = place + _ROUND_IT[int(np.argmin(costs))]
+        x, y = place + _NEARBY_OFFSETS[int(np.argmin(costs))]
         return float(x), float(y)
 
     def _is_free_after_turning(self, pose: Pose2, place: Place) -> bool:
