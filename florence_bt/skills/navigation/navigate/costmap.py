@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -217,6 +218,7 @@ class Costmap:
 
     def __init__(self, parameters: CostmapParameters, static: OccupancyGrid | None = None) -> None:
         self._parameters = parameters
+        self._of_source = functools.cache(parameters.of_source)
         self.footprint = parameters.make_footprint()
         self._true_footprint = parameters.make_true_footprint().corner_array()
         self._layers: dict[str, Cells] = {}
@@ -318,7 +320,7 @@ class Costmap:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
         offset = np.array([self.origin_x, self.origin_y])
         ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
-        use = self._parameters.of_source(source)
+        use = self._of_source(source)
         hits = rays.ranges < use.raytrace_range
         if clear and use.clearing:
             _cells.clear_rays(
