@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -54,11 +55,28 @@ class LaserScan:
 
     def angles(self) -> NDArray[np.float64]:
         """Angle of every beam, shape (n,), radians."""
-        return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
+        return _angles(self.angle_min, self.angle_increment, len(self.ranges))
+
+    def directions(self) -> NDArray[np.float64]:
+        """Cosine and sine of every beam's angle, shape (n, 2); read-only."""
+        return _directions(self.angle_min, self.angle_increment, len(self.ranges))
 
     def valid(self) -> NDArray[np.bool_]:
         """Which ranges are measurements: finite and range_min <= r < range_max, shape (n,)."""
         return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges < self.range_max)
+
+
+def _angles(angle_min: float, angle_increment: float, count: int) -> NDArray[np.float64]:
+    return angle_min + angle_increment * np.arange(count, dtype=np.float64)
+
+
+@lru_cache(maxsize=16)
+def _directions(angle_min: float, angle_increment: float, count: int) -> NDArray[np.float64]:
+    """Of the beams of a scan; a sensor always has the same ones."""
+    angles = _angles(angle_min, angle_increment, count)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    directions.setflags(write=False)
+    return directions
 
 
 @dataclass(frozen=True, slots=True)

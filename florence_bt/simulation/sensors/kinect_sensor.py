@@ -135,20 +135,27 @@ class KinectSensor:
                 self._rows,
             )
 
-    def colours(self) -> NDArray[np.uint8]:
-        """The colours of the last depth image, if nothing has moved since; see :meth:`measure`."""
+    def colours(self, step: int = 1) -> NDArray[np.uint8]:
+        """The colours of the last depth image, if nothing has moved since; see :meth:`measure`.
+
+        Args:
+            step: So many columns and rows further is the next pixel that is wanted, a power of two.
+        """
         place = Transform3.from_pose2(self._world.robot_pose) @ self._mount
         limit = self._parameters.colour_noise
         noise = self._colour_rng.integers(-limit, limit + 1, self._depth.shape, np.int8)
-        pixels = np.empty((*self._depth.shape, 3), np.uint8)
+        depth, rows, noise = (
+            np.ascontiguousarray(a[::step, ::step]) for a in (self._depth, self._rows, noise)
+        )
+        pixels = np.empty((*depth.shape, 3), np.uint8)
         shade(
             self._world.scene.shapes,
             place.translation,
             np.ascontiguousarray(place.rotation),
-            self._lens,
+            Lens(*(value / step for value in self._lens)),
             _LIGHT,
-            self._depth,
-            self._rows,
+            depth,
+            rows,
             noise,
             pixels,
         )

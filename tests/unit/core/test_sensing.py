@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, LaserScan, OccupancyGrid
 
 # Row 0 has the lowest y; its corner lies at (-1, 2), so that x reaches 0.5 and y reaches 3.
 GRID = OccupancyGrid(
@@ -30,3 +30,11 @@ def test_the_cell_of_a_place(x, y, cell, inside, occupied):
     assert GRID.cell_of(x, y) == cell
     assert GRID.contains(*cell) is inside
     assert GRID.is_occupied(x, y) is occupied
+
+
+def test_directions_of_beams_are_those_of_their_angles():
+    ranges = np.ones(5, np.float32)
+    scan = LaserScan(0.0, "laser", -1.0, 0.5, 0.1, 5.0, ranges)
+    assert np.array_equal(scan.directions(), np.stack([np.cos(scan.angles()), np.sin(scan.angles())], axis=1))
+    turned = LaserScan(0.0, "laser", 1.0, -0.5, 0.1, 5.0, ranges)
+    assert np.array_equal(turned.directions(), scan.directions()[::-1])

@@ -151,3 +151,17 @@ def test_two_branches_meet_at_their_common_parent(frames):
     frames.set_moving("map", "user_1", 1.0, Pose2(3.0, 3.0, 0.0))
     assert frames.lookup_pose("user_1", "base_footprint") == Pose2(-2.0, -1.0, 0.0)
     assert frames.lookup_pose("base_footprint", "map") == Pose2(-1.0, -2.0, 0.0)
+
+
+def test_a_static_frame_that_is_set_again_is_looked_up_again():
+    buffer = TransformBuffer()
+    buffer.set_static("base", "mast", Transform3.from_pose2(Pose2(1.0, 0.0)))
+    buffer.set_static("mast", "camera", Transform3.from_pose2(Pose2(0.0, 2.0)))
+    assert buffer.lookup_pose("base", "camera") == Pose2(1.0, 2.0)
+    buffer.set_static("base", "mast", Transform3.from_pose2(Pose2(5.0, 0.0)))
+    assert buffer.lookup_pose("base", "camera") == Pose2(5.0, 2.0)
+    # A frame that moves is never taken from an earlier answer.
+    buffer.set_moving("odom", "base", 0.0, Pose2(1.0, 0.0))
+    assert buffer.lookup_pose("odom", "camera") == Pose2(6.0, 2.0)
+    buffer.set_moving("odom", "base", 1.0, Pose2(2.0, 0.0))
+    assert buffer.lookup_pose("odom", "camera") == Pose2(7.0, 2.0)

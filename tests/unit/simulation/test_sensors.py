@@ -208,6 +208,14 @@ def test_colours_may_follow_their_depth_image_or_be_left_out(people, flat):
     assert np.array_equal(without.measure_depth(), both.measure_depth()), "their noise is one of its own"
 
 
+def test_colours_of_some_columns_and_rows_are_those_of_the_whole_image(people, flat):
+    world = SimulatedWorld(flat, people=people, start=Pose2(3.3, 5.2, 0.5))
+    whole, some = (KinectSensor(world, CAMERA, 320, 240, 3) for _ in range(2))
+    colours = whole.measure()[1]
+    some.measure_depth()
+    assert np.array_equal(some.colours(2), colours[::2, ::2])
+
+
 def test_sensors_follow_walking_people_and_the_robot(flat):
     walker = PersonSpec("bob", Pose2(5.5, 2.6), "walking", ((7.5, 2.6),), speed=0.5)
     world = SimulatedWorld(flat, people=[walker], start=Pose2(8.8, 2.6, math.pi))

@@ -232,3 +232,13 @@ def test_outside_is_unknown() -> None:
     costmap = Costmap(PARAMETERS, OccupancyGrid(0.05, Pose2(), np.zeros((10, 10), np.int8)))
     assert costmap.cost_at(-0.1, 0.2) == 255
     assert costmap.cost_at(0.2, 0.2) == 0
+
+
+def test_costs_at_points_are_those_of_their_cells_and_unknown_outside() -> None:
+    costmap = Costmap(CostmapParameters(), OccupancyGrid(0.5, Pose2(-1.0, 2.0), np.zeros((3, 4), np.int8)))
+    other = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    points = np.array([[-1.0, 2.0], [0.99, 3.49], [1.0, 2.0], [-1.01, 2.0], [0.0, 3.5], [math.nan, 2.0]])
+    assert costmap.costs_at(points, other).tolist() == [0, 11, 255, 255, 255, 255]
+    assert costmap.costs_at(points[:0]).shape == (0,)
+    for x, y in points[:-1]:
+        assert costmap.costs_at(np.array([[x, y]])).tolist() == [costmap.cost_at(x, y)]

@@ -191,8 +191,8 @@ class Localiser:
         p = self._parameters
         longest = min(scan.range_max, p.laser_max_range) if p.laser_max_range > 0.0 else scan.range_max
         used = scan.valid() & (scan.ranges < longest) & (scan.ranges >= p.laser_min_range)
-        ranges, angles = scan.ranges[used].astype(float), scan.angles()[used]
-        ends = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(ranges))], axis=1)
+        ends = np.zeros((np.count_nonzero(used), 3))
+        ends[:, :2] = scan.ranges[used].astype(float)[:, None] * scan.directions()[used]
         return np.ascontiguousarray(laser_in_base.apply(ends)[:, :2])
 
     def _fit(self, points: NDArray[np.float64], belief: Pose2, covariance: NDArray[np.float64]) -> Match:

@@ -70,6 +70,24 @@ def clear_rays(
 
 
 @njit(cache=True)
+def costs_at(
+    costs: Cells, origin_x: float, origin_y: float, resolution: float, points: NDArray[np.float64]
+) -> Cells:
+    """The costs at points, shape (n, 2), metres; unknown outside. Shape (n,)."""
+    rows, columns = costs.shape
+    found = np.full(len(points), UNKNOWN_COST, np.uint8)
+    for k in range(len(points)):
+        # Compared before they become whole numbers: a NaN is outside.
+        u, v = (
+            np.floor((points[k, 0] - origin_x) / resolution),
+            np.floor((points[k, 1] - origin_y) / resolution),
+        )
+        if 0.0 <= v < rows and 0.0 <= u < columns:
+            found[k] = costs[int(v), int(u)]
+    return found
+
+
+@njit(cache=True)
 def mark_points(marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool_]) -> None:
     """Mark the cells of the wanted points as lethal, in place."""
     rows, columns = marks.shape

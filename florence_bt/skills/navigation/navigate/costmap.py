@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -178,8 +179,8 @@ def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
         REFERENCE 6.2 (laser_geometry).
     """
     valid = scan.valid()
-    ranges, angles = scan.ranges[valid].astype(float), scan.angles()[valid]
-    flat = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=1)
+    ranges = scan.ranges[valid].astype(float)
+    flat = ranges[:, None] * scan.directions()[valid]
     x, y, _ = sensor_in_frame.translation.tolist()
     ends = flat @ sensor_in_frame.rotation[:2, :2].T + sensor_in_frame.translation[:2]
     return Rays(x, y, ends, ranges, float(scan.range_min), float(scan.range_max) - _FAR_M)
@@ -217,6 +218,7 @@ class Costmap:
 
     def __init__(self, parameters: CostmapParameters, static: OccupancyGrid | None = None) -> None:
         self._parameters = parameters
+        self._of_source = functools.cache(parameters.of_source)
         self.footprint = parameters.make_footprint()
         self._true_footprint = parameters.make_true_footprint().corner_array()
         self._layers: dict[str, Cells] = {}
@@ -318,7 +320,7 @@ class Costmap:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
         offset = np.array([self.origin_x, self.origin_y])
         ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
-        use = self._parameters.of_source(source)
+        use = self._of_source(source)
         hits = rays.ranges < use.raytrace_range
         if clear and use.clearing:
             _cells.clear_rays(
@@ -496,10 +498,13 @@ class Costmap:
             points: Shape (n, 2), metres.
             of: Other costs on the same cells, such as those of the map alone.
         """
-        cells = np.floor((points - [self.origin_x, self.origin_y]) / self.resolution).astype(np.intp)
-        inside = ((cells >= 0) & (cells < self._static.shape[::-1])).all(axis=1)
-        costs = np.full(len(points), UNKNOWN_COST, np.uint8)
-        costs[inside] = (self.master if of is None else of)[cells[inside, 1], cells[inside, 0]]
+        costs: NDArray[np.uint8] = _cells.costs_at(
+            self.master if of is None else of,
+            self.origin_x,
+            self.origin_y,
+            self.resolution,
+            np.ascontiguousarray(points),
+        )
         return costs
 
     def footprint_cost(self, pose: Pose2, *, unknown_blocks: bool = False) -> int:

@@ -58,16 +58,16 @@ class Pixels:
         rows, columns = _sampled(camera)
         depth = np.asarray(picture.depth, np.float32)[np.ix_(rows, columns)]
         along, rays = _directions(camera, optical_in_base.rotation.tobytes())
-        points = depth[..., None] * along + optical_in_base.translation.astype(np.float32)
+        points = depth * along + optical_in_base.translation.astype(np.float32)[:, None, None]
         side = camera.width / (INPUT_SIZE[0] * camera.fx) * camera.height / (INPUT_SIZE[1] * camera.fy)
-        return Pixels(depth, points, rays, depth**2 * np.float32(side))
+        return Pixels(depth, np.moveaxis(points, 0, -1), rays, depth**2 * np.float32(side))
 
     def as_input(self) -> Floats:
         """What the network is given: inverse depth, height above the floor and whether there is a value."""
         seen = np.isfinite(self.depth)
         inverse = np.where(seen, 1.0 / np.where(seen, np.maximum(self.depth, 0.3), 1.0), 0.0)
         height = np.where(seen, np.clip(self.points[..., 2], -0.5, 3.0), 0.0)
-        return np.stack([inverse, height, seen]).astype(np.float32)
+        return np.stack([inverse, height, seen.astype(np.float32)])
 
 
 def _sampled(camera: CameraModel) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -80,6 +80,8 @@ def _sampled(camera: CameraModel) -> tuple[NDArray[np.int64], NDArray[np.int64]]
 def _directions(camera: CameraModel, rotation: bytes) -> tuple[Floats, Floats]:
     """What each pixel looks along for one metre of depth, and its horizontal direction; robot frame.
 
+    The first has shape (3, 120, 160): products with one plane after the other are several times as fast.
+
     Args:
         camera: The camera.
         rotation: That of ``optical_in_base``, shape (3, 3), float64; cameras seldom move on their robot.
@@ -91,6 +93,7 @@ def _directions(camera: CameraModel, rotation: bytes) -> tuple[Floats, Floats]:
     along = across[..., None] * turn[:, 0] + down[..., None] * turn[:, 1] + turn[:, 2]
     flat = np.linalg.norm(along[..., :2], axis=-1, keepdims=True)
     rays = along[..., :2] / np.maximum(flat, np.float32(1e-6))  # a camera may look straight down
+    along = np.ascontiguousarray(np.moveaxis(along, -1, 0))
     along.setflags(write=False)
     rays.setflags(write=False)
     return along, rays
