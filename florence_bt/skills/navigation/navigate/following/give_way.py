@@ -32,8 +32,7 @@ class GiveWay:
         self._came_at = -math.inf
         self._waits: tuple[Place, float] | None = None
         self._cornered_since: float | None = None
-        self._aside: tuple[Place, float] | None = None
-        self._stood: Place = (0.0, 0.0)
+        self._aside: tuple[Place, Place, float] | None = None
 
     @property
     def steps_aside(self) -> bool:
@@ -77,7 +76,7 @@ class GiveWay:
     def step_aside(self, state: RobotState) -> Twist2:
         """Drive to where the robot can be passed; who is not seen then has gone through where it stood."""
         assert self._aside is not None
-        place, deadline = self._aside
+        stood, place, deadline = self._aside
         person = self._task.track.at(state.now)
         there = state.map_from_odom.inverse().apply(*place)
         command, remaining = self._planned.drive(state, there, person)
@@ -86,7 +85,7 @@ class GiveWay:
             self._aside = None
             self._planned.forget()
             if not self._task.track.is_seen(state.now):
-                self._task.track.suppose(state.now, self._stood)
+                self._task.track.suppose(state.now, stood)
             return STANDSTILL
         return command
 
@@ -106,6 +105,5 @@ class GiveWay:
         in_map = state.map_from_odom.apply(*person)
         place = place_to_step_aside(self._task.costmaps, state.map_pose, in_map, apart)
         if place is not None:
-            self._aside = place, state.now + _ASIDE_S
-            self._stood = state.pose.x, state.pose.y
+            self._aside = (state.pose.x, state.pose.y), place, state.now + _ASIDE_S
             self._planned.plan_anew()
