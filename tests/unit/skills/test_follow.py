@@ -240,6 +240,17 @@ def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
     assert walk.trip.world.hits == 0
 
 
+def test_who_came_and_walks_on_slowly_round_the_robot_is_not_stepped_aside_for() -> None:
+    come = along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3)
+    arc = [(1.87 + 0.88 * math.cos(angle), 2.4 + 0.88 * math.sin(angle)) for angle in np.linspace(0, 1.3, 14)]
+    go_round = along(arc, 0.08)
+    walk = Walk(Pose2(0.6, 2.4), lambda seconds: come(seconds) if seconds < 7.0 else go_round(seconds - 7.0))
+    assert walk.go(18.0) is None
+    assert "giving way" in walk.trip.texts
+    assert max(walk.distances[-80:]) < 1.0
+    assert "stepping aside" not in walk.trip.texts
+
+
 def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_once() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(0.9, 1.4), (0.9, 2.4)], 0.3))
     assert walk.go(8.0) is None
@@ -360,13 +371,23 @@ def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_kn
     assert 10 < walk.trip.texts.count("looking at who walks") < 80
 
 
-def test_after_stepping_aside_it_looks_where_the_person_stood() -> None:
-    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
-    see, texts = walk.sees, walk.trip.texts
+def test_who_is_not_seen_after_stepping_aside_is_looked_for_where_the_robot_stood() -> None:
+    come = along([(1.6, 2.4), (0.9, 2.4)], 0.3)
+    stood: list[Point] = []
+    walk = Walk(Pose2(0.3, 2.4), come)
+    see, texts, world = walk.sees, walk.trip.texts, walk.trip.world
+
+    def place(seconds: float) -> Point:
+        if "stepping aside" not in texts:
+            return come(seconds)
+        stood.append((world.odom.x, world.odom.y))
+        return 7.0, 4.0
+
+    walk.place = place
     walk.sees = lambda person: "stepping aside" not in texts and see(person)  # type: ignore[method-assign]
-    assert walk.go(25.0) is None
-    order = [text for text, _ in itertools.groupby(texts)]
-    assert order[order.index("stepping aside") + 1] == "turning after the person"
+    assert walk.go(16.0) is None
+    assert texts[-1] != "stepping aside"
+    assert walk.trip.navigator.person == pytest.approx(stood[0], abs=0.05)
 
 
 def test_it_goes_round_what_stands_between() -> None:

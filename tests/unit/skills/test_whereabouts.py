@@ -72,6 +72,16 @@ def test_where_the_camera_has_just_looked_is_not_looked_at_again_until_it_is_for
     assert 0.0 < share < 1.0
 
 
+def test_where_nobody_was_a_quarter_of_a_minute_ago_they_are_less_likely() -> None:
+    looked, other = (Whereabouts(costmaps(), MIDDLE, (0.0, 0.0), 0.0) for _ in range(2))
+    for eighth in range(8):
+        looked.update(4.0, Pose2(*MIDDLE, eighth * math.pi / 4.0), [])
+    elsewhere, robot = Pose2(7.0, 4.0, math.pi / 2.0), Pose2(*MIDDLE)
+    for who in (looked, other):
+        who.update(20.0, elsewhere, [])
+    assert looked.best_view(robot)[1] < 0.7 * other.best_view(robot)[1]
+
+
 def test_something_like_legs_is_looked_at_first() -> None:
     robot = Pose2(*MIDDLE)
     who = Whereabouts(costmaps(), MIDDLE, (0.0, 0.0), 0.0)

@@ -53,6 +53,12 @@ class MovingTarget:
             self._velocity = (1.0 - share) * self._velocity + share * (place - self._place) / passed
         self._place, self.seen = place, stamp
 
+    def suppose(self, now: float, x: float, y: float) -> None:
+        """They have most likely gone straight to a place since they were seen last, and walk on so."""
+        assert self.seen is not None and now > self.seen
+        place = np.array([x, y])
+        self._place, self._velocity = place, (place - self._place) / (now - self.seen)
+
     def at(self, now: float, coast: float) -> tuple[float, float]:
         """Where they should be now; walking on from where they were seen for at most some seconds."""
         assert self.seen is not None

@@ -18,8 +18,8 @@ _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
 _ARRIVED_M = 0.1
-_WAITS_S = 6.0
-"""Who stands before the robot for so long waits for it to let them pass."""
+_WAITS_S, _STAYS_M = 6.0, 0.25
+"""Who stands before the robot for so long, and goes no further than this, waits for it to let them pass."""
 
 
 class GiveWay:
@@ -30,9 +30,9 @@ class GiveWay:
         self._way_back = way_back
         self._planned = planned
         self._came_at = -math.inf
-        self._gave_way_at: float | None = None
+        self._waits: tuple[Place, float] | None = None
         self._cornered_since: float | None = None
-        self._aside: tuple[Place, float] | None = None
+        self._aside: tuple[Place, Place, float] | None = None
 
     @property
     def steps_aside(self) -> bool:
@@ -49,7 +49,7 @@ class GiveWay:
 
     def back_off(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
-        self._gave_way_at = state.now
+        self._waits = person, state.now
         too_near = self._task.goal.distance - math.dist(person, (state.pose.x, state.pose.y))
         comes = max(0.0, -self._task.track.walks_away(state.pose, bearing))
         speed = comes + self._task.use.follow_linear_gain * too_near
@@ -62,17 +62,21 @@ class GiveWay:
         self._cornered_since = None
 
     def let_pass(self, state: RobotState, person: Place, distance: float) -> None:
-        """Step aside for who came too near and waits, nearer than wanted, for long."""
-        if distance >= self._task.goal.distance:
-            self._gave_way_at = None
-        elif self._gave_way_at is not None and state.now - self._gave_way_at > _WAITS_S:
-            self._gave_way_at = state.now
+        """Step aside for who came too near and waits at one place, nearer than wanted, for long."""
+        if self._waits is None or distance >= self._task.goal.distance:
+            self._waits = None
+            return
+        place, since = self._waits
+        if math.dist(person, place) > _STAYS_M:
+            self._waits = person, state.now
+        elif state.now - since > _WAITS_S:
+            self._waits = person, state.now
             self._begin_to_step_aside(state, person)
 
     def step_aside(self, state: RobotState) -> Twist2:
-        """Drive to where the robot can be passed."""
+        """Drive to where the robot can be passed; who is not seen then has gone through where it stood."""
         assert self._aside is not None
-        place, deadline = self._aside
+        stood, place, deadline = self._aside
         person = self._task.track.at(state.now)
         there = state.map_from_odom.inverse().apply(*place)
         command, remaining = self._planned.drive(state, there, person)
@@ -80,6 +84,8 @@ class GiveWay:
         if far or state.now > deadline or remaining <= _ARRIVED_M or self._planned.path is None:
             self._aside = None
             self._planned.forget()
+            if not self._task.track.is_seen(state.now):
+                self._task.track.suppose(state.now, stood)
             return STANDSTILL
         return command
 
@@ -99,5 +105,5 @@ class GiveWay:
         in_map = state.map_from_odom.apply(*person)
         place = place_to_step_aside(self._task.costmaps, state.map_pose, in_map, apart)
         if place is not None:
-            self._aside = place, state.now + _ASIDE_S
+            self._aside = (state.pose.x, state.pose.y), place, state.now + _ASIDE_S
             self._planned.plan_anew()

@@ -107,6 +107,10 @@ class PersonTrack:
         """Where they should be now, walking on for a moment when they are not seen."""
         return self._target.at(now, self._coast)
 
+    def suppose(self, now: float, place: Place) -> None:
+        """Since they were seen last they have most likely walked to a place."""
+        self._target.suppose(now, *place)
+
     @property
     def velocity(self) -> tuple[float, float]:
         """m/s."""

@@ -16,8 +16,8 @@ from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
 
 _NO_NEARER_S, _NEARER_M = 5.0, 0.1
 """The robot goes on while it comes so much nearer at least so often, a half turn included."""
-_ARRIVED_M, _STOOD_M = 0.4, 0.25
-"""It is there when it is so near to the place; along their way so near."""
+_ARRIVED_M = 0.4
+"""It is there when it is so near to the place."""
 _FACING_RAD = 0.3
 
 
@@ -52,7 +52,7 @@ class Vanished:
             # They may just have walked out of the picture.
             return Move(self._task.motions.turn_towards(state, bearing), "turning after the person")
         place = self._task.track.last
-        if math.dist(place, (state.pose.x, state.pose.y)) > _STOOD_M:
+        if math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
             walk, left = self._persons_way.drive(state, place, 0.0)
             if walk is not None and self._gets_nearer(state.now, left):
                 return Move(walk, "going along the person's path")
