@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 
 from florence_bt.core.errors import closest_first
@@ -13,6 +14,14 @@ from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKi
 from florence_bt.trees.language.quantities import guess_value
 from florence_bt.trees.language.vocabulary import IDENTIFIER
 from florence_bt.trees.language.watching import guards_of, is_condition, unwatched
+
+RENAMED_CODES = {"no_picture": "no_image"}
+"""Failure codes of shipped skills as missions may still name them, and what they are called now."""
+
+
+def _most_likely(code: str, codes: Collection[str]) -> Sequence[str]:
+    """Possible codes, the one first that a wrong code most likely stands for."""
+    return closest_first(RENAMED_CODES.get(code, code), codes)
 
 
 class ReachChecks:
@@ -181,7 +190,7 @@ class ReachChecks:
         for code in node.on:
             if code.text not in below.outcomes.codes:
                 message = f"what is retried cannot fail with {code.text!r}"
-                self._findings.error(code.position, message, closest_first(code.text, below.outcomes.codes))
+                self._findings.error(code.position, message, _most_likely(code.text, below.outcomes.codes))
         if isinstance(node.child, model.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
             self._findings.error(node.position, message, ["once: {retry: ..., do: ...}"])
@@ -220,7 +229,7 @@ class ReachChecks:
             if code not in codes:
                 message = f"because: {node.title!r} cannot fail with {code!r}"
                 place = node.reasons.places.get(code, node.reasons.position)
-                self._findings.warning(place, message, closest_first(code, codes))
+                self._findings.warning(place, message, _most_likely(code, codes))
 
     def _check_cleanup(self, node: Node) -> None:
         cleanup = node.cleanup

@@ -3,6 +3,7 @@
 import pytest
 
 from florence_bt.trees.checks.lint import check
+from florence_bt.trees.checks.reach import RENAMED_CODES
 
 TURN = "{turn: {angle: 5 deg}}"
 HOTSPOT = "{get_hotspot: {label: plant}}"
@@ -307,3 +308,10 @@ def test_cases_for_0_and_1_are_none_for_true_and_false(workshop, value):
 def test_true_beside_1_in_a_switch_over_texts(workshop):
     tree = "{switch: $t, cases: {true: {wait: 1 s}, 1: {wait: 2 s}, 1.0: {wait: 3 s}}}"
     assert workshop.lines(f"tree: {tree}\ninputs: {{t: {{type: text}}}}\n") == []
+
+
+def test_the_old_name_of_a_failure_code_is_reported_with_the_new_one(workshop, monkeypatch):
+    monkeypatch.setitem(RENAMED_CODES, "nobody", "no_user_seen")
+    tree = "{retry: 2, on: [nobody], do: {look_for_user: , because: {nobody: x}}}"
+    found = [line for line in workshop.lines(f"tree: {tree}\n") if "cannot fail with 'nobody'" in line]
+    assert len(found) == 2 and all(line.endswith("| no_user_seen") for line in found)
