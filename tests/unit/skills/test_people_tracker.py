@@ -293,10 +293,13 @@ def test_colours_bring_the_persistent_id_back(run: Run) -> None:
     assert ids(run(seen(3, -1, colours(9)), seen(1, 1, colours(3)), times=3)) == [(2, 3), (1, 4)]
 
 
-def test_a_person_who_moved_unseen_is_one_person(run: Run) -> None:
+@pytest.mark.parametrize(("pictures", "user_id"), [(20, 1), (10, 2)])
+def test_who_moved_unseen_is_one_person_and_who_is_too_far_for_that_another(
+    run: Run, pictures: int, user_id: int
+) -> None:
     run(seen(2, 0, colours(3)), times=5)
-    run(times=10)
-    assert ids(run(seen(3, 2, colours(3)), times=3)) == [(1, 2)]
+    run(times=pictures)
+    assert ids(run(seen(3, 2, colours(3)), times=3))[-1] == (user_id, 2)
 
 
 @pytest.mark.parametrize(("x", "user_id"), [(2.9, 1), (3.2, 2)])

@@ -12,6 +12,8 @@ from florence_bt.skills.people.user_tracker.returning import Sighting, away, may
 
 NEARBY = 2.0
 """Whose colours are known and not seen is recognised by place only within this many ``return_margin``."""
+TOO_FAR = 1.5
+"""Whoever would have walked so many times as far as people do is somebody else in like clothes."""
 CLEARLY = 2.0
 """The best candidate must be this much better than the next; otherwise it is somebody new."""
 
@@ -126,6 +128,8 @@ class Gallery:
             if known.last and came and came.time <= known.last.time:
                 continue  # seen at the same time, so they are two
             walked = walked_share(known.last, came, self._use) if known.last and came else 0.0
+            if walked > TOO_FAR:
+                continue
             cost = distance / self._use.match_distance + walked
             if known.pictures < self._use.known_pictures:
                 cost += _BARELY_KNOWN
