@@ -42,8 +42,9 @@ def _no_beat(*, long_work: bool = False) -> None:
 
 LEAVE_BUDGET_S = 2.0
 """Seconds to wait for the last answers when the nodes are closed, e.g. that a goal will end."""
-READY_PERIOD_S = 0.05
-"""How often to look whether every node has found what it needs."""
+READY_PERIOD_S, READY_LATE_SHARE, LONGEST_READY_PERIOD_S = 0.05, 0.05, 1.0
+"""How often to look whether every node has found what it needs: it is noticed at most this share of the time
+late that it took, and costs next to nothing where something stays missing."""
 BEAT_PERIOD_S = 0.25
 """Steady seconds between two heartbeats."""
 
@@ -97,7 +98,7 @@ def run_nodes(
             gc.collect()
             gc.freeze()
             if nodes:
-                _when_ready(nodes, partial(_ready, nodes[0], on_ready, heartbeat), asked)
+                when_ready(nodes, partial(_ready, nodes[0], on_ready, heartbeat), asked)
             heartbeat.keep()
             while not asked():
                 loop.spin_once()
@@ -137,17 +138,28 @@ def _ready(node: FlorenceNode, on_ready: Callable[[], None], heartbeat: _Heartbe
     heartbeat.start(node)
 
 
-def _when_ready(
+def when_ready(
     nodes: Sequence[FlorenceNode], ready: Callable[[], None], asked_to_end: Callable[[], bool]
 ) -> None:
-    """Look now and then, on the loop; discovery reports nothing by itself."""
+    """Call ``ready`` once no node misses anything; looks now and then, on the loop of the first node.
+
+    Discovery reports nothing by itself.
+
+    Args:
+        nodes: At least one.
+        ready: What to call, unless the process is asked to end before.
+        asked_to_end: Whether it is.
+    """
     steady = nodes[0].steady
+    began = steady.now()
 
     def look() -> None:
         if asked_to_end():
             return
         if any(node.missing() for node in nodes):
-            steady.call_at(steady.now() + READY_PERIOD_S, look)
+            now = steady.now()
+            late = READY_LATE_SHARE * (now - began)
+            steady.call_at(now + min(max(READY_PERIOD_S, late), LONGEST_READY_PERIOD_S), look)
         else:
             ready()
 
