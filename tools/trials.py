@@ -235,7 +235,9 @@ hand-made flat with the person where they are easy to find.
 - *approached politely*: the mission succeeded, and the robot stands 0.5 m ± 0.1 m from the middle of the
   person and looks at them within 15 degrees. Of somebody who sits on furniture or in a wheelchair, or lies,
   or stands where no robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m
-  more than the smallest that a robot with room to turn gets to, and sees them from ("of" in the tables).
+  more than the smallest that a robot gets to, and sees them from ("of" in the tables). It needs room to turn
+  to the person there, also when it stands 5 cm beside the place (the goal tolerance of navigation): in an
+  aisle of 0.55 m beside a bed it could not count on that.
 - *contacts*: how often the robot touched anything or anybody, whoever of them moved; touches of one thing
   less than 0.5 s apart are one.
 - *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.

@@ -23,6 +23,10 @@ CAMERA_HEIGHT_M = 0.54
 FOOTPRINT_RADIUS_M = 0.2625
 """Circumscribed radius of the padded footprint (REFERENCE 7.4): where this fits, the robot can also turn."""
 
+STANDS_WITHIN_M = 0.05
+"""So far off a robot may stand when it has reached its goal: ``xy_goal_tolerance`` of navigation. With less
+room to spare it cannot count on turning there."""
+
 _SEEN_FROM_M = (0.6, 4.0)
 """How far from the robot a person must be to be measured at all. Source: REFERENCE 12.2."""
 
@@ -37,8 +41,9 @@ class BestCase:
     Attributes:
         visible: Whether trunk or head are in sight from somewhere the robot gets to.
         distance: The polite distance between the middles, metres: 0.5; or for somebody who sits or lies, or
-            stands where the robot does not get to 0.5 m, as near as it gets where they see each other. None
-            when it gets nowhere near, and for somebody who walks, when it does not get to 0.5 m.
+            stands where the robot does not get to 0.5 m, as near as it gets where they see each other, with
+            room to turn though it stands 5 cm off. None when it gets nowhere near, and for somebody who
+            walks, when it does not get to 0.5 m.
         way: The shortest way from the start to that distance, metres; None as above.
     """
 
@@ -63,11 +68,12 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
     apart = np.hypot(x[None, :] - spec.pose.x, y[:, None] - spec.pose.y)
     distance = POLITE_DISTANCE_M
     sight = _Sight(world, spec, space)
-    goals = _at(distance, ways, apart)
+    stands = ways & (space.clearance >= FOOTPRINT_RADIUS_M + STANDS_WITHIN_M)
+    goals = _at(distance, stands, apart)
     shut_in = spec.posture != "walking" and not goals.any()
     if shut_in or spec.posture in ("seated", "lying") or spec.aid == "wheelchair":
-        distance = max(distance, sight.nearest(ways, apart))
-        goals = _at(distance, ways, apart)
+        distance = max(distance, sight.nearest(stands, apart))
+        goals = _at(distance, stands, apart)
     from_afar = np.zeros_like(ways)
     from_afar[::_EVERY_CELLS, ::_EVERY_CELLS] = True
     from_afar &= ways & (apart >= _SEEN_FROM_M[0]) & (apart <= _SEEN_FROM_M[1])

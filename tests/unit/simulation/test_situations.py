@@ -248,7 +248,7 @@ def test_to_who_sits_deep_it_gets_as_near_as_the_legs_let_it(small):
     assert found.visible and 0.7 < found.distance < 1.2 and found.way > 5.0
 
 
-@pytest.mark.parametrize(("posture", "nearest"), [("standing", 0.9), ("walking", None)])
+@pytest.mark.parametrize(("posture", "nearest"), [("standing", 0.96), ("walking", None)])
 def test_to_who_stands_behind_something_low_it_gets_as_near_as_that_lets_it(small, posture, nearest):
     ring = [
         Solid(
@@ -269,6 +269,17 @@ def test_to_who_stands_behind_something_low_it_gets_as_near_as_that_lets_it(smal
     found = best(flat, PersonSpec("user", Pose2(6.0, 2.95), posture, route))
     assert found.visible
     assert found.distance == (pytest.approx(nearest, abs=0.06) if nearest else None)
+
+
+@pytest.mark.parametrize(("width", "nearest"), [(0.6, 1.4), (0.75, 0.5)])
+def test_an_aisle_in_which_the_robot_could_hardly_turn_is_no_place_to_stand_in(small, width, nearest):
+    walls = [
+        Solid("wall", 6.5, 2.95 + side * (width / 2 + 0.05), 0.0, (0.7, 0.05), 0.0, 0.0, 1.2, (90, 90, 90))
+        for side in (-1.0, 1.0)
+    ]
+    back = Solid("wall", 5.75, 2.95, 0.0, (0.05, width / 2 + 0.1), 0.0, 0.0, 1.2, (90, 90, 90))
+    found = best(replace(small, solids=(*small.solids, *walls, back)), PersonSpec("user", Pose2(6.0, 2.95)))
+    assert found.visible and found.distance == pytest.approx(nearest, abs=0.1)
 
 
 def test_who_is_shut_in_can_be_neither_seen_nor_reached(flats):
