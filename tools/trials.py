@@ -233,11 +233,13 @@ hand-made flat with the person where they are easy to find.
 - *could be seen*: trunk or head of the person are in sight of the camera, 0.6 to 4 m away, from a place that
   the robot gets to (of somebody who walks: at the beginning). Who cannot be seen cannot be found.
 - *approached politely*: the mission succeeded, and the robot stands 0.5 m ± 0.1 m from the middle of the
-  person and looks at them within 15 degrees. Of somebody who sits on furniture or in a wheelchair, or lies,
-  or stands where no robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m
-  more than the smallest that a robot gets to, and sees them from ("of" in the tables). It needs room to turn
-  to the person there, also when it stands 5 cm beside the place (the goal tolerance of navigation): in an
-  aisle of 0.55 m beside a bed it could not count on that.
+  person and looks at them within 15 degrees. Of somebody who sits on furniture, or lies, or stands where no
+  robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m more than the
+  smallest that a robot gets to, and sees them from ("of" in the tables). It needs room to turn to the
+  person there, also when it stands 5 cm beside the place (the goal tolerance of navigation): in an aisle of
+  0.55 m beside a bed it could not count on that. Somebody with a box (it reaches 0.5 m ahead), a rollator
+  (0.66 m) or in a wheelchair (0.6 m) may be met from before it, with the same room: at 0.81 m, 0.97 m or
+  0.91 m from their middle. Half a metre from the middle the robot would touch what they hold or push.
 - *contacts*: how often the robot touched anything or anybody, whoever of them moved; touches of one thing
   less than 0.5 s apart are one.
 - *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.

@@ -14,7 +14,7 @@ from florence_bt.simulation.home.body import BodyPart, body_parts
 from florence_bt.simulation.home.closeness import DISTANCE_TOLERANCE_M, POLITE_DISTANCE_M
 from florence_bt.simulation.home.flat import Flat, Solid
 from florence_bt.simulation.home.free_space import BoolGrid, FreeSpace
-from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.home.person import BODY_RADIUS_M, PersonSpec, forward_reach
 from florence_bt.simulation.home.world import SimulatedWorld
 
 CAMERA_HEIGHT_M = 0.54
@@ -40,10 +40,11 @@ class BestCase:
 
     Attributes:
         visible: Whether trunk or head are in sight from somewhere the robot gets to.
-        distance: The polite distance between the middles, metres: 0.5; or for somebody who sits or lies, or
-            stands where the robot does not get to 0.5 m, as near as it gets where they see each other, with
-            room to turn though it stands 5 cm off. None when it gets nowhere near, and for somebody who
-            walks, when it does not get to 0.5 m.
+        distance: The polite distance between the middles, metres: 0.5; before what somebody pushes or
+            carries ahead, and before a wheelchair, as much more as it takes; for somebody who sits or lies,
+            or stands where the robot does not get to 0.5 m, as near as it gets where they see each other,
+            with room to turn though it stands 5 cm off. None when it gets nowhere near, and for somebody
+            who walks, when it does not get to 0.5 m.
         way: The shortest way from the start to that distance, metres; None as above.
     """
 
@@ -66,12 +67,13 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
     ways = space.reachable((start.x, start.y), FOOTPRINT_RADIUS_M)
     x, y = space.frame.centres()
     apart = np.hypot(x[None, :] - spec.pose.x, y[:, None] - spec.pose.y)
-    distance = POLITE_DISTANCE_M
+    room, ahead = FOOTPRINT_RADIUS_M + STANDS_WITHIN_M, forward_reach(spec)
+    distance = POLITE_DISTANCE_M if ahead <= BODY_RADIUS_M else ahead + room
     sight = _Sight(world, spec, space)
-    stands = ways & (space.clearance >= FOOTPRINT_RADIUS_M + STANDS_WITHIN_M)
+    stands = ways & (space.clearance >= room)
     goals = _at(distance, stands, apart)
     shut_in = spec.posture != "walking" and not goals.any()
-    if shut_in or spec.posture in ("seated", "lying") or spec.aid == "wheelchair":
+    if shut_in or spec.posture in ("seated", "lying"):
         distance = max(distance, sight.nearest(stands, apart))
         goals = _at(distance, stands, apart)
     from_afar = np.zeros_like(ways)

@@ -282,6 +282,15 @@ def test_an_aisle_in_which_the_robot_could_hardly_turn_is_no_place_to_stand_in(s
     assert found.visible and found.distance == pytest.approx(nearest, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("aid", "load", "ahead"),
+    [("none", "bag", 0.5), ("none", "box", 0.81), ("rollator", "none", 0.97), ("wheelchair", "none", 0.91)],
+)
+def test_it_may_stand_before_what_somebody_has_ahead(small, aid, load, ahead):
+    found = best(small, PersonSpec("user", Pose2(6.0, 2.95), aid=aid, load=load))
+    assert found.distance == pytest.approx(ahead, abs=0.01)
+
+
 def test_who_is_shut_in_can_be_neither_seen_nor_reached(flats):
     flat = next(flat for flat in (choose_flat(None, seed) for seed in range(1, 30)) if shut(flat))
     room = shut(flat)
