@@ -43,13 +43,38 @@ APPROACH = """\
 """Within a run of approach_user, before it begins."""
 
 
-def with_approach(dump: str) -> str:
-    """Put the nodes of approach_user where a dump says APPROACH, as far to the right."""
-    place = re.compile(r"^( *)APPROACH$", re.MULTILINE)
-    return place.sub(lambda found: textwrap.indent(APPROACH, found[1]), dump)
+DETECT = """\
+[ ] sequence
+    [ ] set way, turned
+    [ ] search in a circle (finally)
+        [ ] retry up to $looks times
+            [ ] turn and look (sequence)
+                [ ] stop tracker
+                [ ] unless $look_first and $look == 1
+                    [ ] turn on (sequence)
+                        [ ] retry up to 2 times
+                            [ ] sequence
+                                [ ] set angle
+                                [ ] when $side == 2 and $way == $step
+                                    [ ] set angle, way
+                                [ ] turn
+                        [ ] set turned
+                [ ] settle
+                [ ] start tracker
+                [ ] repeat a look without images
+                    [ ] look for user
+        [ ] stop tracker"""
+"""Within a run of detect_user, before it begins."""
 
 
-RUNNING = with_approach("""\
+def with_called(dump: str) -> str:
+    """Put the nodes of a called mission where a dump says APPROACH or DETECT, as far to the right."""
+    place = re.compile(r"^( *)(APPROACH|DETECT)$", re.MULTILINE)
+    called = {"APPROACH": APPROACH, "DETECT": DETECT}
+    return place.sub(lambda found: textwrap.indent(called[found[2]], found[1]), dump)
+
+
+RUNNING = with_called("""\
 [>] goto_user (sequence)
     [+] get user room
     [>] try one place after the other
@@ -108,8 +133,14 @@ RUNNING = with_approach("""\
                                             [ ] try run approach_user
                                                 [ ] run approach_user
                                                     APPROACH
-                                            [ ] look from nearby
-                                                [ ] look for user
+                                            [ ] retry up to 2 times
+                                                [ ] if $look == 1
+                                                    [ ] look from nearby
+                                                        [ ] look for user
+                                                    [ ] look round from nearby (sequence)
+                                                        [ ] run detect_user
+                                                            DETECT
+                                                        [ ] start tracker
                                             [ ] distance($user, $seen_at) < 1 m
                                     [ ] go after who moves on
                                         [ ] if $chase == 1
@@ -124,26 +155,7 @@ RUNNING = with_approach("""\
                                                             [ ] distance($user, $pose) < max(0.9 m, $safe_distance) + 0.3 m and distance($user, $before) < 0.2 m
                                             [ ] look round for them (sequence)
                                                 [ ] run detect_user
-                                                    [ ] sequence
-                                                        [ ] set way, turned
-                                                        [ ] search in a circle (finally)
-                                                            [ ] retry up to $looks times
-                                                                [ ] turn and look (sequence)
-                                                                    [ ] stop tracker
-                                                                    [ ] unless $look_first and $look == 1
-                                                                        [ ] turn on (sequence)
-                                                                            [ ] retry up to 2 times
-                                                                                [ ] sequence
-                                                                                    [ ] set angle
-                                                                                    [ ] when $side == 2 and $way == $step
-                                                                                        [ ] set angle, way
-                                                                                    [ ] turn
-                                                                            [ ] set turned
-                                                                    [ ] settle
-                                                                    [ ] start tracker
-                                                                    [ ] repeat a look without images
-                                                                        [ ] look for user
-                                                            [ ] stop tracker
+                                                    DETECT
                                                 [ ] start tracker
                                 [ ] try set user position
                                     [ ] set user position
