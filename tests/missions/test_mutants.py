@@ -248,7 +248,20 @@ MUTANTS = [
     ("meet_user", "on: [not_so, no_user_seen, no_image]", "on: [not_so]", "meet_user is FAILED"),
     ("meet_user", "policy: [until they stand and the robot is near]", "policy: any", "meet_user is FAILED"),
     ("meet_user", "              on: [user_lost]\n", "              on: [inverted]\n", "meet_user is FAILED"),
-    ("meet_user", "                    - start_tracker:\n", "", "start_tracker"),
+    (
+        "meet_user",
+        "id}\n                    - start_tracker:\n",
+        "id}\n",
+        "look round for them/start_tracker",
+    ),
+    (
+        "meet_user",
+        "id}\n                        - start_tracker:\n",
+        "id}\n",
+        "look round from nearby/start_tracker",
+    ),
+    ("meet_user", "on: [no_user_seen]", "on: [no_image]", "meet_user is FAILED"),
+    ("meet_user", "if: $look == 1", "if: $look <= 2", "meet_user is FAILED"),
     ("meet_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker'"),
     ("approach_user", "$user) < 0.6 m", "$user) <= 0.6 m", "approach_user is SUCCEEDED"),
     (
