@@ -1,11 +1,12 @@
 """Drives to random goals among walking people, in the rig: how many are reached, and how.
 
-``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 20 --write docs/navigation.md``
+``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 40 20 --write docs/navigation.md``
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import statistics
 import sys
@@ -194,20 +195,24 @@ def main(arguments: list[str] | None = None) -> int:
     """Drive, print, and write the table; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("homes", nargs="+", help="flat, a home's source file, or a map of map_server")
-    parser.add_argument("--goals", type=int, default=20, help="in each home")
+    parser.add_argument(
+        "--goals", type=int, nargs="+", default=[20], help="in each home, or one number for each of them"
+    )
     parser.add_argument("--people", type=int, default=2, help="who walk about in each")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     given = parser.parse_args(arguments)
+    if len(given.goals) not in (1, len(given.homes)):
+        parser.error(f"--goals takes one number, or one for each of the {len(given.homes)} homes")
     rows, failures = [], []
-    for home in given.homes:
+    for home, goals in zip(given.homes, itertools.cycle(given.goals), strict=False):
         file = None if home == "flat" else Path(home)
         try:
             flat = choose_flat(file)
             map_file = file if file is not None and is_map(file) else None
             drives = []
             trip = Round(flat, map_file, given.people, given.seed)
-            for number in range(given.goals):
+            for number in range(goals):
                 drive = trip.drive()
                 drives.append(drive)
                 seen = "" if not drive.contacts else f", touched {', '.join(drive.contacts)}"

@@ -49,3 +49,13 @@ def test_the_acceleration_is_that_of_the_filter_wherever_its_steps_lie_between_t
 def test_what_is_no_home_ends_with_the_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(tmp_path / "none.yaml")]) == 1
     assert "none.yaml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("goals", [["1", "2"], ["1", "2", "3", "4"]])
+def test_goals_for_other_than_the_homes_are_refused(
+    goals: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["flat", "flat", "flat", "--goals", *goals])
+    assert ended.value.code == 2
+    assert "--goals takes one number, or one for each of the 3 homes" in capsys.readouterr().err
