@@ -18,6 +18,7 @@ from florence_bt.skills.navigation.navigate.costmap import Rays
 from florence_bt.skills.navigation.navigate.following import give_way, track
 from florence_bt.skills.navigation.navigate.following.motions import Motions
 from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
@@ -229,14 +230,13 @@ def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) ->
     assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
 
 
-def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
-    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3))
-    assert walk.go(22.0) is None
-    texts = walk.trip.texts
-    begins = texts.index("stepping aside")
-    assert texts[begins - 50 : begins] == 50 * ["following"]
-    assert "giving way" in texts[:begins]
-    assert min(walk.distances) > 0.5
+def test_somebody_else_who_waits_before_the_robot_is_let_past(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(WayBack, "back_off", lambda *arguments: STANDSTILL)
+    walk = Walk(Pose2(0.22, 2.4), along([(1.4, 2.4), (3.4, 2.4)], 0.3))
+    with_somebody_else(walk, (0.72, 2.4))
+    assert walk.go(12.0) is None
+    assert 30 < walk.trip.texts.index("stepping aside") < 80
+    assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (0.22, 2.4)) > 0.6
     assert walk.trip.world.hits == 0
 
 
@@ -253,7 +253,7 @@ def test_who_came_and_walks_on_slowly_round_the_robot_is_not_stepped_aside_for()
 
 def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_once() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(0.9, 1.4), (0.9, 2.4)], 0.3))
-    assert walk.go(8.0) is None
+    assert walk.go(6.0) is None
     assert "giving way" in walk.trip.texts
     assert "stepping aside" not in walk.trip.texts
 

@@ -107,6 +107,7 @@ class Follow:
         wanted = self._off_the_person(state, move.command)
         command = state.people.slowed(state.pose, wanted)
         self._watch_progress(state, wanted, command)
+        self._give_way.watch_who_waits(state, stands=command.is_zero())
         return command, self._feedback(move.text), move.result
 
     def _choose(self, state: RobotState) -> Move:
@@ -127,7 +128,6 @@ class Follow:
         return Move(STANDSTILL, f"waiting: {text}", _lost(text) if over else None)
 
     def _out_of_sight(self, state: RobotState, unseen: float) -> Move:
-        self._give_way.nobody_is_too_near()
         if self._vanished is None:
             self._vanished = Vanished(self._task, self._persons_way, self._planned, state.now)
             self._vanished.clear_marks(state)

@@ -51,10 +51,7 @@ class KeepDistance:
         if self._give_way.is_too_near(state, distance, bearing):
             if abs(bearing) < _BEFORE_RAD:
                 return Move(self._give_way.back_off(state, person, bearing), "giving way")
-            self._give_way.nobody_is_too_near()
             return Move(self._task.motions.turn_towards(state, bearing), "following")
-        self._give_way.nobody_is_too_near()
-        self._give_way.let_pass(state, person, distance)
         command = velocity_straight(self._task, state.pose, distance, bearing)
         free = is_line_free(self._task, state, person, person, self._persons_way.narrow)
         if free and self._task.motions.is_free(state, command):
