@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from florence_bt.core.geometry import STANDSTILL, Twist2
+from florence_bt.skills.navigation.navigate.costmap import moved_points
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.way_back import WayBack
@@ -18,6 +19,8 @@ _TOWARDS = 0.7
 _WAITS_S, _STAYS_M, _NEAR_M = 3.0, 0.25, 0.75
 """Who is so near while the robot stands, for so long, and goes no further than this, waits for it to let them
 pass."""
+_STANDS_MPS = 0.05
+"""Slower than this it does not get on."""
 _ASIDE_S, _ASIDE_MORE_M = 15.0, 0.3
 """For how long it drives to where it can be passed at most, and how much further away than it follows."""
 _ARRIVED_M = 0.1
@@ -49,6 +52,7 @@ class GiveWay:
         self._planned = planned
         self._waits: tuple[Place, float] | None = None
         self._aside: _Aside | None = None
+        self._backwards = False
 
     @property
     def steps_aside(self) -> bool:
@@ -69,16 +73,20 @@ class GiveWay:
         command = self._way_back.back_off(state, bearing, speed)
         return self._task.motions.turn_towards(state, bearing) if command.is_zero() else command
 
-    def watch_who_waits(self, state: RobotState, *, stands: bool) -> None:
-        """Begin to step aside for the person, or somebody else, who waits while the robot stands."""
+    def watch_who_waits(self, state: RobotState, command: Twist2) -> None:
+        """Begin to step aside for who waits while the robot does not get on: the person, or somebody else."""
         here, track = (state.pose.x, state.pose.y), self._task.track
-        places: list[Place] = [(float(x), float(y)) for x, y in state.people.rows[:, :2]]
-        near = [place for place in places if math.dist(place, here) < _NEAR_M]
-        too_near = self._task.goal.distance - self._task.use.follow_give_way
-        if track.is_seen(state.now) and math.dist(track.at(state.now), here) < min(too_near, _NEAR_M):
+        near: list[Place] = []
+        if abs(command.linear) < _STANDS_MPS:
+            others: list[Place] = [(float(x), float(y)) for x, y in state.people.rows[:, :2]]
+            near = [place for place in others if math.dist(place, here) < _NEAR_M]
+        too_near = min(_NEAR_M, self._task.goal.distance - self._task.use.follow_give_way)
+        # While the robot turns to the person, they do not wait yet.
+        seen = command.is_zero() and track.is_seen(state.now)
+        if seen and math.dist(track.at(state.now), here) < too_near:
             near.append(track.at(state.now))
         nearest = min(near, key=lambda place: math.dist(place, here), default=None)
-        if not stands or nearest is None:
+        if nearest is None:
             self._waits = None
         elif self._waits is None or math.dist(nearest, self._waits[0]) > _STAYS_M:
             self._waits = nearest, state.now
@@ -87,7 +95,10 @@ class GiveWay:
             self._begin_to_step_aside(state, nearest)
 
     def step_aside(self, state: RobotState) -> Twist2:
-        """Drive to where the robot can be passed; who is not seen then has gone through where it stood."""
+        """Drive to where the robot can be passed, backwards where that does not turn its back on them.
+
+        Who is not seen then has gone through where it stood.
+        """
         aside, track = self._aside, self._task.track
         assert aside is not None
         waits = track.at(state.now) if aside.waits is None else aside.waits
@@ -100,6 +111,12 @@ class GiveWay:
             if aside.waits is None and not track.is_seen(state.now):
                 track.suppose(state.now, aside.stood)
             return STANDSTILL
+        if self._backwards:
+            way = moved_points(self._planned.path, state.map_from_odom.inverse())
+            bearing = state.pose.bearing_to(*waits)
+            back = self._way_back.back_along(state, [(float(x), float(y)) for x, y in way], bearing)
+            self._backwards = not back.is_zero()
+            return back
         return command
 
     def _begin_to_step_aside(self, state: RobotState, waits: Place) -> None:
@@ -110,4 +127,5 @@ class GiveWay:
             person = track.is_seen(state.now) and track.at(state.now) == waits
             here = state.pose.x, state.pose.y
             self._aside = _Aside(here, place, None if person else waits, state.now + _ASIDE_S)
+            self._backwards = True
             self._planned.plan_anew()
