@@ -341,6 +341,18 @@ def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they
     assert goes_on is not somebody_else
 
 
+def test_legs_that_walk_too_far_from_where_the_person_should_be_are_of_somebody_else() -> None:
+    followed = PersonTrack(FollowParameters(), 0.0)
+    followed.saw(0.0, 2.0, 0.0)
+    leg = np.array([(0.0, 0.0), (0.05, 0.0), (0.1, 0.0)])
+    places = []
+    for at in np.arange(0.1, 3.0, 0.1).tolist():
+        followed.saw_scan(at, leg + np.array([2.0, 1.0 + 0.3 * at]), Pose2(), ())
+        places.append(followed.last)
+    assert followed.walking.places(at)
+    assert set(places) == {(2.0, 0.0)}
+
+
 def with_somebody_else(walk: Walk, place: Point) -> None:
     """The camera sees somebody else, too, who stands at a place."""
     see = walk.sees
