@@ -1,9 +1,9 @@
 """Where somebody lies: from all pictures of them, as they do not move.
 
 From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs: it
-is a quarter of a metre off along the body, and more. Of who lies on the floor, several pictures show both
-ends. In a bed the blanket hides them; there the pictures of the whole body count most. What goes on beyond
-the edge of all pictures has its middle at least half an adult from the end that was seen.
+is a quarter of a metre off along the body, and more; in a bed also in pictures of the whole, towards the
+blanket. Several pictures show both ends: the middle is between them. What goes on beyond the edge of all
+pictures has its middle at least half an adult from the end that was seen.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from florence_bt.skills.people.user_tracker.detector import Detection
 
-FLOOR_HEIGHT = 0.5
-"""Metres; a person on the floor is nowhere higher than this; on a bed or a sofa they are."""
 _WHOLE_SIGMA, _CUT_SIGMA = 0.07, 0.3
 """Standard deviation of the middle in a picture of the whole body, and of a part of it, metres."""
 _MOVED_M = 0.5
@@ -47,7 +45,6 @@ class LyingBody:
         self._mean = 0.0, 0.0
         self._inside: Counter[Cell] = Counter()
         self._at_edge: set[Cell] = set()
-        self._on_floor = False
 
     @property
     def place(self) -> tuple[float, float] | None:
@@ -64,7 +61,6 @@ class LyingBody:
         self._weight += weight
         part, (x, y) = weight / self._weight, self._mean
         self._mean = x + part * (detection.x - x), y + part * (detection.y - y)
-        self._on_floor = 0.0 < detection.height < FLOOR_HEIGHT
         if outline is not None:
             self._inside.update(_cells(outline.points[~outline.at_edge]))
             self._at_edge |= _cells(outline.points[outline.at_edge])
@@ -102,7 +98,7 @@ class LyingBody:
         along, across = (np.array(self._mean) - middle) @ axes.T
         if low_is_open != high_is_open:
             along = min(along, high - _HALF_M) if low_is_open else max(along, low + _HALF_M)
-        elif self._on_floor and not low_is_open:
+        elif not low_is_open:
             along = (low + high) / 2
         x, y = (middle + np.array([along, across]) @ axes).tolist()
         return x, y

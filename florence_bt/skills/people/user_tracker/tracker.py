@@ -18,7 +18,7 @@ from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, 
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
-from florence_bt.skills.people.user_tracker.lying_body import FLOOR_HEIGHT, LyingBodies, LyingBody
+from florence_bt.skills.people.user_tracker.lying_body import LyingBodies, LyingBody
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 from florence_bt.skills.people.user_tracker.rejected_places import CameraView, RejectedPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict, reach
@@ -393,6 +393,10 @@ def _cheapest(
         for row, column in zip(rows, columns, strict=True)
         if np.isfinite(cost[row, column])
     ]
+
+
+FLOOR_HEIGHT = 0.5
+"""Metres; a person on the floor is nowhere higher than this; on a bed or a sofa they are."""
 
 
 def on_the_floor(users: Iterable[TrackedUser]) -> bool:
