@@ -303,14 +303,6 @@ def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_o
     assert "stepping aside" not in walk.trip.texts
 
 
-def test_who_stays_for_long_a_little_nearer_than_it_follows_is_let_past() -> None:
-    walk = Walk(Pose2(1.2, 2.4), lambda seconds: (2.1, 2.4))
-    assert walk.go(16.0) is None
-    assert 80 <= walk.trip.texts.index("stepping aside") < 100
-    assert max(walk.distances) > 1.1
-    assert walk.trip.world.hits == 0
-
-
 def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_round(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -19,9 +19,6 @@ _TOWARDS = 0.7
 _WAITS_S, _STAYS_M, _NEAR_M = 3.0, 0.25, 0.75
 """Who is so near while the robot stands, for so long, and goes no further than this, waits for it to let them
 pass."""
-_WAITS_FURTHER_S = 8.0
-"""Further away, but nearer than it follows, the person waits when they stay there for so long: somebody else
-may be in their way, too."""
 _STANDS_MPS = 0.05
 """Slower than this it does not get on."""
 _ASIDE_S, _ASIDE_MORE_M = 15.0, 0.3
@@ -83,24 +80,19 @@ class GiveWay:
         if abs(command.linear) < _STANDS_MPS:
             others: list[Place] = [(float(x), float(y)) for x, y in state.people.rows[:, :2]]
             near = [place for place in others if math.dist(place, here) < _NEAR_M]
+        too_near = min(_NEAR_M, self._task.goal.distance - self._task.use.follow_give_way)
         # While the robot turns to the person, they do not wait yet.
-        if command.is_zero() and track.is_seen(state.now):
-            person = track.at(state.now)
-            if math.dist(person, here) < self._task.goal.distance:
-                near.append(person)
+        seen = command.is_zero() and track.is_seen(state.now)
+        if seen and math.dist(track.at(state.now), here) < too_near:
+            near.append(track.at(state.now))
         nearest = min(near, key=lambda place: math.dist(place, here), default=None)
         if nearest is None:
             self._waits = None
         elif self._waits is None or math.dist(nearest, self._waits[0]) > _STAYS_M:
             self._waits = nearest, state.now
-        elif state.now - self._waits[1] > self._patience(math.dist(nearest, here)):
+        elif state.now - self._waits[1] > _WAITS_S:
             self._waits = None
             self._begin_to_step_aside(state, nearest)
-
-    def _patience(self, distance: float) -> float:
-        """For how long somebody so near (m) has to stay to count as waiting, seconds."""
-        near = min(_NEAR_M, self._task.goal.distance - self._task.use.follow_give_way)
-        return _WAITS_S if distance < near else _WAITS_FURTHER_S
 
     def step_aside(self, state: RobotState) -> Twist2:
         """Drive to where the robot can be passed, backwards where that does not turn its back on them.
