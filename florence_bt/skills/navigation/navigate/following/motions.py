@@ -11,6 +11,9 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
 from florence_bt.skills.navigation.navigate.state import RobotState
 
+_CRAWLS_MPS = 0.1
+"""Whoever slows the robot down to less is driven round."""
+
 
 @dataclass(frozen=True, slots=True)
 class FollowGoal:
@@ -72,9 +75,17 @@ class Motions:
         return self.limited(self._use.follow_angular_gain * bearing)
 
     def is_free(self, state: RobotState, command: Twist2) -> bool:
-        """Whether a motion is free for as long as the robot looks ahead."""
+        """Whether a motion is free for as long as the robot looks ahead, of things and of people."""
         ahead = self._use.follow_look_ahead
-        return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
+        free = state.clearance.is_free(command.linear * ahead, command.angular * ahead)
+        return free and not self.is_stopped(state, command)
+
+    def is_stopped(self, state: RobotState, command: Twist2) -> bool:
+        """Whether somebody is in the way of a motion, or about to be; then the robot is held."""
+        slowed = state.people.slowed(state.pose, command).linear
+        stopped = slowed < min(_CRAWLS_MPS, command.linear)
+        self.held = self.held or stopped
+        return stopped
 
     def is_free_turn(self, clearance: Clearance, speed: float, turn: float, left: float) -> bool:
         """Whether a motion is free that turns by so much (``left``, rad), and no further."""

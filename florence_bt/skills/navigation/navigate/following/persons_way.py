@@ -94,7 +94,8 @@ class PersonsWay:
                 speed *= share * max(0.0, math.cos(bearing))
                 command = Twist2(speed, motions.turning_speed(bearing))
                 if speed > 0.0 and motions.is_free_turn(seen_free, speed, command.angular, bearing):
-                    return command, left
+                    # Somebody on that way is driven round.
+                    return (None, math.inf) if motions.is_stopped(state, command) else (command, left)
         for place, left in points:
             moves = speed_behind(self._task, walks, (distance if seen else left) - keep) > 0.0
             astray = _is_astray(pose, place, ahead)
