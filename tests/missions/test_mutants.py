@@ -332,8 +332,7 @@ MUTANTS = [
         "window: 1.5 s",
         "'look_for_user' with window=1.5, user_id=7",
     ),
-    ("follow_me", "      on: [user_lost, blocked]\n", "", "follow_me does not end"),
-    ("follow_me", "      on: [user_lost, blocked]\n", "      on: [user_lost]\n", "FAILED"),
+    ("follow_me", "      on: [user_lost]\n", "", "follow_me does not end"),
     (
         "follow_me",
         "distance: $desired_follow_distance",

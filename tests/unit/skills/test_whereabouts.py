@@ -117,14 +117,5 @@ def test_it_does_not_go_past_the_person() -> None:
     assert place_to_step_aside(costmaps(dead_end), robot, (2.8, 2.45), 1.3) is None
 
 
-def test_out_of_a_dead_end_it_goes_past_the_person_where_there_is_room() -> None:
-    niche: tuple[Box, ...] = (*WALLS, (0.0, 0.0, 2.0, 2.0), (0.0, 2.9, 2.0, 4.2), (1.2, 2.0, 1.3, 2.9))
-    robot, person = Pose2(1.75, 2.45), (2.45, 2.45)
-    place = place_to_step_aside(costmaps(niche), robot, person, 9.0)
-    assert place is not None
-    assert math.dist(place, person) > 0.6
-    assert math.dist(place, (robot.x, robot.y)) > 0.6
-
-
 def test_out_of_the_map_there_is_no_such_place() -> None:
     assert place_to_step_aside(costmaps(), Pose2(99.0, 0.0), (1.0, 1.0), 1.3) is None

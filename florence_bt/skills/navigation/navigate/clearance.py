@@ -72,12 +72,6 @@ class Clearance:
             free = min(free, self._walls.free_part(self._map_pose, way, turn))
         return free
 
-    def after(self, way: float) -> Clearance:
-        """The same when the robot has driven so many metres along its heading."""
-        ahead = Pose2(way, 0.0)
-        in_map = None if self._map_pose is None else self._map_pose @ ahead
-        return Clearance(self._local, self._pose @ ahead, self._walls, in_map)
-
     def is_free(self, way: float, turn: float) -> bool:
         """Whether a whole motion is free."""
         return self.free_part(way, turn) >= 1.0

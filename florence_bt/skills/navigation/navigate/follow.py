@@ -27,7 +27,7 @@ from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 _STUCK_S = 1.0
-"""When no wanted motion is free for so long, the robot makes a little room."""
+"""When no wanted motion is free for so long, the robot backs out a little."""
 _NO_WAY_S = 15.0
 """A search in which the robot cannot move for so long is over."""
 
@@ -35,7 +35,7 @@ _NO_WAY_S = 15.0
 class Follow:
     """Keeps a distance to somebody who is told about by :meth:`saw`, until they are lost or it is cancelled.
 
-    It does the first that applies of: back off from a contact, make room where it is stuck, step aside,
+    It does the first that applies of: back off from a contact, back out from where it is stuck, step aside,
     keep the distance to who is in sight, go to where they vanished, search. Each has its module in
     ``following``.
 
@@ -98,16 +98,15 @@ class Follow:
         if contact is not None:
             return contact, self._feedback(self._contact.text), None
         self._way_back.remember(state)
-        command = self._way_back.make_room(state)
+        command = self._way_back.back_out(state)
         if not command.is_zero():
             self._moved = state.now
-            return command, self._feedback("making room"), None
-        self._task.motions.begin_cycle()
+            return command, self._feedback("backing out"), None
+        self._task.motions.held = False
         move = self._choose(state)
         wanted = self._off_the_person(state, move.command)
         command = state.people.slowed(state.pose, wanted)
         self._watch_progress(state, wanted, command)
-        self._give_way.watch_who_waits(state, command)
         return command, self._feedback(move.text), move.result
 
     def _choose(self, state: RobotState) -> Move:
@@ -128,6 +127,7 @@ class Follow:
         return Move(STANDSTILL, f"waiting: {text}", _lost(text) if over else None)
 
     def _out_of_sight(self, state: RobotState, unseen: float) -> Move:
+        self._give_way.nobody_is_too_near()
         if self._vanished is None:
             self._vanished = Vanished(self._task, self._persons_way, self._planned, state.now)
             self._vanished.clear_marks(state)
@@ -150,7 +150,7 @@ class Follow:
         return keep_off(state.pose, self._task.track.at(state.now), command)
 
     def _watch_progress(self, state: RobotState, wanted: Twist2, command: Twist2) -> None:
-        """Make room when the robot wants to move and cannot for long: something or somebody is in the way."""
+        """Back out when the robot wants to move and cannot for long: something or somebody is in the way."""
         if not command.is_zero():
             self._moved, self._stuck_since = state.now, None
             return
@@ -160,7 +160,7 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._way_back.begin(state, self._task.motions.held_turn)
+            self._way_back.begin(state.now)
 
     def _feedback(self, text: str) -> Feedback:
         return Feedback(recoveries=self._contact.back_offs, text=text)

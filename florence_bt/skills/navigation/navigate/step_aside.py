@@ -5,21 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
-from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
-_BODY_M = 0.45
+_BODY_M = 0.5
 """The robot does not come so near to the middle of the person."""
-_PAST_M, _BESIDE_RAD = 0.65, 0.7
-"""Out of a dead end it goes past the person: no nearer to them than this in the end, and so far beside the
-direction from them to where it stands."""
 _LEAST_ROOM_M, _ENOUGH_ROOM_M = 0.35, 0.9
 """Where nothing is so near the robot can turn, and somebody passes on either side."""
 _WAY_PER_ROOM = 0.12
@@ -27,7 +22,7 @@ _WAY_PER_ROOM = 0.12
 
 
 def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: float) -> Place | None:
-    """The place with room to pass that is near, and away from the person; else one past them.
+    """The place with room to pass that is near, and away from the person.
 
     Args:
         costmaps: Where the robot drives.
@@ -56,23 +51,8 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     solid = (costmaps.static == LETHAL) | ((costs == LETHAL) & (from_person > _BODY_M))
     room = distance_transform_edt(~solid) * resolution
     worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
-    worth[way >= UNVISITED] = -math.inf
-    away = (from_person >= apart) & (room >= _LEAST_ROOM_M)
-    past = (from_person >= _PAST_M) & (_turn_from(person, robot, costmap) >= _BESIDE_RAD)
-    for allowed in (away, past):
-        row, column = np.unravel_index(int(np.argmax(np.where(allowed, worth, -math.inf))), worth.shape)
-        if allowed[row, column] and math.isfinite(worth[row, column]):
-            return costmap.origin_x + (column + 0.5) * resolution, costmap.origin_y + (row + 0.5) * resolution
-    return None
-
-
-def _turn_from(person: Place, robot: Pose2, costmap: Costmap) -> NDArray[np.float64]:
-    """How far beside the direction from the person to the robot each cell is, rad."""
-    rows, columns = costmap.shape
-    x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution - person[0]
-    y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution - person[1]
-    to_x, to_y = robot.x - person[0], robot.y - person[1]
-    turn: NDArray[np.float64] = np.abs(
-        np.arctan2(to_x * y[:, None] - to_y * x[None, :], to_x * x[None, :] + to_y * y[:, None])
-    )
-    return turn
+    worth[(way >= UNVISITED) | (from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf
+    row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
+    if not math.isfinite(worth[row, column]):
+        return None
+    return costmap.origin_x + (column + 0.5) * resolution, costmap.origin_y + (row + 0.5) * resolution

@@ -13,7 +13,6 @@ from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
 from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import VIEW_RAD
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import RobotState
 
@@ -52,22 +51,21 @@ class KeepDistance:
         if self._give_way.is_too_near(state, distance, bearing):
             if abs(bearing) < _BEFORE_RAD:
                 return Move(self._give_way.back_off(state, person, bearing), "giving way")
+            self._give_way.nobody_is_too_near()
             return Move(self._task.motions.turn_towards(state, bearing), "following")
+        self._give_way.nobody_is_too_near()
+        self._give_way.let_pass(state, person, distance)
         command = velocity_straight(self._task, state.pose, distance, bearing)
         free = is_line_free(self._task, state, person, person, self._persons_way.narrow)
         if free and self._task.motions.is_free(state, command):
             return Move(command, "following")
-        use = self._task.use
-        near = distance <= wanted + use.follow_give_way
-        faces = near and is_in_sight(self._task, state, person)
-        if faces and distance < wanted - use.follow_distance_tolerance and abs(bearing) > VIEW_RAD:
-            turn = self._task.motions.turn_towards(state, bearing)
-            if not turn.is_zero():
-                return Move(turn, "following")
         walk, _ = self._persons_way.drive(state, person, wanted)
         if walk is not None:
             return Move(walk, "following along the person's path")
-        return Move(self._task.motions.turn_towards(state, bearing), "following") if faces else None
+        near = distance <= wanted + self._task.use.follow_give_way
+        if near and is_in_sight(self._task, state, person):
+            return Move(self._task.motions.turn_towards(state, bearing), "following")
+        return None
 
     def _round_obstacles(self, state: RobotState, bearing: float) -> Move:
         command, remaining = self._planned.drive(state, self._task.track.at(state.now))

@@ -11,9 +11,6 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
 from florence_bt.skills.navigation.navigate.state import RobotState
 
-_CRAWLS_MPS = 0.1
-"""Whoever slows the robot down to less is driven round."""
-
 
 @dataclass(frozen=True, slots=True)
 class FollowGoal:
@@ -52,19 +49,14 @@ class Motions:
 
     Attributes:
         held: Whether something was in the way of what was wanted last.
-        held_turn: The turn for which there was no room then, rad; 0 for anything else.
     """
 
     def __init__(self, goal: FollowGoal, use: FollowParameters) -> None:
         self._goal = goal
         self._use = use
-        self.held, self.held_turn = False, 0.0
+        self.held = False
         self._turning = 0.0
         self._blocked_turns: set[bool] = set()
-
-    def begin_cycle(self) -> None:
-        """Nothing is in the way so far."""
-        self.held, self.held_turn = False, 0.0
 
     def limited(self, turn: float) -> float:
         """A turning speed within the limit of the goal, rad/s."""
@@ -75,17 +67,9 @@ class Motions:
         return self.limited(self._use.follow_angular_gain * bearing)
 
     def is_free(self, state: RobotState, command: Twist2) -> bool:
-        """Whether a motion is free for as long as the robot looks ahead, of things and of people."""
+        """Whether a motion is free for as long as the robot looks ahead."""
         ahead = self._use.follow_look_ahead
-        free = state.clearance.is_free(command.linear * ahead, command.angular * ahead)
-        return free and not self.is_stopped(state, command)
-
-    def is_stopped(self, state: RobotState, command: Twist2) -> bool:
-        """Whether somebody is in the way of a motion, or about to be; then the robot is held."""
-        slowed = state.people.slowed(state.pose, command).linear
-        stopped = slowed < min(_CRAWLS_MPS, command.linear)
-        self.held = self.held or stopped
-        return stopped
+        return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
 
     def is_free_turn(self, clearance: Clearance, speed: float, turn: float, left: float) -> bool:
         """Whether a motion is free that turns by so much (``left``, rad), and no further."""
@@ -98,10 +82,8 @@ class Motions:
         if abs(bearing) <= self._use.follow_angle_tolerance:
             return STANDSTILL
         turn = self.turning_speed(bearing)
-        if self.is_free_turn(clearance or state.clearance, 0.0, turn, bearing):
-            return Twist2(0.0, turn)
-        self.held, self.held_turn = True, bearing
-        return STANDSTILL
+        self.held = not self.is_free_turn(clearance or state.clearance, 0.0, turn, bearing)
+        return STANDSTILL if self.held else Twist2(0.0, turn)
 
     def begin_to_turn_round(self) -> None:
         """What was in the way of a turn before does not count any more."""

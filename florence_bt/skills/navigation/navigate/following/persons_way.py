@@ -64,7 +64,7 @@ class PersonsWay:
             person: Where they are now, or were last: the end of the way; odometry frame, metres.
             keep: How far to stay behind, metres.
         """
-        pose, track, motions = state.pose, self._task.track, self._task.motions
+        pose, track = state.pose, self._task.track
         distance, ahead = math.dist(person, (pose.x, pose.y)), pose.bearing_to(*person)
         # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
         seen = is_in_sight(self._task, state, person)
@@ -92,15 +92,14 @@ class PersonsWay:
                 bearing = pose.bearing_to(*place)
                 speed = speed_behind(self._task, walks, (distance if seen else left) - keep)
                 speed *= share * max(0.0, math.cos(bearing))
-                command = Twist2(speed, motions.turning_speed(bearing))
-                if speed > 0.0 and motions.is_free_turn(seen_free, speed, command.angular, bearing):
-                    # Somebody on that way is driven round.
-                    return (None, math.inf) if motions.is_stopped(state, command) else (command, left)
+                turn = self._task.motions.turning_speed(bearing)
+                if speed > 0.0 and self._task.motions.is_free_turn(seen_free, speed, turn, bearing):
+                    return Twist2(speed, turn), left
         for place, left in points:
             moves = speed_behind(self._task, walks, (distance if seen else left) - keep) > 0.0
             astray = _is_astray(pose, place, ahead)
             if moves and not (seen and astray) and self._is_free_after_turning(pose, place):
-                command = motions.turn_towards(state, pose.bearing_to(*place), seen_free)
+                command = self._task.motions.turn_towards(state, pose.bearing_to(*place), seen_free)
                 return None if command.is_zero() else command, left
         return None, math.inf
 

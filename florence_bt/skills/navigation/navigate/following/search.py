@@ -101,7 +101,7 @@ class Search:
             return turn
         if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
             self._made_room = True
-            self._way_back.begin(state)
+            self._way_back.begin(state.now)
         return STANDSTILL
 
     def _look_where_likely(self, state: RobotState) -> Twist2:
@@ -123,7 +123,7 @@ class Search:
                     # From here it cannot be looked at: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
                     self._next_choice = state.now
-                    self._way_back.begin(state, left)
+                    self._way_back.begin(state.now)
                 return turn
             self._heading = None
         if self._goal_place is None:

@@ -50,10 +50,7 @@ class Vanished:
         )
         if not self._faced and unseen <= self._task.use.follow_patience:
             # They may just have walked out of the picture.
-            turn = self._task.motions.turn_towards(state, bearing)
-            if not turn.is_zero():
-                return Move(turn, "turning after the person")
-            self._faced = True
+            return Move(self._task.motions.turn_towards(state, bearing), "turning after the person")
         place = self._task.track.last
         if math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
             walk, left = self._persons_way.drive(state, place, 0.0)
