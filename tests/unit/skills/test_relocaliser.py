@@ -218,6 +218,17 @@ def test_who_knew_where_it_was_is_lost_later_than_who_was_only_told(confirmed: b
     assert scans == after
 
 
+@pytest.mark.parametrize(("elsewhere", "lost"), [((), False), ((0.7,), False), ((0.8,), True)])
+def test_who_was_told_a_place_is_lost_only_when_another_fits_better(
+    elsewhere: tuple[float, ...], lost: bool
+) -> None:
+    """Much may have been moved since the map was made, where the robot starts."""
+    relocaliser = relocaliser_with(Search(*elsewhere))
+    for _ in range(20):
+        relocaliser.look(POINTS, match(0.6))
+    assert relocaliser.lost is lost
+
+
 def test_a_map_without_surfaces_makes_nobody_lost() -> None:
     world, _ = furnished(Pose2(1.0, 1.0, 0.4))
     empty = Localiser(OccupancyGrid(0.05, Pose2(), np.zeros((100, 160), np.int8)))

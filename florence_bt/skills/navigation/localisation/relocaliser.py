@@ -36,7 +36,8 @@ class Relocaliser:
 
     A robot whose odometry has continued without a break since its pose was confirmed is hardly elsewhere:
     scans that do not fit are then of a room that the map does not know. A pose is unconfirmed after it was
-    set, and when a scan does not fit those before it: the robot may have been carried.
+    set, and when a scan does not fit those before it: the robot may have been carried. A scan that fits it
+    badly, but no other place better, is still no sign of that: much has been moved since the map was made.
 
     Attributes:
         lost: Whether nobody knows where the robot is. Nothing that needs the pose may be done then.
@@ -95,8 +96,15 @@ class Relocaliser:
         poor = fit < (self._p.relocalise_fit if unconfirmed else self._p.lost_fit)
         self._poor = max(0, self._poor + (1 if poor else -1))
         if self._poor > (_LOST_AFTER_UNCONFIRMED if unconfirmed else _LOST_AFTER):
-            self.lose()
+            if fit >= self._p.lost_fit and not self._fits_better_elsewhere(points, fit):
+                self._poor = 0
+            else:
+                self.lose()
         return None
+
+    def _fits_better_elsewhere(self, points: NDArray[np.float64], fit: float) -> bool:
+        found = self._search.everywhere(points)
+        return bool(found) and found[0].near_fraction >= fit + self._p.relocalise_gain
 
     def look_everywhere(self, points: NDArray[np.float64], track: Pose2) -> Match | None:
         """Look for the robot with a scan and those of the last metres.
