@@ -66,6 +66,14 @@ def test_a_body_that_goes_on_beyond_the_picture_has_its_middle_half_an_adult_fro
     assert place_after(*[known_better] * 3) == pytest.approx((2.0, -0.2), abs=0.01)
 
 
+def test_an_end_that_pictures_show_near_their_edge_alone_is_not_the_end() -> None:
+    """The edge cuts the body askew, and of the far side it cuts nothing."""
+    whole = outline(-0.1, 0.8)
+    near_side = whole.points[:, 0] < 2.05
+    askew = Outline(whole.points, near_side & (whole.points[:, 1] < -0.04))
+    assert place_after(*[lying(2.0, 0.5, askew)] * 3) == pytest.approx((2.0, 0.8 - 0.85), abs=0.05)
+
+
 def test_of_a_body_without_an_end_or_too_short_the_network_knows_the_middle() -> None:
     points = outline(-0.4, 0.4).points
     trunk = Outline(points, np.abs(points[:, 1]) > 0.34)

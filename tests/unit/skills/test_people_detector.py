@@ -12,9 +12,11 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, OccupancyGrid
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
+from florence_bt.skills.people.user_tracker import detector
+from florence_bt.skills.people.user_tracker.detector import POSTURES, Detection, detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
+from florence_bt.skills.people.user_tracker.person_network import NetworkOutput, Pixels
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54
@@ -330,6 +332,24 @@ def test_the_leg_of_a_table_in_the_map_hides_nobody() -> None:
     cells[20, 60] = cells[22, 62] = 100
     grid = KnownObstacles(OccupancyGrid(0.05, Pose2(), cells))
     assert len(detect_people(depth, OPTICAL_IN_BASE, known=grid, robot=Pose2(1.0, 1.0, 0.0))) == 1
+
+
+def test_a_body_goes_on_in_what_votes_for_another_middle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of somebody in bed who is near, one half votes for one middle and the other half for another one."""
+    shown = np.zeros((60, 80), np.float32)
+    shown[30:40, 10:70] = 1.0
+    middle, posture = np.zeros((60, 80, 2), np.float32), np.zeros((60, 80, 3), np.float32)
+    posture[..., POSTURES.index("lying")] = 1.0
+    wall = DepthImage(0.0, "o", CAMERA, np.full((240, 320), 1.2, np.float32))
+    left = Pixels.of(wall, OPTICAL_IN_BASE).points[::2, ::2, 1]
+    middle[..., 1] = np.where(left > 0.0, 0.3, -0.3) - left
+    monkeypatch.setattr(detector, "infer", lambda pixels: NetworkOutput(shown, middle, posture))
+    found = detect_people(wall, OPTICAL_IN_BASE)
+    assert len(found) == 2
+    for one in found:
+        assert one.outline is not None
+        inner = np.abs(one.outline.points[:, 1]) < 0.02
+        assert inner.any() and (one.outline.at_edge == inner).all()
 
 
 def test_a_detection_moves_with_the_robot() -> None:

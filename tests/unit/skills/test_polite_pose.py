@@ -110,6 +110,14 @@ def test_nobody_is_met_through_a_wall() -> None:
     assert pose.x < 2.5, "0.66 m away is the other side of the wall"
 
 
+def test_who_lies_at_a_wall_is_not_met_from_behind_it_through_a_door_nearby() -> None:
+    grid = costmap({})
+    block(grid, (3.3, 3.4), (-1.0, 3.0))
+    block(grid, (2.35, 3.3), (1.0, 3.0))
+    pose = propose_approach(USER, Pose2(1.9, 2.0), 4, 0.5, grid).outputs["pose"]
+    assert pose.x < 2.35, "0.75 m away is the next room"
+
+
 def test_nobody_is_looked_at_through_a_wall() -> None:
     grid = costmap({})
     block(grid, (3.3, 3.4), (-1.0, 3.0))

@@ -56,6 +56,9 @@ WAY_WORTH = 1.0
 the robot may get stuck."""
 SIGHT_WORTH = 0.5
 """What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
+_AROUND, _DETOUR = 1.5, 0.3
+"""Metres: the way to a place leads no further from the person than the first, or than the robot is and the
+second. Who lies in a bed at a wall would otherwise be met from the room behind it."""
 _BESIDE = 0.1
 """Metres beside the straight way into a place that are no matter."""
 STAY_WORTH = 0.06
@@ -126,7 +129,7 @@ class _Surroundings:
         self._outline = footprint.outline(costmap.resolution / 2.0)
         distances = ndimage.distance_transform_edt(np.pad(self._free, 1))
         self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS + RESERVE
-        around = self.from_user <= max(robot.distance_to(user), FARTHEST) + costmap.resolution
+        around = self.from_user <= max(robot.distance_to(user) + _DETOUR, _AROUND)
         leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
         free = costmap.cells < LETHAL_COST
         self.reached: NDArray[np.bool_] = self._connected(around & (free | leaving)) & free

@@ -41,7 +41,8 @@ class Outline:
 
     Attributes:
         points: Shape (n, 2), metres, in the frame of the detection.
-        at_edge: Shape (n,), whether the body may go on there beyond the picture.
+        at_edge: Shape (n,), whether the body may go on there: beyond the picture, or in what votes for
+            another middle (of a long body that is near, not all of it votes for one).
     """
 
     points: NDArray[np.float32]
@@ -234,15 +235,21 @@ def _judge(
         posture,
         height,
         region=_region_of(votes, mine),
-        outline=_outline_of(votes, mine[votes.points[mine, 2] <= _ROBOT_TOP]),
+        outline=_outline_of(votes, mine, votes.points[mine, 2] <= _ROBOT_TOP),
     )
 
 
-def _outline_of(votes: _Votes, mine: NDArray[np.int64]) -> Outline:
+def _outline_of(votes: _Votes, mine: NDArray[np.int64], shown: NDArray[np.bool_]) -> Outline:
     width, height = INPUT_SIZE
+    others = np.zeros((height // STRIDE, width // STRIDE), np.uint8)
+    others[votes.rows // STRIDE, votes.columns // STRIDE] = 1
+    others[votes.rows[mine] // STRIDE, votes.columns[mine] // STRIDE] = 0
+    beside_others = cv2.dilate(others, np.ones((3, 3), np.uint8)).astype(np.bool_)
+    mine = mine[shown]
     columns, rows = votes.columns[mine], votes.rows[mine]
-    at_side = (columns < _EDGE * width) | (columns + STRIDE > (1.0 - _EDGE) * width)
-    return Outline(votes.points[mine, :2], at_side | (rows + STRIDE > (1.0 - _EDGE) * height))
+    at_edge = (columns < _EDGE * width) | (columns + STRIDE > (1.0 - _EDGE) * width)
+    at_edge |= rows + STRIDE > (1.0 - _EDGE) * height
+    return Outline(votes.points[mine, :2], at_edge | beside_others[rows // STRIDE, columns // STRIDE])
 
 
 def _region_of(votes: _Votes, mine: NDArray[np.int64]) -> Region:

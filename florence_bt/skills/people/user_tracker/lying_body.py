@@ -2,8 +2,8 @@
 
 From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs: it
 is a quarter of a metre off along the body, and more; in a bed also in pictures of the whole, towards the
-blanket. Several pictures show both ends: the middle is between them. What goes on beyond the edge of all
-pictures has its middle at least half an adult from the end that was seen.
+blanket. Several pictures show both ends: the middle is between them. When no picture shows where one end is,
+the middle is at least half an adult from the other one.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _CELL_M, _SIGHTINGS = 0.05, 2
 _STRAY_PERCENT = 1.0
 """Of the places at each end of a body, so many may be something else."""
 _SHORTEST_M, _LONGEST_M = 0.7, 2.1
-_OPEN_M = 0.02
-"""Where the edge of a picture cut a body so far beyond all that is shown inside of pictures, it goes on."""
+_CLEAR_CELLS = 3
+"""The end of a body in a picture is its end when the picture does not cut the body so near to it."""
 _HALF_M = 0.85
 """Half of an adult."""
 
@@ -44,7 +44,7 @@ class LyingBody:
         self._weight = 0.0
         self._mean = 0.0, 0.0
         self._inside: Counter[Cell] = Counter()
-        self._at_edge: set[Cell] = set()
+        self._clear: set[Cell] = set()
 
     @property
     def place(self) -> tuple[float, float] | None:
@@ -62,8 +62,11 @@ class LyingBody:
         part, (x, y) = weight / self._weight, self._mean
         self._mean = x + part * (detection.x - x), y + part * (detection.y - y)
         if outline is not None:
-            self._inside.update(_cells(outline.points[~outline.at_edge]))
-            self._at_edge |= _cells(outline.points[outline.at_edge])
+            inside, at_edge = (_cells(outline.points[part]) for part in (~outline.at_edge, outline.at_edge))
+            self._inside.update(inside)
+            self._clear |= {
+                cell for cell in inside if all(math.dist(cell, cut) > _CLEAR_CELLS for cut in at_edge)
+            }
 
     def shows(self, detection: Detection) -> bool:
         """Whether what a picture shows is where this body is known to be, or its middle is near this one."""
@@ -92,9 +95,9 @@ class LyingBody:
         low, high = np.percentile(along_body(cells), [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT])
         if not _SHORTEST_M <= high - low <= _LONGEST_M:
             return None
-        inside, cut = along_body(set(self._inside)), along_body(self._at_edge)
-        low_is_open = bool((cut < inside.min() - _OPEN_M).any())
-        high_is_open = bool((cut > inside.max() + _OPEN_M).any())
+        clear = along_body(self._clear)
+        low_is_open = not (clear < low + _CELL_M).any()
+        high_is_open = not (clear > high - _CELL_M).any()
         along, across = (np.array(self._mean) - middle) @ axes.T
         if low_is_open != high_is_open:
             along = min(along, high - _HALF_M) if low_is_open else max(along, low + _HALF_M)
