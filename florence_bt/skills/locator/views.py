@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 RANGE_M = 3.5
 """How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/people.md."""
+BLIND_M = 0.6
+"""Who stands nearer than this is not seen. Source: REFERENCE 12.2."""
 FREE_M = 0.32
 """Free metres around a view: the circumscribed radius of the footprint (REFERENCE 7.4) and a cell."""
 ROOMY_M = 0.6
@@ -128,11 +130,11 @@ def _seen(
     open_floor: NDArray[np.bool_],
     grid: OccupancyGrid,
 ) -> NDArray[np.bool_]:
-    """Which points are in range and not hidden from a place, shape (n,)."""
+    """Which points are seen from a place, shape (n,): nobody stands where the robot does."""
     import numpy as np
 
     away = points - eye
     far = np.hypot(away[:, 0], away[:, 1])
     along = np.arange(0.0, 1.0, _RAY_STEP_M / RANGE_M)
     free = open_floor[_cells_of(eye + away[:, None, :] * along[None, :, None], grid)].all(axis=1)
-    return free & (far <= RANGE_M)
+    return free & (far <= RANGE_M) & ((far >= BLIND_M) | (far <= FREE_M))
