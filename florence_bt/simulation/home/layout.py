@@ -7,7 +7,7 @@ room; in the others each cut gets at least one door, so that everybody walks thr
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -96,9 +96,10 @@ def plan_home(rng: np.random.Generator) -> Layout:
         cuts = [replace(cut, along_x=not cut.along_x) for cut in cuts]
         areas, hall = [area.turned() for area in areas], hall.turned() if hall else None
         width, top = top, width
-    rooms = _named(areas, hall)
+    outer = _outer_cuts(width, top)
+    rooms = _named(areas, hall, outer.values())
     entrance = "hall" if hall else "living_room"
-    walls = _outer_walls(width, top, rooms, entrance, rng)
+    walls = _outer_walls(outer, rooms, entrance, rng)
     for number, cut in enumerate(cuts, 1):
         walls.append(_wall(f"wall_{number}", cut, _doors_between(number, cut, rooms, hall, rng)))
     return Layout(rooms, walls, entrance)
@@ -122,8 +123,11 @@ def _divide(area: Area, rng: np.random.Generator, cuts: list[Cut]) -> list[Area]
     return [room for part in parts for room in _divide(part, rng, cuts)]
 
 
-def _named(areas: list[Area], hall: Area | None) -> dict[str, Area]:
+def _named(areas: list[Area], hall: Area | None, outer: Collection[Cut]) -> dict[str, Area]:
+    """The largest area that has an outer wall is the living room, and the smallest one the bathroom."""
     ordered = sorted(areas, key=lambda area: (-area.size, area.x, area.y))
+    lit = next(area for area in ordered if any(_shared(cut, area) for cut in outer))
+    ordered.sort(key=lambda area: area is not lit)
     rooms = dict(zip(_NAMES, ordered[:-1], strict=False))
     rooms["bathroom"] = ordered[-1]
     if hall:
@@ -136,16 +140,19 @@ def _wall(name: str, cut: Cut, doors: list[dict[str, Any]]) -> dict[str, Any]:
     return {"name": name, "from": ends[0], "to": ends[1], "doors": doors}
 
 
-def _outer_walls(
-    width: float, top: float, rooms: dict[str, Area], entrance: str, rng: np.random.Generator
-) -> list[dict[str, Any]]:
-    """Four walls; the entrance has the front door, the living room often a glass door to a balcony."""
-    cuts = {
+def _outer_cuts(width: float, top: float) -> dict[str, Cut]:
+    return {
         "south_wall": Cut(True, 0.0, (0.0, width)),
         "north_wall": Cut(True, top, (0.0, width)),
         "west_wall": Cut(False, 0.0, (0.0, top)),
         "east_wall": Cut(False, width, (0.0, top)),
     }
+
+
+def _outer_walls(
+    cuts: dict[str, Cut], rooms: dict[str, Area], entrance: str, rng: np.random.Generator
+) -> list[dict[str, Any]]:
+    """Four walls; the entrance has the front door, the living room often a glass door to a balcony."""
     doors: dict[str, list[dict[str, Any]]] = {name: [] for name in cuts}
     wanted = [("front_door", entrance, "wood", (0.9, 0.9))]
     if rng.random() < 0.6 and entrance != "living_room":

@@ -17,8 +17,8 @@ from florence_bt.simulation.home.generate import (
 from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
 from florence_bt.simulation.home.world import SimulatedWorld
 
-SEEDS = [*range(16), 1_021_115]
-"""In the first plan of the last one no door fits into an inner wall."""
+SEEDS = [*range(16), 2003, 1_021_115]
+"""The largest room of 2003 has no outer wall; in the first plan of the last one an inner wall has no door."""
 
 
 @pytest.fixture(scope="module")
