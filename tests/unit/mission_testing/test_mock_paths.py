@@ -50,8 +50,8 @@ def goto_user():
         ("goto_user/*", 1),
         ("**/**/turn", 5),
         ("*tracker", 15),
-        ("approach_user/**", 14),
-        ("make sure from nearby/**", 14),
+        ("approach_user/**", 16),
+        ("make sure from nearby/**", 15),
         ("get_user_rom", 0),
     ],
 )
