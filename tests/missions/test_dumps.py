@@ -28,10 +28,13 @@ APPROACH = """\
                     [ ] unless abs(bearing($here, $place)) < 6 deg
                         [ ] face the person
                             [ ] turn
-                    [ ] when distance($here, $place) > $safe_distance + 4 cm
-                        [ ] come up to the distance
-                            [ ] retry up to 3 times
-                                [ ] drive straight
+                    [ ] come up to the distance
+                        [ ] repeat 3 times
+                            [ ] sequence
+                                [ ] get robot pose
+                                [ ] distance($here, $place) > $safe_distance + 4 cm
+                                [ ] retry up to 3 times
+                                    [ ] drive straight
         [ ] when $user_id > 0
             [ ] watch whether they walk on
                 [ ] repeat 200 times
