@@ -277,7 +277,12 @@ MUTANTS = [
         "no_image",
     ),
     ("approach_user", "\n        when: $user_id > 0\n", "\n", "look_for_user"),
-    ("approach_user", "            when: $user_id > 0\n", "", "'get_robot_pose' was started 5 times, not once"),
+    (
+        "approach_user",
+        "            when: $user_id > 0\n",
+        "",
+        "'get_robot_pose' was started 5 times, not once",
+    ),
     ("approach_user", " < 6 deg", " < 5 deg", "turn"),
     ("approach_user", "$safe_distance + 4 cm", "$safe_distance + 2 cm", "drive_straight"),
     ("approach_user", '                when: $posture == "lying"\n', "", "'turn'"),
