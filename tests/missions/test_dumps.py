@@ -32,9 +32,9 @@ APPROACH = """\
                         [ ] repeat 3 times
                             [ ] sequence
                                 [ ] get robot pose
-                                [ ] distance($here, $place) > $safe_distance + 4 cm
-                                [ ] retry up to 3 times
-                                    [ ] drive straight
+                                [ ] when distance($here, $place) > $safe_distance + 4 cm
+                                    [ ] retry up to 3 times
+                                        [ ] drive straight
         [ ] when $user_id > 0
             [ ] watch whether they walk on
                 [ ] repeat 200 times

@@ -126,8 +126,8 @@ def _divide(area: Area, rng: np.random.Generator, cuts: list[Cut]) -> list[Area]
 def _named(areas: list[Area], hall: Area | None, outer: Collection[Cut]) -> dict[str, Area]:
     """The largest area that has an outer wall is the living room, and the smallest one the bathroom."""
     ordered = sorted(areas, key=lambda area: (-area.size, area.x, area.y))
-    lit = next(area for area in ordered if any(_shared(cut, area) for cut in outer))
-    ordered.sort(key=lambda area: area is not lit)
+    living_room = next(area for area in ordered if any(_shared(cut, area) for cut in outer))
+    ordered.sort(key=lambda area: area is not living_room)
     rooms = dict(zip(_NAMES, ordered[:-1], strict=False))
     rooms["bathroom"] = ordered[-1]
     if hall:

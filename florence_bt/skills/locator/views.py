@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 RANGE_M = 3.5
 """How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/people.md."""
 BLIND_M = 0.6
-"""Who stands nearer than this is not seen. Source: REFERENCE 12.2."""
+"""A person nearer than this is not seen. Source: REFERENCE 12.2."""
 FREE_M = 0.32
 """Free metres around a view: the circumscribed radius of the footprint (REFERENCE 7.4) and a cell."""
 ROOMY_M = 0.6
@@ -130,7 +130,7 @@ def _seen(
     open_floor: NDArray[np.bool_],
     grid: OccupancyGrid,
 ) -> NDArray[np.bool_]:
-    """Which points are seen from a place, shape (n,): nobody stands where the robot does."""
+    """Where a robot at a place would see somebody, shape (n,); where it stands itself nobody can be."""
     import numpy as np
 
     away = points - eye

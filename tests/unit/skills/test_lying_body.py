@@ -87,7 +87,7 @@ def test_only_the_near_side_is_seen_so_the_network_knows_how_far_away_the_middle
 
 
 def test_a_stray_point_is_not_the_end_of_a_body() -> None:
-    stray = Outline(np.vstack([WHOLE.points, [[2.0, 1.9]]]), np.append(WHOLE.at_edge, False))
+    stray = Outline(np.vstack([WHOLE.points, [[2.0, 1.9]]]), np.append(WHOLE.goes_on, False))
     votes = [lying(2.0, 0.2, shown, ON_THE_FLOOR) for shown in (WHOLE, WHOLE, stray)]
     assert place_after(*votes) == pytest.approx((2.0, 0.0), abs=0.04)
 

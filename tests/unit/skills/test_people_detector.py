@@ -349,7 +349,7 @@ def test_a_body_goes_on_in_what_votes_for_another_middle(monkeypatch: pytest.Mon
     for one in found:
         assert one.outline is not None
         inner = np.abs(one.outline.points[:, 1]) < 0.02
-        assert inner.any() and (one.outline.at_edge == inner).all()
+        assert inner.any() and (one.outline.goes_on == inner).all()
 
 
 def test_a_detection_moves_with_the_robot() -> None:

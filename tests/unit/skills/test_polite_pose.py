@@ -110,12 +110,19 @@ def test_nobody_is_met_through_a_wall() -> None:
     assert pose.x < 2.5, "0.66 m away is the other side of the wall"
 
 
-def test_who_lies_at_a_wall_is_not_met_from_behind_it_through_a_door_nearby() -> None:
+def test_somebody_in_a_bed_at_a_wall_is_not_met_from_behind_it_through_a_door_nearby() -> None:
     grid = costmap({})
     block(grid, (3.3, 3.4), (-1.0, 3.0))
     block(grid, (2.35, 3.3), (1.0, 3.0))
     pose = propose_approach(USER, Pose2(1.9, 2.0), 4, 0.5, grid).outputs["pose"]
     assert pose.x < 2.35, "0.75 m away is the next room"
+
+
+@pytest.mark.parametrize("trial", [1, 4])
+@pytest.mark.parametrize("away", [0.6, 1.6])
+def test_a_robot_that_is_too_near_gets_to_the_largest_safe_distance(away: float, trial: int) -> None:
+    pose = propose_approach(USER, Pose2(USER.x - away, USER.y), trial, 2.0, costmap({})).outputs["pose"]
+    assert pose.distance_to(USER) == pytest.approx(2.0, abs=0.05)
 
 
 def test_nobody_is_looked_at_through_a_wall() -> None:

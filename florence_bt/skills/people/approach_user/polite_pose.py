@@ -56,9 +56,9 @@ WAY_WORTH = 1.0
 the robot may get stuck."""
 SIGHT_WORTH = 0.5
 """What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
-_AROUND, _DETOUR = 1.5, 0.3
-"""Metres: the way to a place leads no further from the person than the first, or than the robot is and the
-second. Who lies in a bed at a wall would otherwise be met from the room behind it."""
+_AROUND, _DETOUR = 1.0, 0.3
+"""Metres: the way to a place leads no further from the person than the safe distance and the first, or than
+the robot is and the second. Somebody in a bed at a wall would otherwise be met from the room behind it."""
 _BESIDE = 0.1
 """Metres beside the straight way into a place that are no matter."""
 STAY_WORTH = 0.06
@@ -97,16 +97,22 @@ def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DE
     )
 
 
+def _farthest_way(user: Pose2, robot: Pose2, safe_distance: float) -> float:
+    """How far from the person the way to a place may lead, metres."""
+    return max(robot.distance_to(user) + _DETOUR, safe_distance + _AROUND)
+
+
 class _Surroundings:
     """Where the robot gets to near a person, and where it fits.
 
     Args:
         user: Where the person is, map frame.
         robot: Where the robot is, map frame.
+        safe_distance: Metres.
         costmap: 99 and more where the robot would touch something, 100 where something stands.
     """
 
-    def __init__(self, user: Pose2, robot: Pose2, costmap: OccupancyGrid) -> None:
+    def __init__(self, user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid) -> None:
         import numpy as np
         from scipy import ndimage
 
@@ -129,7 +135,7 @@ class _Surroundings:
         self._outline = footprint.outline(costmap.resolution / 2.0)
         distances = ndimage.distance_transform_edt(np.pad(self._free, 1))
         self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS + RESERVE
-        around = self.from_user <= max(robot.distance_to(user) + _DETOUR, _AROUND)
+        around = self.from_user <= _farthest_way(user, robot, safe_distance)
         leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
         free = costmap.cells < LETHAL_COST
         self.reached: NDArray[np.bool_] = self._connected(around & (free | leaving)) & free
@@ -241,7 +247,7 @@ def nearest_pose(
     """
     import numpy as np
 
-    near = _Surroundings(user, robot, costmap)
+    near = _Surroundings(user, robot, safe_distance, costmap)
     apart = near.from_user
     places = near.reached & (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
     # Of places that are about as near to the person, the one with the shortest way.
@@ -298,10 +304,13 @@ def propose_approach(
         nearest = nearest_pose(user, robot, safe_distance, costmap, number) if costmap is not None else None
         if nearest is None:
             other = "no place" if number == 1 else "no other place"
-            return failure("pose_occupied", f"{other} within {FARTHEST} m of the person can be reached")
+            within = min(FARTHEST, _farthest_way(user, robot, safe_distance))
+            return failure("pose_occupied", f"{other} within {within:.1f} m of the person can be reached")
         return success(pose=nearest)
     pose = polite_pose(user, robot, trial, safe_distance)
-    problem = _Surroundings(user, robot, costmap).problem_with(pose) if costmap is not None else ""
+    problem = (
+        _Surroundings(user, robot, safe_distance, costmap).problem_with(pose) if costmap is not None else ""
+    )
     if problem:
         reason = f"the place ({pose.x:.2f}, {pose.y:.2f}) of trial {trial} {problem}"
         return failure("pose_occupied", reason, pose=pose)

@@ -41,18 +41,18 @@ class Outline:
 
     Attributes:
         points: Shape (n, 2), metres, in the frame of the detection.
-        at_edge: Shape (n,), whether the body may go on there: beyond the picture, or in what votes for
+        goes_on: Shape (n,), whether the body may go on there: beyond the picture, or in what votes for
             another middle (of a long body that is near, not all of it votes for one).
     """
 
     points: NDArray[np.float32]
-    at_edge: NDArray[np.bool_]
+    goes_on: NDArray[np.bool_]
 
     def moved_by(self, robot: Pose2) -> Outline:
         """The same in the frame in which the robot has this pose."""
         c, s = math.cos(robot.yaw), math.sin(robot.yaw)
         points = self.points @ np.array([[c, s], [-s, c]]) + (robot.x, robot.y)
-        return Outline(points.astype(np.float32), self.at_edge)
+        return Outline(points.astype(np.float32), self.goes_on)
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ _STRAY_PERCENT = 1.0
 """Of the places at each end of a body, so many may be something else."""
 _SHORTEST_M, _LONGEST_M = 0.7, 2.1
 _CLEAR_CELLS = 3
-"""The end of a body in a picture is its end when the picture does not cut the body so near to it."""
+"""What is shown at the end of a body is its end when the body does not go on so near to it."""
 _HALF_M = 0.85
 """Half of an adult."""
 
@@ -56,16 +56,16 @@ class LyingBody:
     def take(self, detection: Detection) -> None:
         """Take what a picture shows of them."""
         outline = detection.outline
-        is_cut = outline is not None and bool(outline.at_edge.any())
+        is_cut = outline is not None and bool(outline.goes_on.any())
         weight = (_CUT_SIGMA if is_cut else _WHOLE_SIGMA) ** -2
         self._weight += weight
         part, (x, y) = weight / self._weight, self._mean
         self._mean = x + part * (detection.x - x), y + part * (detection.y - y)
         if outline is not None:
-            inside, at_edge = (_cells(outline.points[part]) for part in (~outline.at_edge, outline.at_edge))
+            inside, cut = (_cells(outline.points[part]) for part in (~outline.goes_on, outline.goes_on))
             self._inside.update(inside)
             self._clear |= {
-                cell for cell in inside if all(math.dist(cell, cut) > _CLEAR_CELLS for cut in at_edge)
+                cell for cell in inside if all(math.dist(cell, other) > _CLEAR_CELLS for other in cut)
             }
 
     def shows(self, detection: Detection) -> bool:
