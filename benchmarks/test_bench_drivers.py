@@ -335,11 +335,11 @@ class KinectPeer:
 
 def kinect_cpu(ros: Bench, node: Any) -> tuple[float, float]:
     """Share of a core, and depth pictures a second, while a node works for ten seconds."""
-    ros.spin(READY_S, lambda: node._driver.depth_pictures > 30)
-    pictures, wall, cpu = node._driver.depth_pictures, time.perf_counter(), cpu_seconds()
+    ros.spin(READY_S, lambda: node._driver.depth_images > 30)
+    pictures, wall, cpu = node._driver.depth_images, time.perf_counter(), cpu_seconds()
     ros.spin(MEASURED_S)
     wall = time.perf_counter() - wall
-    return (cpu_seconds() - cpu) / wall, (node._driver.depth_pictures - pictures) / wall
+    return (cpu_seconds() - cpu) / wall, (node._driver.depth_images - pictures) / wall
 
 
 @pytest.mark.parametrize("colour", [False, True], ids=["depth", "depth and colour"])

@@ -28,13 +28,14 @@ APPROACH = """\
                     [ ] unless abs(bearing($here, $place)) < 6 deg
                         [ ] face the person
                             [ ] turn
-                    [ ] come up to the distance
-                        [ ] repeat 3 times
-                            [ ] sequence
-                                [ ] get robot pose
-                                [ ] when distance($here, $place) > $safe_distance + 4 cm
+                    [ ] when distance($here, $place) > $safe_distance + 4 cm
+                        [ ] come up to the distance
+                            [ ] repeat 3 times
+                                [ ] sequence
                                     [ ] retry up to 3 times
                                         [ ] drive straight
+                                    [ ] get robot pose
+                                    [ ] distance($here, $place) > $safe_distance + 4 cm
         [ ] when $user_id > 0
             [ ] watch whether they walk on
                 [ ] repeat 200 times
