@@ -21,6 +21,8 @@ from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
+from florence_bt.skills.navigation.navigate.people import PeopleParameters
+from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.person_path import PersonPath
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult, RobotState
@@ -452,6 +454,27 @@ def test_without_anybody_to_see_it_never_moves() -> None:
     assert result.code == "user_lost"
     assert max(walk.speeds) == 0.0
     assert walk.trip.world.now == pytest.approx(3.1, abs=0.2)
+
+
+@pytest.mark.parametrize(("ago", "goes"), [(20.0, True), (31.0, False)])
+def test_who_was_seen_before_the_goal_is_followed_from_there(ago: float, goes: bool) -> None:
+    trip = Trip(Pose2(1.2, 2.4))
+    for when, x in ((-1.0, 2.8), (-0.5, 3.0), (0.0, 3.2)):
+        seen = (trip.world.odom @ trip.world.pose.inverse()).apply(x, 2.4)
+        trip.navigator.saw_person(trip.world.now - ago + when, LEADER, *seen)
+    trip.navigator.start_follow(trip.world.now, LEADER, 0.0, 0.0, 0.0)
+    for _ in range(25):
+        trip.cycle()
+    assert (trip.world.pose.x > 1.4) == goes
+
+
+def test_when_the_clock_was_set_back_only_new_sights_are_followed_from() -> None:
+    tracks = PeopleTracks(PeopleParameters())
+    tracks.saw(100.0, LEADER, 1.0, 1.0)
+    tracks.people(5.0)
+    tracks.saw(5.0, LEADER, 2.0, 2.0)
+    assert tracks.seen_lately(LEADER, 6.0) == [(5.0, 2.0, 2.0)]
+    assert tracks.seen_lately(LEADER, 40.0) == []
 
 
 def test_distance_and_speed_of_the_goal() -> None:

@@ -345,6 +345,8 @@ class Navigator:
     ) -> None:
         """Follow one of the people whom :meth:`saw_person` tells about; replaces what is active.
 
+        It begins where they were seen within the last half minute, and waits for a sight of others.
+
         Args:
             now: Seconds.
             user_id: The persistent id of the person.
@@ -364,6 +366,8 @@ class Navigator:
             max_angular or use.follow_max_ang_speed,
         )
         self._goal = Follow(goal, self._costmaps, self._p, now)
+        for sight in self._people.seen_lately(user_id, now):
+            self._goal.saw(*sight)
 
     def saw_person(self, stamp: float, user_id: int, x: float, y: float) -> None:
         """Somebody was seen; what is not newer than before, or not finite, is left out.

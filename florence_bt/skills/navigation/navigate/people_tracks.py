@@ -16,6 +16,8 @@ _STANDING_MPS, _FASTEST_MPS = 0.2, 2.0
 """A person who seems to walk slower may stand; nobody in a home walks faster."""
 _SAME_M = 0.3
 """Two people are not so near to each other."""
+_REMEMBERED_S = 30.0
+"""Who was seen so long ago can be followed from there."""
 
 
 class PeopleTracks:
@@ -28,6 +30,7 @@ class PeopleTracks:
     def __init__(self, parameters: PeopleParameters) -> None:
         self._p = parameters
         self._targets: dict[int, MovingTarget] = {}
+        self._seen: dict[int, list[tuple[float, float, float]]] = {}
 
     def __len__(self) -> int:
         return len(self._targets)
@@ -36,6 +39,13 @@ class PeopleTracks:
         """The tracker saw somebody; what is not newer, or not finite, is left out."""
         target = self._targets.setdefault(user_id, MovingTarget(self._p.people_velocity_time))
         target.recognise(stamp, x, y)
+        if target.seen == stamp:
+            before = self.seen_lately(user_id, stamp)
+            self._seen[user_id] = [*(each for each in before if each[0] < stamp), (stamp, x, y)]
+
+    def seen_lately(self, user_id: int, now: float) -> list[tuple[float, float, float]]:
+        """When (seconds) and where (x and y, metres) the tracker saw a person in the last half minute."""
+        return [each for each in self._seen.get(user_id, []) if 0.0 <= now - each[0] <= _REMEMBERED_S]
 
     def saw_scan(self, stamp: float, unknown: NDArray[np.float64], robot: Pose2) -> None:
         """Go on with the legs of those whom the camera does not see any more; see :func:`go_on_with_legs`."""
@@ -59,6 +69,7 @@ class PeopleTracks:
             place: Where they are: the tracker may have given them another id.
         """
         self._targets = {who: target for who, target in self._targets.items() if self._is_fresh(target, now)}
+        self._seen = {who: seen for who in self._seen if (seen := self.seen_lately(who, now))}
         rows = [self._row(target, now) for who, target in self._targets.items() if who != without]
         if place is not None:
             rows = [row for row in rows if math.dist(row[:2], place) > _SAME_M]
