@@ -86,6 +86,17 @@ def test_only_the_near_side_is_seen_so_the_network_knows_how_far_away_the_middle
     assert place_after(*[lying(2.3, 0.2, WHOLE, ON_THE_FLOOR)] * 3) == pytest.approx((2.3, 0.0), abs=0.04)
 
 
+@pytest.mark.parametrize(("blanket_ends", "middle"), [((-0.8,), 0.15), ((0.7,), -0.15), ((-0.8, 0.7), 0.0)])
+def test_under_a_blanket_the_body_reaches_less_far_towards_its_wide_end(
+    blanket_ends: tuple[float, ...], middle: float
+) -> None:
+    width = np.arange(1.7, 2.4, 0.03)
+    ends = [(x, y + dy) for y in blanket_ends for dy in (0.02, 0.08) for x in width]
+    points = np.vstack([WHOLE.points, np.array(ends, np.float32)])
+    shown = Outline(points, np.zeros(len(points), bool))
+    assert place_after(*[lying(2.0, 0.2, shown)] * 3) == pytest.approx((2.0, middle), abs=0.04)
+
+
 def test_a_stray_point_is_not_the_end_of_a_body() -> None:
     stray = Outline(np.vstack([WHOLE.points, [[2.0, 1.9]]]), np.append(WHOLE.goes_on, False))
     votes = [lying(2.0, 0.2, shown, ON_THE_FLOOR) for shown in (WHOLE, WHOLE, stray)]

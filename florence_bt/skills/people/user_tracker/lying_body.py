@@ -2,8 +2,8 @@
 
 From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs: it
 is a quarter of a metre off along the body, and more; in a bed also in pictures of the whole, towards the
-blanket. Several pictures show both ends: the middle is between them. When no picture shows where one end is,
-the middle is at least half an adult from the other one.
+blanket. Several pictures show both ends: the middle is between them, a little nearer to the head of who lies
+under a blanket. When no picture shows where one end is, the middle is at least half an adult from the other.
 """
 
 from __future__ import annotations
@@ -33,6 +33,9 @@ _CLEAR_CELLS = 3
 """What is shown at the end of a body is its end when the body does not go on so near to it."""
 _HALF_M = 0.85
 """Half of an adult."""
+_END_M, _WIDE_M, _TO_HEAD_M = 0.2, 0.5, 0.15
+"""An end of a body that is so wide over this length is that of a blanket: it goes on beyond the feet, as the
+head does beyond what is seen of it on a pillow."""
 
 Cell = tuple[int, int]
 
@@ -89,15 +92,20 @@ class LyingBody:
         middle = body.mean(axis=0)
         axes = np.linalg.svd(body - middle, full_matrices=False)[2]
 
-        def along_body(places: set[Cell] | list[Cell]) -> NDArray[np.float64]:
-            return (_places(places) - middle) @ axes[0]
-
-        low, high = np.percentile(along_body(cells), [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT])
+        cells_along, cells_across = ((body - middle) @ axes.T).T
+        low, high = np.percentile(cells_along, [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT])
         if not _SHORTEST_M <= high - low <= _LONGEST_M:
             return None
-        clear = along_body(self._clear)
+        clear = (_places(self._clear) - middle) @ axes[0]
         low_is_open = not (clear < low + _CELL_M).any()
         high_is_open = not (clear > high - _CELL_M).any()
+        low_is_wide, high_is_wide = (
+            np.ptp(cells_across[end]) > _WIDE_M
+            for end in (cells_along < low + _END_M, cells_along > high - _END_M)
+        )
+        if low_is_wide != high_is_wide:
+            to_head = _TO_HEAD_M if low_is_wide else -_TO_HEAD_M
+            low, high = low + to_head, high + to_head
         along, across = (np.array(self._mean) - middle) @ axes.T
         if low_is_open != high_is_open:
             along = min(along, high - _HALF_M) if low_is_open else max(along, low + _HALF_M)
