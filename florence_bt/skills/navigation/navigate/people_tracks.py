@@ -69,7 +69,9 @@ class PeopleTracks:
             place: Where they are: the tracker may have given them another id.
         """
         self._targets = {who: target for who, target in self._targets.items() if self._is_fresh(target, now)}
-        self._seen = {who: seen for who in self._seen if (seen := self.seen_lately(who, now))}
+        self._seen = {
+            who: seen for who, seen in self._seen.items() if 0.0 <= now - seen[-1][0] <= _REMEMBERED_S
+        }
         rows = [self._row(target, now) for who, target in self._targets.items() if who != without]
         if place is not None:
             rows = [row for row in rows if math.dist(row[:2], place) > _SAME_M]
