@@ -45,11 +45,11 @@ class ReactiveSequence(Sequence):
 
     def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
         super().__init__(name, False, children)
-        self._watched = tuple(watched)
+        self.watched = tuple(watched)
 
     def terminate(self, new_status: Status) -> None:
         """Stop watching."""
-        stop_watching(self._watched)
+        stop_watching(self.watched)
 
 
 class ReactiveSelector(Selector):
@@ -63,11 +63,11 @@ class ReactiveSelector(Selector):
 
     def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
         super().__init__(name, False, children)
-        self._watched = tuple(watched)
+        self.watched = tuple(watched)
 
     def terminate(self, new_status: Status) -> None:
         """Stop watching."""
-        stop_watching(self._watched)
+        stop_watching(self.watched)
 
 
 class Finally(Stepping):
