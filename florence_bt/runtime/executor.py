@@ -153,7 +153,7 @@ class Executor:
         visited_only: bool = False,
         durations: bool = False,
     ) -> str:
-        """The ASCII tree of a run: live for the current one, as it was at the end for others.
+        """The ASCII tree of a run: live for the current one, its clean-ups included; the final one of others.
 
         Args:
             run: The run.
@@ -161,9 +161,8 @@ class Executor:
             visited_only: Whether to leave out nodes that were not reached.
             durations: Whether nodes show how long they took, on the clock of the run.
         """
-        live = (RunStatus.RUNNING, RunStatus.PAUSED)
         rows = run.rows
-        if self._active is not None and run is self._active.run and run.status in live:
+        if self._active is not None and run is self._active.run:
             rows = self._active.rows()
         elif not rows:
             return run.tree
