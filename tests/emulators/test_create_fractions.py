@@ -54,8 +54,9 @@ def test_a_turn_is_as_far_as_it_was_and_the_gyro_is_not_blamed(
     base: Any, rate: float, has_gyro: bool
 ) -> None:
     bench = dropping(base, has_gyro=has_gyro)
-    if not has_gyro:
-        wandering(bench, (0.23, 0.0, 10.0))  # a slow turn alone looks like a base that is blocked
+    if not has_gyro or abs(rate) > 1.1:
+        # Without a gyro a slow turn looks like a base that is blocked; of a fast one too little is missing.
+        wandering(bench, (0.23, 0.0, 10.0))
     wandering(bench, (0.0, rate, 8.0))
     assert bench.driver.fractions.drops
     begin, begun = bench.latest.odometry.pose.yaw, base.turned

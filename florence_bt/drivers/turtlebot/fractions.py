@@ -8,22 +8,24 @@ and every turn below 67 degrees a second altogether. Units are those of the pack
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 READING_S = 0.015
 """The period of the stream (REFERENCE 1.6)."""
-LAG_S = 0.1
-"""How far the wheels may be behind their command. Chosen: the velocity filter ramps already."""
-LEAST_MM, LEAST_DEG = 1000.0, 10.0
-"""The way that must have been commanded before it is judged. Chosen: a push against a chair is shorter, and a
-turn is judged before the gyro, which contradicts the counts, is blamed (``gyro.WATCH_WINDOW_S``)."""
-MISSING = 0.06
-"""Share of the way that is missing when fractions are dropped; 0.5 m/s lose 7 %, less speed more. The scale
-of a wheel is not that wrong."""
-WHOLE = 0.03
-"""Share that may be missing of a base that drops nothing."""
+STEADY_S, STEADY_SHARE = 0.3, 0.1
+"""Only a speed that was commanded for so long, within this share, counts: then the wheels have it, too."""
+LEAST_MM = 1000.0
+"""The way that must have been driven before it is judged. Chosen: a push against a chair is shorter."""
+MISSING, WHOLE = 0.06, 0.03
+"""Shares of the way. At 0.5 m/s dropping loses 7 %, below that more; no wheel's scale is that wrong."""
 JUDGED_AFTER, FORGOTTEN_AFTER = 3.0, 10.0
 """Multiples of the least way: when it is whole, and when what is not clear is forgotten."""
+LEAST_DEG = 15.0
+"""Of a turn. Chosen: it is judged before the gyro, which contradicts the counts, is blamed
+(``gyro.WATCH_WINDOW_S``)."""
+SLOW_DEGPS = 60.0
+"""A turn below it counts hardly anything when fractions are dropped, and everything otherwise."""
+HARDLY_COUNTED, COUNTED = 0.3, 0.6
+"""Shares of what the gyro says."""
 GYRO_AGREES = (0.5, 2.0)
 """The gyro's turn by the commanded one. Its scale may be wrong; a base that is blocked does not turn."""
 LONGEST_STEP_S = 0.25
@@ -42,57 +44,46 @@ def most_likely(counted: float, commanded: float) -> float:
     return min(max(commanded, low), high)
 
 
-@dataclass(slots=True)
-class Evidence:
-    """What was commanded and counted since the last judgement, in one unit.
+class DistanceEvidence:
+    """What was commanded and counted at steady speeds, in millimetres."""
 
-    Attributes:
-        least: How much must have been commanded before anything is judged.
-    """
+    def __init__(self) -> None:
+        self._speed = 0.0
+        self._steady_s = 0.0
+        self.clear()
 
-    least: float
-    _commanded: float = 0.0
-    _counted: float = 0.0
-    _turned: float = 0.0
-    _would_drop: float = 0.0
-    _fastest: float = 0.0
-    _readings: int = 0
-    _sign: float = 1.0
-
-    def add(self, counted: float, rate: float, turned: float | None = None) -> None:
+    def look(self, counted: float, speed: float) -> bool | None:
         """Take one reading.
 
         Args:
             counted: What it said.
-            rate: The commanded speed in units a second.
-            turned: What another sensor says about the same motion; None without one.
-        """
-        step = abs(rate) * READING_S
-        if 0.0 < step < 1.0 and turned is None:
-            return  # a base that is blocked would look the same
-        if step > 0.0:
-            self._sign = math.copysign(1.0, rate)
-            self._readings += 1
-        self._fastest = max(self._fastest, abs(rate))
-        self._commanded += step
-        self._would_drop += step % 1.0
-        self._counted += counted * self._sign
-        self._turned += step if turned is None else turned * self._sign
+            speed: The commanded one, in mm/s.
 
-    def judge(self) -> bool | None:
-        """Whether fractions are dropped; None as long as that is not clear. A judgement begins anew."""
-        way = self._commanded
-        if way < self.least:
+        Returns:
+            Whether fractions are dropped; None as long as that is not clear. A judgement begins anew.
+        """
+        if abs(speed - self._speed) > STEADY_SHARE * abs(self._speed):
+            self._speed, self._steady_s = speed, 0.0
+        self._steady_s += READING_S
+        step = abs(speed) * READING_S
+        if self._steady_s < STEADY_S or step < 1.0:
+            return None  # below, a base that is blocked would look the same
+        self._commanded += step
+        self._counted += counted if speed > 0.0 else -counted
+        self._would_drop += step % 1.0
+        self._readings += 1
+        return self._judge()
+
+    def _judge(self) -> bool | None:
+        way, missing = self._commanded, self._commanded - self._counted
+        if way < LEAST_MM:
             return None
-        # The part of a unit that is kept for the next reading is not lost.
-        lag, missing = self._fastest * LAG_S + 1.0, way - self._counted
-        moves = GYRO_AGREES[0] <= self._turned / way <= GYRO_AGREES[1]
         # A reading drops less than one unit; a base that is blocked misses more.
-        if moves and MISSING * way + lag < missing < self._readings + lag:
+        if MISSING * way < missing < self._readings:
             found: bool | None = True
-        elif missing < WHOLE * way and way > JUDGED_AFTER * self.least and self._would_drop > MISSING * way:
+        elif missing < WHOLE * way and way > JUDGED_AFTER * LEAST_MM and self._would_drop > MISSING * way:
             found = False
-        elif way > FORGOTTEN_AFTER * self.least:
+        elif way > FORGOTTEN_AFTER * LEAST_MM:
             found = None
         else:
             return None
@@ -101,8 +92,44 @@ class Evidence:
 
     def clear(self) -> None:
         """Forget what was taken."""
-        self._commanded = self._counted = self._turned = self._would_drop = self._fastest = 0.0
+        self._commanded = self._counted = self._would_drop = 0.0
         self._readings = 0
+
+
+class TurnEvidence:
+    """What was commanded, counted and measured by the gyro in slow turns, in degrees."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def look(self, counted: float, rate: float, gyro: float) -> bool | None:
+        """Take one reading.
+
+        Args:
+            counted: What it said.
+            rate: The commanded one, in degrees/s.
+            gyro: What the gyro says, in degrees/s.
+
+        Returns:
+            Whether fractions are dropped; None as long as that is not clear. A judgement begins anew.
+        """
+        if rate == 0.0 or max(abs(rate), abs(gyro)) > SLOW_DEGPS:
+            return None
+        sign = math.copysign(1.0, rate)
+        self._commanded += abs(rate) * READING_S
+        self._turned += gyro * READING_S * sign
+        self._counted += counted * sign
+        if self._turned < LEAST_DEG:
+            return None
+        counts, agrees = self._counted / self._turned, self._turned / self._commanded
+        self.clear()
+        if not GYRO_AGREES[0] <= agrees <= GYRO_AGREES[1] or HARDLY_COUNTED < counts < COUNTED:
+            return None
+        return counts < COUNTED
+
+    def clear(self) -> None:
+        """Forget what was taken."""
+        self._commanded = self._counted = self._turned = 0.0
 
 
 class FractionWatch:
@@ -114,7 +141,7 @@ class FractionWatch:
 
     def __init__(self) -> None:
         self.drops = False
-        self._distance, self._angle = Evidence(LEAST_MM), Evidence(LEAST_DEG)
+        self._distance, self._angle = DistanceEvidence(), TurnEvidence()
         self._stamp: float | None = None
 
     def clear(self) -> None:
@@ -133,12 +160,11 @@ class FractionWatch:
             speed: The commanded mm/s and degrees/s.
             gyro_degps: The turning rate by the gyro; None without one.
         """
-        turned = None if gyro_degps is None else gyro_degps * READING_S
-        self._distance.add(distance_mm, speed[0])
-        self._angle.add(angle_deg, speed[1], turned)
-        for found in (self._distance.judge(), self._angle.judge()):
-            if found is not None:
-                self.drops = found
+        found = self._distance.look(distance_mm, speed[0])
+        if gyro_degps is not None and found is None:
+            found = self._angle.look(angle_deg, speed[1], gyro_degps)
+        if found is not None:
+            self.drops = found
 
     def corrected(
         self, stamp: float, distance_mm: float, angle_deg: float, speed: tuple[float, float]
