@@ -244,7 +244,8 @@ class Converter:
 
     def leave_unwritten(self, foreign: str) -> None:
         """Give a key whose writer has no equivalent a value, where something asks for it."""
-        if foreign in self.tree.read_keys or foreign in self.tree.all_outputs(self.facts):
+        asked = {*self.tree.read_keys, *self.tree.passed, *self.tree.all_outputs(self.facts)}
+        if foreign in asked:
             self.start_empty(foreign)
 
     def as_text(self, key: str) -> str:

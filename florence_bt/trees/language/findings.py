@@ -69,7 +69,7 @@ class FindingList:
         self._add(position, WARNING, message, valid)
 
     def in_vain(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
-        """Add what is never reached or has no effect: an error where we are the authors."""
+        """Add what can never work, is never reached or has no effect: an error where we are the authors."""
         self._add(position, WARNING if self._imported else ERROR, message, valid)
 
     def unknown(

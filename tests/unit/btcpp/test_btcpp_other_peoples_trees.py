@@ -166,6 +166,7 @@ def test_a_new_skill_is_not_called_like_one_that_is_there(findings):
         '<RetryUntilSuccessful num_attempts="3"><ForceSuccess><A/></ForceSuccess></RetryUntilSuccessful>',
         '<RecoveryNode number_of_retries="2"><ForceSuccess><A/></ForceSuccess><B/></RecoveryNode>',
         "<Fallback><ForceSuccess><A/></ForceSuccess><Sequence><AlwaysFailure/><B/></Sequence></Fallback>",
+        '<Sequence><Fallback><A/><Sequence><AlwaysFailure/><Script code="k := 1"/></Sequence></Fallback><ScriptCondition code="k == 1"/></Sequence>',
     ],
 )
 def test_what_is_never_reached_is_a_warning_in_an_imported_tree(findings, nodes):
