@@ -31,7 +31,8 @@ from florence_bt.behaviours.leaves import Condition, Fail, SetKey
 from florence_bt.behaviours.pacing import Delay, Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.watched_skill import EVERY_S, WatchedSkill
+from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
+from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
@@ -140,8 +141,8 @@ class _TreeBuilder:
         self._analysis = analysis
         self._context = context
         self._callers = callers
-        self.watched: list[WatchedSkill] | None = None
-        """The skills that the composite without memory above watches so far; None: nobody watches here."""
+        self.watch: Watch | None = None
+        """The condition that is built now; None: nobody watches here."""
 
     def root(self, default_name: str | None = None) -> Behaviour:
         """Build the tree of the mission.
@@ -165,6 +166,8 @@ class _TreeBuilder:
     def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
         name = _one_step(name or node.title)
+        if self.watch is not None:
+            self._depend(node, self.watch)
         if node.cleanup is None:
             behaviour = self._while(node, self._bare(node, name, skipped_fails))
         else:
@@ -178,6 +181,17 @@ class _TreeBuilder:
         annotations_of(behaviour).origin = Origin(self._mission, node)
         return behaviour
 
+    def _depend(self, node: Node, watch: Watch) -> None:
+        """Have a condition asked again when a key changes that a node of it reads to decide something."""
+        keys = {key for expression in node.expressions for key in expression.keys}
+        if isinstance(node, model.Switch | model.Set | model.CallMission):
+            keys |= {each.key for value in model.values_of(node) for each in model.references(value)}
+        if keys:
+            self._context.keys.watch(keys, Spot(watch, keeps=False).change)
+
+    def _spot(self) -> Spot | None:
+        return Spot(self.watch) if self.watch is not None else None
+
     # ---- guards and clean-ups -------------------------------------------------------------------------
 
     def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
@@ -187,7 +201,7 @@ class _TreeBuilder:
             return builder._node(cleanup, skipped_fails=False)
 
         body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
-        return Finally(name, self._context, body, make_cleanup)
+        return Finally(name, self._context, body, make_cleanup, self._spot())
 
     def _while(self, node: Node, behaviour: Behaviour) -> Behaviour:
         if node.holds is None:
@@ -216,46 +230,41 @@ class _TreeBuilder:
             case model.Selector(children=children, memory=True):
                 return Selector(name, True, self._children(children, True))
             case model.Sequence():
-                parts, watched = self._watching(node, False)
-                return ReactiveSequence(name, parts, watched) if watched else Sequence(name, False, parts)
+                return ReactiveSequence(name, *self._watching(node, False))
             case model.Selector():
-                parts, watched = self._watching(node, True)
-                return ReactiveSelector(name, parts, watched) if watched else Selector(name, False, parts)
+                return ReactiveSelector(name, *self._watching(node, True))
             case model.Parallel():
                 return self._parallel(node, name)
             case model.If():
-                parts, watched = self._watching(node, skipped_fails)
+                parts, watches = self._watching(node, skipped_fails)
                 asked = node.condition
                 condition = parts.pop(0) if isinstance(asked, Node) else self._condition(asked)
-                return If(name, self._context, condition, *parts, memory=node.memory, watched=watched)
+                watch = watches[0] if watches else None
+                return If(name, self._context, condition, *parts, memory=node.memory, watch=watch)
             case model.Switch():
                 return self._switch(node, name, skipped_fails)
             case model.CallMission():
                 return self._call_mission(node, name)
             case model.Wrapper():
-                outer = self.watched
-                self.watched = outer if passes_on(node) else None
-                child = self._node(node.child, skipped_fails=skipped_fails)
-                self.watched = outer
-                return self._decorator(node, name, child)
+                return self._wrapper(node, name, skipped_fails)
         return self._leaf(node, name)
 
     def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
         return _numbered([self._node(node, skipped_fails=skipped_fails) for node in nodes])
 
-    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[WatchedSkill]]:
-        """Build the children of a node without memory, and find the skills that it is the one to watch.
-
-        Where such nodes are nested, the outermost of which a skill is a condition watches it.
-        """
-        outer, guards = self.watched, set(guards_of(node))
-        watched: list[WatchedSkill] = []
+    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[Watch | None]]:
+        """Build the children of a node without memory, with the watch of each that is a condition."""
+        outer, guards = self.watch, set(guards_of(node))
+        watches: list[Watch] = []
         children = []
         for part in node.parts:
-            self.watched = watched if outer is None and part in guards else outer
+            self.watch = outer
+            if part in guards:
+                self.watch = Watch(self._context, outer)
+                watches.append(self.watch)
             children.append(self._node(part, skipped_fails=skipped_fails))
-        self.watched = outer
-        return _numbered(children), watched
+        self.watch = outer
+        return _numbered(children), [watch if watch.needed else None for watch in watches]
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
         children = self._children(node.children, False)
@@ -294,7 +303,7 @@ class _TreeBuilder:
         keys.declare(_declared_keys(mission))
         context = self._context.with_keys(keys)
         builder = _TreeBuilder(mission, self._analysis, context, (*self._callers, called))
-        builder.watched = self.watched
+        builder.watch = self.watch
         return CallMission(
             name,
             builder.root(),
@@ -303,12 +312,24 @@ class _TreeBuilder:
             mission.inputs,
             self._inputs(node.inputs, mission.inputs, f"{called} has no input"),
             {output.text: key.text for output, key in node.outputs},
-            watched=self.watched is not None,
+            watched=self.watch is not None,
         )
 
     # ---- decorators and leaves ------------------------------------------------------------------------
 
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour) -> Behaviour:
+    def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
+        outer = self.watch
+        if not passes_on(node):
+            self.watch = None
+        # A cool-down and a delay come before the child, a time-out ends after it.
+        spot = self._spot() if isinstance(node, model.Cooldown | model.Delay) else None
+        child = self._node(node.child, skipped_fails=skipped_fails)
+        self.watch = outer
+        if self.watch is not None and isinstance(node, model.Retry | model.Repeat):
+            self.watch.keep()
+        return self._decorator(node, name, child, spot)
+
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, spot: Spot | None) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child)
@@ -328,11 +349,11 @@ class _TreeBuilder:
             case model.Repeat():
                 behaviour = Repeat(name, child, self._context, argument)
             case model.Timeout():
-                behaviour = Timeout(name, child, self._context, argument)
+                behaviour = Timeout(name, child, self._context, argument, self._spot())
             case model.Cooldown():
-                behaviour = Cooldown(name, child, self._context, argument)
+                behaviour = Cooldown(name, child, self._context, argument, spot)
             case model.Delay():
-                behaviour = Delay(name, Wait("wait", self._context, argument), child)
+                behaviour = Delay(name, Wait("wait", self._context, argument, spot), child)
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
@@ -347,7 +368,7 @@ class _TreeBuilder:
                 return Fail(name, context, self._value(reason, kind), code.text if code else FAILED)
             case model.Wait(duration=duration):
                 seconds = self._value(duration, Kind.DURATION)
-                return self._titled(node, Wait(name, context, seconds), seconds, Kind.DURATION)
+                return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
             case model.Set(values=values):
                 return SetKey(name, context, {key.text: self._set_value(key, value) for key, value in values})
             case model.RunSkill():
@@ -365,13 +386,14 @@ class _TreeBuilder:
             raise self._error(node.position, f"unknown skill {node.skill!r}", known)
         inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
         outputs = {output.text: key.text for output, key in node.outputs}
-        if self.watched is None or not is_condition(node, declaration):
+        if self.watch is None:
             return RunSkill(name, self._context, node.skill, inputs, outputs)
+        spot = Spot(self.watch)
+        if not is_condition(node, declaration):
+            return ConditionAction(name, self._context, node.skill, inputs, outputs, spot)
         keys = {each.key for value in model.values_of(node) for each in model.references(value)}
         every = EVERY_S if node.every is None else node.every
-        skill = WatchedSkill(name, self._context, node.skill, inputs, outputs, keys=keys, every=every)
-        self.watched.append(skill)
-        return skill
+        return WatchedSkill(name, self._context, node.skill, inputs, outputs, spot, keys=keys, every=every)
 
     def _titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""
