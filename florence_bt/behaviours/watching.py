@@ -48,7 +48,7 @@ class Watch:
 
     Attributes:
         answer: The status that stands; None before the first answer and while an action runs.
-        skills: The skills below that are asked in the background; only of a condition that is part of no other.
+        skills: The skills below that are asked in the background, kept by the outermost condition.
         keeps: Whether the answer is kept.
         needed: Whether something below it can make it keep its answer.
         round: Counts the questions.

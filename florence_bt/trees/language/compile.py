@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
@@ -26,7 +26,7 @@ from florence_bt.behaviours.decorators import (
     While,
 )
 from florence_bt.behaviours.expressions import CompiledExpression
-from florence_bt.behaviours.keys import KeyStore, is_source, readable
+from florence_bt.behaviours.keys import KeyStore, TextTemplate, is_source, readable
 from florence_bt.behaviours.leaves import Condition, Fail, SetKey
 from florence_bt.behaviours.pacing import Delay, Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
@@ -34,7 +34,7 @@ from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
-from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
@@ -48,6 +48,8 @@ from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
 from florence_bt.trees.language.vocabulary import FAILED
 from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -107,18 +109,62 @@ def compile_mission(
     Raises:
         ConfigError: The mission, or one that it calls, has an error that a check would have found.
     """
+    parts = _parts_of(library, context.declarations)
     if library.declarations:
         # A skill that is only declared fails with `no_skill` when it is started.
-        context = replace(context, declarations=library.with_declared(context.declarations))
-    analysis = Analysis(library, context.declarations)
-    if not library.fits(mission):
-        for error in too_large(mission, analysis):
+        context = replace(context, declarations=parts.analysis.declarations)
+    if mission not in parts.fitting:
+        for error in too_large(mission, parts.analysis):
             raise error
-        library.note_fitting(mission)
-    context.keys.declare(_declared_keys(mission))
+        parts.fitting.add(mission)
+    context.keys.declare(parts.get(mission, "keys", partial(_declared_keys, mission)))
     context.keys.reset(inputs)
-    builder = _TreeBuilder(mission, analysis, context, (mission.name,))
+    builder = _TreeBuilder(mission, parts, context, (mission.name,))
     return CompiledTree(builder.root(mission.name), mission, context.keys)
+
+
+class _Parts:
+    """What is made of the missions of a library once, for all runs: whatever depends on no run.
+
+    Args:
+        library: The missions.
+        declarations: The skills by name.
+
+    Attributes:
+        given: The skills, as they were.
+        analysis: What is known of all missions and skills.
+        fitting: The missions that are small enough to run, with those that they call.
+    """
+
+    def __init__(self, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self.given = dict(declarations)
+        known = library.with_declared(declarations) if library.declarations else declarations
+        self.analysis = Analysis(library, known)
+        self.fitting: set[Mission] = set()
+        self._made: dict[tuple[int, object], tuple[object, Any]] = {}
+
+    def get(self, source: object, what: object, make: Callable[[], Made]) -> Made:
+        """What is made of a part of a mission.
+
+        Args:
+            source: The part; two parts that look the same are two.
+            what: Which of the things that are made of it.
+            make: Makes it, the first time.
+        """
+        key = (id(source), what)
+        found = self._made.get(key)
+        if found is None:
+            found = self._made[key] = (source, make())  # the source is kept, so its id stays its own
+        made: Made = found[1]
+        return made
+
+
+def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> _Parts:
+    """What was made of a library before, as long as its missions and the skills are the same."""
+    parts = library.compiled
+    if not isinstance(parts, _Parts) or parts.given != declarations:
+        parts = library.compiled = _Parts(library, declarations)
+    return parts
 
 
 class _TreeBuilder:
@@ -129,16 +175,17 @@ class _TreeBuilder:
 
     Args:
         mission: The mission.
-        analysis: What is known of all missions and skills.
+        parts: What was made of the missions before.
         context: The context with the keys of this call.
         callers: The names of the missions from the outermost to this one.
     """
 
     def __init__(
-        self, mission: Mission, analysis: Analysis, context: TreeContext, callers: tuple[str, ...]
+        self, mission: Mission, parts: _Parts, context: TreeContext, callers: tuple[str, ...]
     ) -> None:
         self._mission = mission
-        self._analysis = analysis
+        self._parts = parts
+        self._analysis = parts.analysis
         self._context = context
         self._callers = callers
         self.watch: Watch | None = None
@@ -165,7 +212,7 @@ class _TreeBuilder:
 
     def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
-        name = _one_step(name or node.title)
+        name = _one_step(name) if name else self._parts.get(node, "title", lambda: _one_step(node.title))
         if self.watch is not None:
             self._depend(node, self.watch)
         if node.cleanup is None:
@@ -174,11 +221,11 @@ class _TreeBuilder:
             behaviour = self._finally(node, node.cleanup, name, skipped_fails)
         behaviour = self._start_guard(node, behaviour, skipped_fails)
         if node.reasons is not None:
-            always = node.reasons.always
-            by_code = {code: template_of(text) for code, text in node.reasons.by_code.items()}
-            text = template_of(always) if always is not None else None
+            text, by_code = self._parts.get(node, "because", partial(_texts_of, node.reasons))
             annotations_of(behaviour).because = Because(self._context.keys, text, by_code)
-        annotations_of(behaviour).origin = Origin(self._mission, node)
+        annotations_of(behaviour).origin = self._parts.get(
+            node, "origin", lambda: Origin(self._mission, node)
+        )
         return behaviour
 
     def _depend(self, node: Node, watch: Watch) -> None:
@@ -197,7 +244,7 @@ class _TreeBuilder:
     def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
         def make_cleanup(context: TreeContext) -> Behaviour:
             own = context.with_keys(self._context.keys)
-            builder = _TreeBuilder(self._mission, self._analysis, own, self._callers)
+            builder = _TreeBuilder(self._mission, self._parts, own, self._callers)
             return builder._node(cleanup, skipped_fails=False)
 
         body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
@@ -300,9 +347,9 @@ class _TreeBuilder:
             raise self._error(node.position, f"the mission {called!r} calls itself: {chain}")
         mission = self._analysis.library.get(called)
         keys = KeyStore()
-        keys.declare(_declared_keys(mission))
+        keys.declare(self._parts.get(mission, "keys", partial(_declared_keys, mission)))
         context = self._context.with_keys(keys)
-        builder = _TreeBuilder(mission, self._analysis, context, (*self._callers, called))
+        builder = _TreeBuilder(mission, self._parts, context, (*self._callers, called))
         builder.watch = self.watch
         return CallMission(
             name,
@@ -412,18 +459,30 @@ class _TreeBuilder:
 
     def _condition(self, expression: Expression) -> CompiledExpression:
         """An expression that is true or false."""
+        return self._parts.get(expression, "condition", lambda: self._make_condition(expression))
+
+    def _make_condition(self, expression: Expression) -> CompiledExpression:
         for problem in check_kinds(expression, self._kinds, Kind.BOOLEAN).problems:
             raise self._error(problem.position, problem.message, problem.valid)
         return compile_expression(expression, self._kinds)
 
     def _value(self, value: Value, kind: Kind | None) -> Any:
         """A value in SI units, or a value source."""
-        return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
+
+        def make() -> Any:
+            return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
+
+        return self._parts.get(value, kind, make)
 
     def _inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
     ) -> dict[str, Any]:
         """The inputs of a skill or a mission, as given."""
+        return self._parts.get(pairs, "inputs", lambda: self._make_inputs(pairs, ports, problem))
+
+    def _make_inputs(
+        self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
+    ) -> dict[str, Any]:
         inputs = {}
         for name, value in pairs:
             port = ports.get(name.text)
@@ -458,6 +517,12 @@ class _TreeBuilder:
     def _error(self, position: Position | None, problem: str, valid: Iterable[str] = ()) -> ConfigError:
         line, column = (position.line, position.column) if position is not None else (None, None)
         return ConfigError(problem, file=self._mission.file, line=line, column=column, valid=valid)
+
+
+def _texts_of(reasons: model.Reasons) -> tuple[TextTemplate | None, dict[str, TextTemplate]]:
+    """The author's words for every failure, and for those with a code."""
+    by_code = {code: template_of(text) for code, text in reasons.by_code.items()}
+    return (template_of(reasons.always) if reasons.always is not None else None), by_code
 
 
 def _declared_keys(mission: Mission) -> dict[str, Port]:

@@ -2,7 +2,7 @@
 
 A combination is a condition below one or two wrappers, as the first node of a node without memory. Either the
 check has an error with a place in the file, or: the later node is started once; the change of the condition
-reaches the tree, and stops the later node, when the wrappers let it through; nothing spins; nothing is left behind.
+reaches the tree, and stops the later node, when the wrappers let it through; nothing spins or is left.
 """
 
 import pytest
