@@ -120,6 +120,11 @@ class If(_Branching):
             self._end_watch()
             self._end_watch = None
 
+    @property
+    def watched(self) -> tuple[Any, ...]:
+        """The skills of the condition that are asked in the background."""
+        return tuple(self._asked.skills) if self._asked is not None else ()
+
     def _ask(self, condition: Behaviour) -> Steps:
         """Tick a condition that is a node, and give the answer that stands."""
         if self._asked is None:
