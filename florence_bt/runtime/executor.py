@@ -106,7 +106,7 @@ class Executor:
         self._call_soon = call_soon or (lambda callback: clock.call_at(clock.now(), callback))
         self._event_bus = EventBus(clock, log or NoLog())
         self._blocks: dict[str, str] = {}
-        self._wake_asked = False
+        self._wake_asked = self._woke_itself = False
         self._stopwatch = stopwatch or clock.now
         self._yield_cpu = yield_cpu
         self._reload_at_trigger = reload_at_trigger
@@ -407,7 +407,8 @@ class Executor:
         self._wake_asked = False
         if self._active is not None:
             self.woken = self._stopwatch()
-            self._active.step()
+            self._active.step(by_itself=self._woke_itself)
+            self._woke_itself = self._wake_asked
             self._event_bus.log.commit()
 
     def _build(self, run: MissionRun) -> TreeRun:
@@ -417,6 +418,7 @@ class Executor:
     def _begin(self, tree: TreeRun) -> None:
         run = tree.run
         self.current, self._active = run, tree
+        self._woke_itself = False
         run.status = RunStatus.RUNNING
         run.started = self._clock.now()
         self._event_bus.publish(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
