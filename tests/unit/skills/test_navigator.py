@@ -260,9 +260,10 @@ def test_a_new_goal_replaces_the_old_one() -> None:
 
 @pytest.mark.parametrize("silent", ["scan", "odometry", "pose"])
 def test_the_robot_does_not_move_on_old_data(silent: str) -> None:
-    trip = Trip(
-        Pose2(1.0, 2.4, 0.0), parameters=NavigatorParameters(cycle=CycleParameters(sensor_patience=3.0))
+    parameters = NavigatorParameters(
+        cycle=CycleParameters(sensor_patience=3.0), recovery=RecoveryParameters(find_place_time=0.0)
     )
+    trip = Trip(Pose2(1.0, 2.4, 0.0), parameters=parameters)
     navigator, world = trip.navigator, trip.world
     navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
     for _ in range(20):

@@ -13,6 +13,7 @@ from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
 from florence_bt.skills.navigation.navigate.spin import SpinParameters
+from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,11 @@ class RecoveryParameters(CheckedParameters):
         movement_time_allowance: ... in this many seconds.
         approach_time_allowance: It must get nearer to the goal in this many seconds.
         oscillation_timeout: A drive that does not in this many seconds tries a recovery behaviour.
+        find_place_time: A robot with a goal that does not know where it is turns and drives a little for so
+            many seconds before the goal fails; 0: it stands still for ``sensor_patience``.
+        find_place_turn_speed: rad/s, as fast as was tried by hand.
+        find_place_distance: How far it drives at most before it chooses another direction, in metres.
+        find_place_speed: m/s.
 
     Source:
         REFERENCE 7.1, 7.3, 7.9.
@@ -60,6 +66,10 @@ class RecoveryParameters(CheckedParameters):
     movement_time_allowance: Positive = 10.0
     approach_time_allowance: Positive = 40.0
     oscillation_timeout: Positive = 15.0
+    find_place_time: NotNegative = 60.0
+    find_place_turn_speed: Positive = 0.7
+    find_place_distance: Positive = 1.5
+    find_place_speed: Annotated[float, Limits(SLOWEST_MPS)] = 0.25
 
 
 @dataclass(frozen=True, slots=True)
