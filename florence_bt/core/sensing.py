@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 
 FloatArray = NDArray[np.float32]
-Posture = Literal["standing", "sitting", "lying"]
+Posture = Literal["standing", "sitting", "lying", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +243,8 @@ class TrackedUser:
         y: Position in metres.
         distance: Horizontal distance from the camera in metres.
         posture: What the person does.
-        height: Height above the floor of the highest point that was seen of them, metres; 0 when not known.
+        height: Height above the floor of the highest point that was seen of them, metres; 0 when not known,
+            as where the top of the picture cuts them.
         vx: Velocity in m/s in the frame of x and y; 0 for a lost person.
         vy: As vx.
         confidence: How sure the last image was that this is a person, 0 to 1.

@@ -363,3 +363,52 @@ def test_a_detection_moves_with_the_robot() -> None:
 def test_senseless_parameters_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ConfigError):
         DetectorParameters(**bad)
+
+
+def picture_of_votes(rows: slice, height_m: float, seems: str, monkeypatch: pytest.MonkeyPatch) -> Detection:
+    """What is found where the network takes some rows of a picture (of 60) for one person.
+
+    Args:
+        rows: Those of the network's answer.
+        height_m: The highest that is seen of the person, metres.
+        seems: What the network takes them to do.
+    """
+    shown = np.zeros((60, 80), np.float32)
+    shown[rows, 30:50] = 1.0
+    middle, posture = np.zeros((60, 80, 2), np.float32), np.zeros((60, 80, 3), np.float32)
+    posture[..., POSTURES.index(seems)] = 1.0
+    # The highest of the pixels is at the height that is wanted, and all are as far away.
+    up = (CAMERA.cy - 4 * rows.start) / CAMERA.fy
+    away = (height_m - CAMERA_HEIGHT) / up if up > 0 else 1.0
+    wall = DepthImage(0.0, "o", CAMERA, np.full((240, 320), away, np.float32))
+    middle[..., 1] = -Pixels.of(wall, OPTICAL_IN_BASE).points[::2, ::2, 1]
+    monkeypatch.setattr(detector, "infer", lambda pixels: NetworkOutput(shown, middle, posture))
+    return only(detect_people(wall, OPTICAL_IN_BASE))
+
+
+@pytest.mark.parametrize(
+    ("rows", "height", "seems", "told"),
+    [
+        (slice(0, 40), 0.75, "lying", "unknown"),
+        (slice(0, 60), 0.85, "standing", "unknown"),
+        (slice(0, 60), 1.15, "standing", "unknown"),
+        (slice(0, 60), 1.45, "standing", "standing"),
+        (slice(0, 60), 0.9, "sitting", "sitting"),
+        (slice(6, 60), 0.9, "standing", "standing"),
+        (slice(6, 30), 0.73, "lying", "lying"),
+        (slice(45, 60), 0.22, "lying", "lying"),
+    ],
+    ids=["part", "near", "less near", "too high to sit", "sits", "a child", "in bed", "on the floor"],
+)
+def test_a_body_that_goes_on_above_the_picture_has_no_height_and_may_do_anything(
+    rows: slice, height: float, seems: str, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = picture_of_votes(rows, height, seems, monkeypatch)
+    assert found.posture == told
+    assert (found.height == 0.0) == (rows.start == 0)
+
+
+@pytest.mark.parametrize("distance", [0.8, 1.0, 1.2])
+def test_of_who_stands_so_near_the_picture_tells_neither_posture_nor_height(distance: float) -> None:
+    found = only(people(standing(distance, 0.0, math.pi)))
+    assert (found.posture, found.height) == ("unknown", 0.0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import CameraModel, ColourImage, TrackedUser
+from florence_bt.core.sensing import CameraModel, ColourImage, Posture, TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import (
     Histogram,
@@ -28,7 +28,7 @@ from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import LookParameters, TrackerParameters
-from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
+from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 
 PERIOD = 0.1
 
@@ -641,3 +641,40 @@ def test_a_clock_that_is_set_back_leaves_nobody_standing_where_they_were_seen_in
     tracker.set_clock_back(run.now)
     users = run(seen(4.0, 1.0, colours(3)), times=10)
     assert [(user.user_id, round(user.x)) for user in users] == [(before[0].user_id, 4)]
+
+
+def near(x: float, **more: object) -> Detection:
+    """Somebody so near that the picture cuts them."""
+    return replace(seen(x, 0.0), posture="unknown", **more)
+
+
+def test_who_comes_too_near_keeps_their_ids_and_soon_has_no_posture(run: Run) -> None:
+    tall = replace(seen(2.4, 0.0), height=1.7)
+    first = run(tall, times=12)[0]
+    assert (first.posture, first.height) == ("standing", 1.7)
+    for x in np.arange(2.3, 0.9, -0.1):
+        run(near(x))
+    (last,) = run(near(0.9), times=12)
+    assert (last.posture, last.height) == ("unknown", 0.0)
+    assert (last.user_id, last.device_id) == (first.user_id, first.device_id)
+
+
+@pytest.mark.parametrize("posture", ["standing", "sitting", "lying"])
+def test_pictures_that_do_not_tell_the_posture_leave_what_others_tell(run: Run, posture: Posture) -> None:
+    told = replace(seen(1.5, 0.0), posture=posture, height=0.9)
+    run(told, times=4)
+    users = run(near(1.5), times=3)
+    assert [(user.posture, user.height) for user in users] == [(posture, 0.9)]
+
+
+@pytest.mark.parametrize("posture", ["standing", "sitting", "lying"])
+def test_who_was_lost_may_come_back_too_near_to_tell_what_they_do(run: Run, posture: Posture) -> None:
+    (lost,) = run(replace(seen(1.8, 0.0), posture=posture, height=0.7), times=5)
+    run(times=12)
+    back = run(near(1.5), times=4)
+    assert [user.user_id for user in back] == [lost.user_id]
+
+
+def test_nobody_lies_on_the_floor_of_whom_the_posture_is_not_known(run: Run) -> None:
+    assert not on_the_floor(run(near(0.9), times=5))
+    assert on_the_floor(run(replace(seen(1.9, 0.5), posture="lying", height=0.25), near(0.9), times=5))

@@ -33,7 +33,7 @@ def body_scan(found: Sequence[Detection], stamp: float, frame_id: str) -> LaserS
     """
     ranges = np.full(_BEAMS, np.inf)
     for each in found:
-        if each.posture != "standing" and each.outline is not None:
+        if each.posture in ("sitting", "lying") and each.outline is not None:
             x, y = each.outline.points.astype(float).T
             beams = np.floor(np.arctan2(y, x) / _STEP_RAD).astype(int) + _BEAMS // 2
             inside = (beams >= 0) & (beams < _BEAMS)

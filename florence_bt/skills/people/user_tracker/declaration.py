@@ -44,9 +44,13 @@ LOOK_FOR_USER = SkillDeclaration(
         "user": Port(Kind.POSE, "where the person is; the yaw points from the person to the robot"),
         "distance": Port(Kind.LENGTH, "horizontal distance between the camera and the person"),
         "user_id": Port(Kind.INTEGER, "the persistent id of the person"),
-        "posture": Port(Kind.TEXT, "what the person does: standing, sitting or lying", default="standing"),
+        "posture": Port(
+            Kind.TEXT, "standing, sitting, lying, or unknown of who is too near", default="standing"
+        ),
         "height": Port(
-            Kind.LENGTH, "height above the floor of the highest point seen of the person", default=0.0
+            Kind.LENGTH,
+            "height above the floor of the highest point seen of the person; 0: not known",
+            default=0.0,
         ),
     },
     failures={

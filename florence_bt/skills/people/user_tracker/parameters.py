@@ -88,7 +88,7 @@ class TrackerParameters(CheckedParameters):
         colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
             colours against positions in the assignment.
         coast_s: An unseen person is believed in for this long, seconds; then it is lost.
-        posture_window: What a person does is what most of this many pictures say.
+        posture_window: What a person does is what most of this many pictures say that tell it.
         forget_s: A lost person keeps its device id for this long (REFERENCE 9), seconds.
         match_distance: Two colour histograms nearer than this belong to one person (REFERENCE 12.9).
         differ_distance: From here on two colour histograms never belong to one person: of 2600 pictures of

@@ -57,6 +57,8 @@ def contradict(one: TrackedUser | Detection, other: TrackedUser | Detection, tol
 
     Within seconds nobody lies down or gets up. A nearer person may look lower: the picture ends above.
     """
+    if "unknown" in (one.posture, other.posture):
+        return False
     if (one.posture == "lying") != (other.posture == "lying"):
         return True
     if one.posture != other.posture or not one.height or not other.height:

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from florence_bt.core.sensing import TrackedUser
+from florence_bt.core.sensing import Posture, TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
@@ -128,12 +128,17 @@ class _Track:
         """What is published of it."""
         x, y, vx, vy = (float(value) for value in self.filter.state)
         distance = LOST_DISTANCE if self.lost else self.distance
-        posture = statistics.mode(each.posture for each in self.looks)
+        posture = self._posture()
         if posture == "lying" and self._lies_at is not None and self._lies_at.place is not None:
             (x, y), vx, vy = self._lies_at.place, 0.0, 0.0
-        height = statistics.median(each.height for each in self.looks)
+        height = statistics.median([each.height for each in self.looks if each.height] or [0.0])
         sure = self.looks[-1].confidence
         return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy, sure)
+
+    def _posture(self) -> Posture:
+        """What most of the last looks that tell it say."""
+        told = [each.posture for each in self.looks if each.posture != "unknown"]
+        return statistics.mode(told) if told else "unknown"
 
     @property
     def came(self) -> Sighting:
