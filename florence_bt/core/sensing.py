@@ -150,6 +150,10 @@ class Odometry:
 
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+MAX_MAP_CELLS = 25_000_000
+"""Of a map: 250 m x 250 m at 5 cm."""
+MIN_RESOLUTION_M, MAX_RESOLUTION_M = 0.001, 1.0
+"""Of a map. Chosen: a robot of 0.35 m cannot be steered by cells of more than a metre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,12 +187,8 @@ class OccupancyGrid:
         if self.origin.yaw == 0.0:
             return self
         rows, columns = self.cells.shape
-        c, s = np.cos(self.origin.yaw), np.sin(self.origin.yaw)
-        turn = np.array([[c, s], [-s, c]])
-        corners = np.array([[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]]) @ turn
-        # A hair less: a map turned by a right angle shall not get an empty row.
-        low = np.floor(corners.min(axis=0) + 1e-6)
-        width, height = np.ceil(corners.max(axis=0) - low - 1e-6).astype(int)
+        turn = _turn(self.origin.yaw)
+        low, (width, height) = _upright_frame(columns, rows, turn)
         u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
         old = np.floor((np.stack([u, v], axis=-1) + low) @ turn.T).astype(int)
         inside = ((old >= 0) & (old < (columns, rows))).all(axis=-1)
@@ -208,6 +208,28 @@ class OccupancyGrid:
         """Whether a place (metres, frame of the map) is probably occupied; outside of the grid it is not."""
         row, column = self.cell_of(x, y)
         return self.contains(row, column) and bool(self.cells[row, column] > OCCUPIED // 2)
+
+
+def upright_size(columns: int, rows: int, yaw: float) -> tuple[int, int]:
+    """Columns and rows that a map of a turned origin has when it is made :meth:`OccupancyGrid.upright`."""
+    return (columns, rows) if yaw == 0.0 else _upright_frame(columns, rows, _turn(yaw))[1]
+
+
+def _turn(yaw: float) -> NDArray[np.float64]:
+    """From the axes of cells to those of the map frame, for rows of coordinates on the left."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, s], [-s, c]])
+
+
+def _upright_frame(
+    columns: int, rows: int, turn: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], tuple[int, int]]:
+    """The lowest corner (x, y) in cells, and the columns and rows from there that hold a turned map."""
+    corners = np.array([[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]]) @ turn
+    # A hair less: a map turned by a right angle shall not get an empty row.
+    low = np.floor(corners.min(axis=0) + 1e-6)
+    width, height = np.ceil(corners.max(axis=0) - low - 1e-6)
+    return low, (int(width), int(height))
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,6 +31,9 @@ from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 T = TypeVar("T")
 REASON_FIELDS = ("message", "reason", "report", "error_msg", "tree")
 """Fields of answers and results that say why, the first that there is."""
+FAILURES = (("result", "RESULT_UNDEFINED_FAILURE"),)
+"""Fields of answers whose default is success, and the constant of the type that says failure:
+``nav2_msgs/LoadMap``."""
 
 
 class FlorenceNode(Node):
@@ -177,12 +180,12 @@ class FlorenceNode(Node):
             problem = problem_with(request)
             if problem is not None:
                 self.health.count_refused(srv_name, problem)
-                return with_reason(response, problem)
+                return failed(type(response), problem)
             try:
                 return callback(request, response)
             except Exception as error:
                 self.failures.append(error)
-                return with_reason(type(response)(), f"the node {self.get_name()} failed: {error!r}")
+                return failed(type(response), f"the node {self.get_name()} failed: {error!r}")
 
         service = super().create_service(srv_type, srv_name, serve, **options)
         serve_answers(
@@ -366,6 +369,15 @@ def with_reason(answer: Any, reason: str) -> Any:
     field = next((name for name in REASON_FIELDS if hasattr(answer, name)), None)
     if field is not None:
         setattr(answer, field, reason)
+    return answer
+
+
+def failed(answer_type: type, reason: str) -> Any:
+    """The answer of a service that did nothing: no field says success, and its own has the reason."""
+    answer = with_reason(answer_type(), reason)
+    for field, constant in FAILURES:
+        if hasattr(answer_type, constant):
+            setattr(answer, field, getattr(answer_type, constant))
     return answer
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import MAX_ANGLE_RAD, MAX_DISTANCE_M
+from florence_bt.core.sensing import MAX_MAP_CELLS, MAX_RESOLUTION_M, MIN_RESOLUTION_M, upright_size
 
 NANO = 1_000_000_000
 MAX_SPEED_MPS, MAX_TURN_RATE = 100.0, 100.0
@@ -23,9 +24,6 @@ MAX_ACCELERATION = 1_000.0
 """m/s^2"""
 MAX_STAMP_OFFSET_S = 10.0
 """How far the stamp of a reading may be from the present time."""
-MIN_RESOLUTION_M, MAX_RESOLUTION_M = 0.001, 10.0
-MAX_CELLS = 25_000_000
-"""Of a map: 250 m x 250 m at 5 cm."""
 MAX_BEAMS = 20_000
 MAX_PIXELS_A_SIDE = 10_000
 MAX_FOCAL_LENGTH_PX = 100_000.0
@@ -246,7 +244,7 @@ def _scan(message: Any, now: Now | None) -> None:
 def _map(message: Any, now: Now | None) -> None:
     info = message.info
     cells = info.width * info.height
-    _between("the number of cells", cells, 1, MAX_CELLS)
+    _between("the number of cells", cells, 1, MAX_MAP_CELLS)
     _between("resolution", info.resolution, MIN_RESOLUTION_M, MAX_RESOLUTION_M, "m")
     _between("the longer side", max(info.width, info.height) * info.resolution, 0.0, MAX_DISTANCE_M, "m")
     if len(message.data) != cells:
@@ -255,6 +253,10 @@ def _map(message: Any, now: Now | None) -> None:
         )
     _place("origin.position", info.origin.position)
     _rotation("origin.orientation", info.origin.orientation)
+    turned = info.origin.orientation
+    yaw = 2.0 * math.atan2(turned.z, turned.w)
+    upright = math.prod(upright_size(info.width, info.height, yaw))
+    _between("the number of cells around the turned map", upright, 1, 2 * MAX_MAP_CELLS)
 
 
 def _image(message: Any, now: Now | None) -> None:

@@ -52,7 +52,7 @@ class System:
     """
 
     def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
-        check_options(options)
+        check_options(options, report)
         self._report = report
         folder = Path(options.folder)
         with ExitStack() as stack:

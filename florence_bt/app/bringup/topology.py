@@ -110,6 +110,11 @@ class _Settings:
         """The parameters of a node; simulated ones follow the simulated time."""
         return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
 
+    def of_map_server(self) -> Parameters:
+        """The parameters of the map server, which saves maps below the folder of the bring-up by default."""
+        saved = {"save_folder": str(Path(self.options.folder).resolve() / "maps")}
+        return saved | self.of("map_server", map_file=str(self.map_file))
+
     def with_timeout(self, node: str, name: str, default_s: float) -> Parameters:
         """The parameters of a node with a time-out that finds out a process or a device that fell silent.
 
@@ -210,7 +215,7 @@ def _navigation(settings: _Settings) -> list[Factory]:
     if start is not None:
         initial = {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
     return [
-        partial(MapServerNode, parameters=settings.of("map_server", map_file=str(settings.map_file))),
+        partial(MapServerNode, parameters=settings.of_map_server()),
         partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
         partial(NavigationNode, parameters=navigate),
     ]

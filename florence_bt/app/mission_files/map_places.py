@@ -15,11 +15,14 @@ ROBOT_RADIUS_M = 0.16
 _OCCUPIED_FROM = 65
 
 
-def problem_on_map(map_file: Path) -> Callable[[float, float], str | None]:
+def problem_on_map(
+    map_file: Path, warn: Callable[[str], None] = lambda sentence: None
+) -> Callable[[float, float], str | None]:
     """A function that says what is wrong with a place, None when nothing is.
 
     Args:
         map_file: The YAML file of the map.
+        warn: Told what is probably wrong with the map.
 
     Returns:
         A function of x and y in metres, map frame; its answer completes the sentence "the hotspot is ...".
@@ -27,7 +30,7 @@ def problem_on_map(map_file: Path) -> Callable[[float, float], str | None]:
     Raises:
         ConfigError: The map cannot be read.
     """
-    grid = load_map(map_file)
+    grid = load_map(map_file, warn)
     return lambda x, y: _problem(grid, x, y, map_file.name)
 
 

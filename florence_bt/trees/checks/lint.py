@@ -116,7 +116,7 @@ def written_labels(
 
 
 def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | None) -> list[Finding]:
-    notes = FindingList(mission.file)
+    notes = FindingList(mission.file, imported=bool(mission.imported_from))
     NameChecks(mission, analysis, notes).check()
     if places is not None:
         check_places(mission, analysis, places, notes)

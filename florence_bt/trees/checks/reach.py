@@ -78,7 +78,7 @@ class ReachChecks:
         for before, after in pairwise(children):
             if not self._can_succeed(before):
                 message = f"{after.title!r} is never reached: {before.title!r} before it never succeeds"
-                self._findings.error(
+                self._findings.in_vain(
                     after.position, message, [f"{before.title} as the last node of a sequence"]
                 )
                 return
@@ -134,7 +134,7 @@ class ReachChecks:
         for before, after in pairwise(children):
             if not self._can_fail(before):
                 message = f"{after.title!r} is never tried: {before.title!r} before it never fails"
-                self._findings.error(
+                self._findings.in_vain(
                     after.position, message, [f"{before.title} as the last node of a selector"]
                 )
                 return
@@ -161,7 +161,7 @@ class ReachChecks:
             self._findings.warning(position, f"if: {shown!r} {always}", ["an expression with a $key"])
         else:
             message = f"{never.title!r} is never reached: {shown!r} {always}"
-            self._findings.error(never.position, message, ["an expression with a $key"])
+            self._findings.in_vain(never.position, message, ["an expression with a $key"])
 
     def _check_switch(self, node: model.Switch) -> None:
         """A value that is always the same leads to the same branch every time."""
@@ -174,7 +174,7 @@ class ReachChecks:
         if never is not None:
             message = f"{never.title!r} is never reached: the value is always {text!r}"
             valid = [f"${text}"] if IDENTIFIER.fullmatch(text) else []
-            self._findings.error(never.position, message, [*valid, "an expression with a $key"])
+            self._findings.in_vain(never.position, message, [*valid, "an expression with a $key"])
 
     # ---- decorators -----------------------------------------------------------------------------------
 
@@ -185,15 +185,15 @@ class ReachChecks:
         title = node.child.title
         if not below.outcomes.can_fail:
             message = f"the retry has no effect: {title!r} never fails"
-            self._findings.error(node.position, message, [f"{title} without retry"])
+            self._findings.in_vain(node.position, message, [f"{title} without retry"])
             return
         for code in node.on:
             if code.text not in below.outcomes.codes:
                 message = f"what is retried cannot fail with {code.text!r}"
-                self._findings.error(code.position, message, _most_likely(code.text, below.outcomes.codes))
+                self._findings.in_vain(code.position, message, _most_likely(code.text, below.outcomes.codes))
         if isinstance(node.child, model.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
-            self._findings.error(node.position, message, ["once: {retry: ..., do: ...}"])
+            self._findings.in_vain(node.position, message, ["once: {retry: ..., do: ...}"])
 
     def _check_repeat(self, node: model.Repeat) -> None:
         title = node.child.title

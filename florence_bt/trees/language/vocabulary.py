@@ -70,7 +70,7 @@ NEVER_INPUTS = (
 RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
 """Names that no skill can have."""
 
-MISSION_KEYS = ("mission", "description", "inputs", "outputs", "keys", "on_restart", "tree")
+MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
 INPUT_KEYS = ("type", "default", "min", "max", "description")
 KEY_KEYS = INPUT_KEYS
 OUTPUT_KEYS = ("type", "description")
