@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
-from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.bringup.config import load_config
+from florence_bt.app.bringup.topology import refuse_wrong_parameters
 from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.firmware import check_firmware
 from florence_bt.app.doctor.graph import check_graph, check_settings
@@ -46,8 +46,8 @@ def examine(
     config: dict[str, dict[str, Any]] = {}
     try:
         config = load_config(config_file)
-        known = {node for nodes in NODES.values() for node in nodes}
-        refuse_unknown_nodes(config, known, str(config_file or "config/robot.yaml"))
+        if config_file is not None:
+            refuse_wrong_parameters(config_file)
         yield good("configuration", str(config_file or "of the package"), "can be read")
     except FlorenceError as error:
         yield problem("configuration", str(config_file), str(error), "correct the file")

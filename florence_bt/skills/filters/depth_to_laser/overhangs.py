@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
+from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Positive
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     EMPTY_MARGIN_M,
@@ -33,7 +33,7 @@ class OverhangParameters(CheckedParameters):
             and a person, does not. Metres.
     """
 
-    overhang_min_height: float = 1.0
+    overhang_min_height: Finite = 1.0
     overhang_range_min: Positive = 1.2
     overhang_apart: NotNegative = 0.1
 
