@@ -88,7 +88,7 @@ class If(_Branching):
         self._condition = condition
         self._then = then
         self._otherwise = otherwise
-        self._watched = tuple(watched)
+        self.watched = tuple(watched)
         self._answer: bool | None = None
         self._end_watch: Callable[[], None] | None = None
 
@@ -111,7 +111,7 @@ class If(_Branching):
 
     def terminate(self, new_status: Status) -> None:
         """Stop watching."""
-        stop_watching(self._watched)
+        stop_watching(self.watched)
         if self._end_watch is not None:
             self._end_watch()
             self._end_watch = None

@@ -45,11 +45,11 @@ class ReactiveSequence(Sequence):
 
     def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
         super().__init__(name, False, children)
-        self._watched = tuple(watched)
+        self.watched = tuple(watched)
 
     def terminate(self, new_status: Status) -> None:
         """Stop watching."""
-        stop_watching(self._watched)
+        stop_watching(self.watched)
 
 
 class ReactiveSelector(Selector):
@@ -63,11 +63,11 @@ class ReactiveSelector(Selector):
 
     def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
         super().__init__(name, False, children)
-        self._watched = tuple(watched)
+        self.watched = tuple(watched)
 
     def terminate(self, new_status: Status) -> None:
         """Stop watching."""
-        stop_watching(self._watched)
+        stop_watching(self.watched)
 
 
 class Finally(Stepping):
@@ -94,12 +94,19 @@ class Finally(Stepping):
         self._make_cleanup = make_cleanup
         self._body = body
         self._cleanup = make_cleanup(context)
+        self._beside: Behaviour | None = None
         super().__init__(name, [body, self._cleanup])
+
+    @property
+    def shown(self) -> tuple[Behaviour, Behaviour]:
+        """The body and the clean-up for a dump: the one beside the tree, when there was one."""
+        return self._body, self._beside or self._cleanup
 
     def steps(self) -> Steps:
         """The body until it is done, then the clean-up."""
         if self.status is not Status.RUNNING:
             self.halt_all()
+            self._beside = None
             self.current_child = self._body
         if self.current_child is self._body:
             yield self._body
@@ -117,7 +124,9 @@ class Finally(Stepping):
         interrupted = new_status is Status.INVALID and self.status is Status.RUNNING
         super().stop(new_status)
         if interrupted:
-            _CleanupRun(self, self._context, self._make_cleanup).begin()
+            beside = _CleanupRun(self, self._context, self._make_cleanup)
+            self._beside = beside.tree
+            beside.begin()
 
 
 class _CleanupRun:
@@ -127,13 +136,13 @@ class _CleanupRun:
         self, owner: Behaviour, context: TreeContext, make_cleanup: Callable[[TreeContext], Behaviour]
     ) -> None:
         self._context = context
-        self._tree = make_cleanup(replace(context, wake=self._wake))
-        self._tree.parent = owner
+        self.tree = make_cleanup(replace(context, wake=self._wake))
+        self.tree.parent = owner
         self._result: Result | None = None
         self._entry: OpenRun | None = None
 
     def begin(self) -> None:
-        path = path_of(self._tree)
+        path = path_of(self.tree)
         self._context.on_skill_started(path, CLEANUP, {})
         self._entry = self._context.adopt(path, CLEANUP, self)
         self._context.poll(self._entry)
@@ -145,15 +154,15 @@ class _CleanupRun:
     def poll(self) -> Result | None:
         if self._result is None and not self._context.pause.active:
             try:
-                self._tree.tick_once()
+                self.tree.tick_once()
             except Exception as error:
                 # A bug in a clean-up ends the clean-up: it may have been woken by a timer, far from any tree.
                 self._break_off(error)
                 return self._result
-            why = explain(self._tree)
+            why = explain(self.tree)
             if why is not None:
                 self._result = failure(why.code, why.reason)
-            elif self._tree.status is Status.SUCCESS:
+            elif self.tree.status is Status.SUCCESS:
                 self._result = success()
         return self._result
 
@@ -162,7 +171,7 @@ class _CleanupRun:
         place = f"{Path(where.filename).name}:{where.lineno}"
         self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
         # Skills that the clean-up had started are cancelled; the node that broke may break again.
-        for node in self._tree.iterate():
+        for node in self.tree.iterate():
             if not node.children and node.status is Status.RUNNING:
                 with suppress(Exception):
                     node.stop(Status.INVALID)

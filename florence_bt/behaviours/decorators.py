@@ -234,7 +234,12 @@ class While(PreparedDecorator):
         child: What is guarded.
         context: What the tree shares.
         condition: What must hold at the start and all along.
+
+    Attributes:
+        memory: False, as of a composite that asks its conditions with every tick.
     """
+
+    memory = False
 
     def __init__(
         self, name: str, child: Behaviour, context: TreeContext, condition: CompiledExpression

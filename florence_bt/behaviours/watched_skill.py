@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,7 +67,17 @@ class WatchedSkill(RunSkill):
 
     def ask_again(self) -> None:
         """Ask with the next tick; the previous answer stands until the new one is there."""
-        self._due = True
+        # A question that was suspended for a pause is asked once more in any case.
+        self._due = self._entry is None or not self._entry.suspended
+
+    @property
+    def is_asked_again(self) -> bool:
+        """Whether an answer stands that a new one will replace; after a pause that is waited for."""
+        return self._answer is not None and (self._due or self._asking) and not self._left
+
+    def _conditions_above(self) -> Iterator[Any]:
+        """None: a question waits for no other."""
+        return iter(())
 
     def initialise(self) -> None:
         """Start the skill, unless an answer is kept."""
@@ -86,6 +96,7 @@ class WatchedSkill(RunSkill):
             return status
         if self._due and not self._asking:
             self._due, self._asking = False, True
+            self._timer.cancel()
             super().initialise()
         if self._asking:
             status = super().update()

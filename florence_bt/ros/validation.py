@@ -151,6 +151,10 @@ def _clock(message: Any, now: Now | None) -> None:
     check_time(message.clock.sec, message.clock.nanosec)
 
 
+def _date(message: Any, now: Now | None) -> None:
+    check_time(message.sec, message.nanosec)
+
+
 def _header(header: Any, now: Now | None) -> None:
     _name("header.frame_id", header.frame_id)
     _stamp("header.stamp", header.stamp, now)
@@ -356,6 +360,7 @@ _SPEED_LIMITS = (
 )
 
 CHECKS: Mapping[str, Check] = {
+    "builtin_interfaces/Time": _date,
     "geometry_msgs/Twist": _twist,
     "geometry_msgs/PoseStamped": _pose_stamped,
     "geometry_msgs/PoseWithCovarianceStamped": _pose_with_covariance,

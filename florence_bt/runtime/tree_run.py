@@ -254,9 +254,6 @@ class TreeRun:
             status: How the run ends.
             why: The cause when it was no success.
         """
-        # The picture of the tree is taken before its nodes forget where they stood.
-        self.run.rows = self.rows()
-        self.run.tree = draw_rows(self.run.rows)
         self.run.status = RunStatus.ENDING
         self.run.paused = ""
         self._end = (status, why)
@@ -283,6 +280,7 @@ class TreeRun:
         self.end(RunStatus.FAILED, why)
 
     def _stop_tree(self) -> None:
+        self._ticks.note_end()
         try:
             self.root.stop(Status.INVALID)
         except Exception as error:
@@ -347,6 +345,9 @@ class TreeRun:
 
     def _finish(self, status: RunStatus, why: Why | None) -> None:
         self._cancel_limit()
+        # What still runs now, such as a clean-up of a process that ends, is left.
+        self.run.rows = tuple(replace(row, left=True) for row in self.rows())
+        self.run.tree = draw_rows(self.run.rows)
         self.on_over(self.run, status, why)
 
     # ---- skills ---------------------------------------------------------------------------------------
@@ -403,6 +404,17 @@ class TreeTicks:
         self._began: dict[Behaviour, int] = {}
         self.count = 0
         self._moment = -1.0
+
+    def note_end(self) -> None:
+        """Note where every node stands, before the tree is stopped and its nodes forget it."""
+        now, tick = self._clock.now(), self._ticker.count
+        known: dict[Behaviour, Why] = {}
+        for node in self._ticker.root.iterate():
+            if node.status is not Status.INVALID:
+                why = explain(node, known) if node.status is Status.FAILURE else None
+                self._last[node] = tick, Left(node.status, node.feedback_message, why)
+            if node.status is Status.RUNNING:
+                self._note_time(node, Status.INVALID, now)
 
     def note(self, now: float) -> None:
         """Count a tick at a moment of the real clock."""

@@ -278,7 +278,7 @@ class System:
             self._going_down = True
             try:
                 if BASE in self._supervisor.silences():
-                    self._hold.hold(driver_answers=BASE not in self._hung)
+                    self._hold.hold(driver_answers=BASE not in self._hung, hand=True)
             finally:
                 self._end()
 

@@ -156,7 +156,7 @@ class MissionNode(FlorenceNode):
         if safety is None:
             self._recovery.begin()
         else:
-            self._recovery.begin(safety.make_safe, self._still_booting)
+            self._recovery.begin(safety.make_safe, self._still_booting, lambda: self._controls.last_override)
 
     def missing(self) -> list[str]:
         """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""
@@ -171,7 +171,7 @@ class MissionNode(FlorenceNode):
 
     def _still_booting(self) -> list[str]:
         """What a mission that goes on after a crash needs; the odometry is part of the pose."""
-        missing = self._missing_servers()
+        missing = [*self._missing_servers(), *self._controls.missing_override()]
         return missing if self._robot_pose() is not None else [*missing, "the robot's pose"]
 
     def close(self) -> None:

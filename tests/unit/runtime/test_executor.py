@@ -137,7 +137,7 @@ def test_the_tree_of_a_stopped_run_shows_where_it_was(bench):
     bench.clock.advance(2.5)
     bench.executor.stop("enough")
     bench.clock.advance(1.0)
-    assert "[+] drive" in run.tree and "[>] work" in run.tree
+    assert "[+] drive" in run.tree and "[-] work" in run.tree
 
 
 def test_a_second_trigger_is_refused_by_default(bench):
