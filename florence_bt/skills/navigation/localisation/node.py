@@ -100,7 +100,7 @@ class LocaliserNode(FlorenceNode):
         self._start = Pose2(p.initial_x, p.initial_y, p.initial_yaw)
         self._deviations = (p.initial_deviation_xy, p.initial_deviation_xy, p.initial_deviation_yaw)
         self._pose_set = False
-        self._given: tuple[Pose2, tuple[float, float, float]] | None = None
+        self._told_pose: tuple[Pose2, tuple[float, float, float]] | None = None
         self._localiser: Localiser | None = None
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._queue.clear)
@@ -173,14 +173,14 @@ class LocaliserNode(FlorenceNode):
         variances = np.array(message.pose.covariance)[[0, 7, 35]]
         x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
         given = (float(x), float(y), float(yaw))
-        self._given = pose, given if any(given) else INITIAL_DEVIATIONS
+        self._told_pose = pose, given if any(given) else INITIAL_DEVIATIONS
         self._take_given_pose()
 
     def _take_given_pose(self) -> bool:
         """Begin at the pose that was given last, if the map knows that place; False when there is none."""
-        if self._given is None or self._localiser is None or self._grid is None:
+        if self._told_pose is None or self._localiser is None or self._grid is None:
             return False
-        (pose, deviations), self._given = self._given, None
+        (pose, deviations), self._told_pose = self._told_pose, None
         problem = self._grid.problem_with_place(pose.x, pose.y, INITIAL_SLACK_M)
         if problem is not None:
             told = f"({pose.x:.2f} m, {pose.y:.2f} m) is {problem} (would have worked: a place on its floor)"
