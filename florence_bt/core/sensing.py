@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Literal
@@ -203,6 +204,34 @@ class OccupancyGrid:
     def contains(self, row: int, column: int) -> bool:
         """Whether the cell lies in the grid."""
         return 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
+
+    def problem_with_place(self, x: float, y: float, slack: float = 0.0) -> str | None:
+        """Why nobody can be sent to, or be believed at, a place: the map knows nothing of it.
+
+        Args:
+            x: Metres, frame of the map.
+            y: Metres.
+            slack: How near to the place something known is enough, metres along each axis.
+
+        Returns:
+            What the place is, to complete "the goal is ..."; None when the map knows it.
+        """
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return "not finite"
+        rows, columns = self.cells.shape
+        reach = math.ceil(slack / self.resolution)
+        row, column = self.cell_of(x, y)
+        near = self.cells[
+            max(0, row - reach) : max(0, row + reach + 1),
+            max(0, column - reach) : max(0, column + reach + 1),
+        ]
+        if (near != UNKNOWN).any():
+            return None
+        if self.contains(row, column):
+            return "where the map knows nothing"
+        span_x = f"x {self.origin.x:g} to {self.origin.x + columns * self.resolution:g} m"
+        span_y = f"y {self.origin.y:g} to {self.origin.y + rows * self.resolution:g} m"
+        return f"outside the map ({span_x}, {span_y})"
 
     def is_occupied(self, x: float, y: float) -> bool:
         """Whether a place (metres, frame of the map) is probably occupied; outside of the grid it is not."""

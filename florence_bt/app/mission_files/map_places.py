@@ -35,17 +35,12 @@ def problem_on_map(
 
 
 def _problem(grid: OccupancyGrid, x: float, y: float, name: str) -> str | None:
+    problem = grid.problem_with_place(x, y)
+    if problem is not None:
+        return problem.replace("the map", f"the map {name}", 1)
     row, column = grid.cell_of(x, y)
-    if not grid.contains(row, column):
-        height, width = (size * grid.resolution for size in grid.cells.shape)
-        span_x = f"x {grid.origin.x:g} to {grid.origin.x + width:g} m"
-        span_y = f"y {grid.origin.y:g} to {grid.origin.y + height:g} m"
-        return f"outside the map {name} ({span_x}, {span_y})"
-    value = int(grid.cells[row, column])
-    if value >= _OCCUPIED_FROM:
+    if grid.cells[row, column] >= _OCCUPIED_FROM:
         return f"in an obstacle of the map {name}"
-    if value < 0:
-        return f"where the map {name} knows nothing"
     reach = int(np.ceil(ROBOT_RADIUS_M / grid.resolution))
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     near = (np.hypot(rows, columns) * grid.resolution) <= ROBOT_RADIUS_M

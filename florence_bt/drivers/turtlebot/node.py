@@ -63,6 +63,8 @@ class TurtlebotNode(FlorenceNode):
     Source: document, section 2.3; REFERENCE 2.1.
     """
 
+    parameter_classes = (TurtlebotNodeParameters, TurtlebotParameters)
+
     def __init__(
         self,
         *,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError
-from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
+from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative, Positive, check_order
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import nearest_per_beam
 
@@ -41,8 +41,8 @@ class FakeLaserParameters(CheckedParameters):
             near to be measured, or beside the view, is not wiped from a costmap. False is the old behaviour.
     """
 
-    min_height: float = -0.15
-    max_height: float = 0.15
+    min_height: Finite = -0.15
+    max_height: Finite = 0.15
     angle_min: Annotated[float, Limits(-math.pi, math.pi)] = -math.pi / 2
     angle_max: Annotated[float, Limits(-math.pi, math.pi)] = math.pi / 2
     angle_increment: Positive = math.pi / 360

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from florence_bt.core.limits import CheckedParameters, NotNegative, Positive, check_order
+from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Positive, check_order
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import without_feet
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
@@ -38,7 +38,7 @@ class LowObstacleParameters(CheckedParameters):
             their feet along: it is left out. Metres.
     """
 
-    low_min_height: float = 0.0
+    low_min_height: Finite = 0.0
     low_range_min: Positive = 0.85
     low_range_max: Positive = 1.9
     low_apart: NotNegative = 0.3

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
+from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Positive
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import what_hangs_over
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
@@ -32,7 +32,7 @@ class OverhangParameters(CheckedParameters):
             and a person, does not. Metres.
     """
 
-    overhang_min_height: float = 1.0
+    overhang_min_height: Finite = 1.0
     overhang_range_min: Positive = 1.2
     overhang_apart: NotNegative = 0.1
 

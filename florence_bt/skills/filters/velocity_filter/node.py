@@ -37,6 +37,8 @@ class VelocityFilterNode(FlorenceNode):
         tickers: One per topic of commands; each makes the steps of its filter on the node's clock.
     """
 
+    parameter_classes = (VelocityFilterParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("velocity_filter", parameters=parameters, namespace=namespace)
         limits = self.read_parameters(VelocityFilterParameters)

@@ -109,6 +109,8 @@ class MapServerNode(FlorenceNode):
         grid: The published map.
     """
 
+    parameter_classes = (MapServerParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("map_server", parameters=parameters, namespace=namespace)
         self._p = self.read_parameters(MapServerParameters)

@@ -335,6 +335,9 @@ class Navigator:
             return failure("bad_input", f"the start {start} is not finite")
         if self.cost_at(start.x, start.y) == LETHAL:
             return failure("start_occupied", f"({start.x:.2f}, {start.y:.2f}) lies in an obstacle")
+        problem = self._problem_with(goal)
+        if problem is not None and problem[0] == "goal_outside" and tolerance <= 0.0:
+            return failure(*problem)
         return plan_path(self.global_costmap, start, goal, self._p.planner, tolerance=tolerance)
 
     def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
@@ -343,10 +346,10 @@ class Navigator:
         Args:
             angle: Relative to the heading at the first step, by odometry.
             now: Seconds.
-            time_allowance: Seconds the turn may take.
+            time_allowance: Seconds the turn may take; 0 is no limit.
         """
         self._begin(now)
-        if not math.isfinite(angle) or not math.isfinite(time_allowance) or time_allowance <= 0.0:
+        if not math.isfinite(angle) or not math.isfinite(time_allowance):
             reason = f"a turn by {angle} rad in {time_allowance} s cannot be done"
             self._end = failure("bad_input", reason, server_code=SPIN_SERVER_CODES["bad_input"])
         else:
@@ -469,6 +472,8 @@ class Navigator:
         if cell is None:
             return "goal_outside", f"the goal {place} lies outside of the map"
         cost = self._costmaps.static[cell]
+        if cost == UNKNOWN_COST:
+            return "goal_outside", f"the goal {place} is where the map knows nothing"
         if INSCRIBED <= cost < UNKNOWN_COST:
             return "goal_occupied", f"the robot does not fit at {place}: an obstacle of the map is too near"
         if self._walls.touches(goal):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
@@ -174,7 +174,23 @@ class ApproachParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class NavigatorParameters:
-    """All parameters of navigation."""
+    """All parameters of navigation.
+
+    Attributes:
+        CLASSES: The class of each part, in their order.
+    """
+
+    CLASSES: ClassVar[tuple[type[Any], ...]] = (
+        CycleParameters,
+        CostmapParameters,
+        PlannerParameters,
+        ControllerParameters,
+        RecoveryParameters,
+        SpinParameters,
+        FollowParameters,
+        ApproachParameters,
+        PeopleParameters,
+    )
 
     cycle: CycleParameters = field(default_factory=CycleParameters)
     costmap: CostmapParameters = field(default_factory=CostmapParameters)
@@ -189,17 +205,7 @@ class NavigatorParameters:
     @staticmethod
     def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:
         """Fill every part with one reader of parameter dataclasses; all names are different."""
-        return NavigatorParameters(
-            cycle=read(CycleParameters),
-            costmap=read(CostmapParameters),
-            planner=read(PlannerParameters),
-            controller=read(ControllerParameters),
-            recovery=read(RecoveryParameters),
-            turn=read(SpinParameters),
-            follow=read(FollowParameters),
-            approach=read(ApproachParameters),
-            people=read(PeopleParameters),
-        )
+        return NavigatorParameters(*map(read, NavigatorParameters.CLASSES))
 
 
 _BACKING_UP = "a robot that is stuck backs up as a recovery behaviour: back_up_distance, back_up_speed"
