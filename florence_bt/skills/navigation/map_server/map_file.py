@@ -149,7 +149,7 @@ class _Pixels:
 
     def doubts(self, description: MapDescription, cells: NDArray[np.int8]) -> Iterator[str]:
         """What is probably wrong with the description, or with the image, a sentence each."""
-        kept = np.count_nonzero(self._look_up(_kept_unknown(description, opacity=self.opacity is not None)))
+        kept = _count(self._look_up(_kept_unknown(description, opacity=self.opacity is not None)))
         if kept:
             yield (
                 f"{_percent(kept, cells)} of the cells have the grey that map savers write for unknown "
@@ -157,7 +157,7 @@ class _Pixels:
                 f"{' and their opacity' if self.opacity is not None else ''}: "
                 "they stay unknown; free_thresh: 0.196 and an image without opacity say the same"
             )
-        free, occupied = np.count_nonzero(cells == FREE), np.count_nonzero(cells == OCCUPIED)
+        free, occupied = _count(cells == FREE), _count(cells == OCCUPIED)
         if description.mode == "raw" or not (free < FEW_FREE * cells.size or free < occupied):
             return
         sentence = f"{_percent(free, cells)} of the cells are free and {_percent(occupied, cells)} occupied"
@@ -165,13 +165,17 @@ class _Pixels:
             (f"negate: {int(description.negate)}", replace(description, negate=not description.negate), self),
             ("the opacity of the image", description, _Pixels(self.grey, None)),
         ):
-            instead = np.count_nonzero(pixels.cells(other) == FREE)
+            instead = _count(pixels.cells(other) == FREE)
             if instead > max(free, FEW_FREE * cells.size):
                 sentence += f"; is {doubt} meant? Without it {_percent(instead, cells)} would be free"
         yield sentence
 
     def _look_up(self, table: NDArray[Any]) -> NDArray[Any]:
         return table[self.grey] if self.opacity is None else table[self.grey, self.opacity]
+
+
+def _count(cells: NDArray[Any]) -> int:
+    return int(np.count_nonzero(cells))
 
 
 def _percent(count: int, cells: NDArray[np.int8]) -> str:
