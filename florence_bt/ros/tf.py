@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -38,9 +39,26 @@ TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
 AHEAD_S = 1.5
 """How far ahead of now another program's transform may be stamped: one that is stamped later stays the newest
 for as long. Chosen: Nav2's AMCL stamps ``map -> odom`` 1 s ahead (its default ``transform_tolerance``)."""
-ECHOES, SUSPECTS = 64, 20
-"""How many messages are remembered to tell Florence's own, which both subscriptions hear, from others; and
-for how many the copy is waited before a transform of one of its frames is told as somebody else's."""
+ECHOES = 64
+"""How many of Florence's own messages, which both subscriptions hear, are known again without being read."""
+JUDGED_AFTER_S, MAX_SUSPECTS = 1.0, 1000
+"""How long a transform of one of Florence's frames waits for its copy on the other subscription (seconds of
+the machine), and how many may wait. Chosen: a busy node has read what came together long before."""
+GOES_ON_S = 10.0
+"""A second transform within this time that says something else is of somebody who goes on. One alone may be a
+lost copy of a frame that jumped at that moment, as ``odom`` does when the robot finds itself (chosen)."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Suspect:
+    """A transform of one of Florence's frames whose publisher is not known yet."""
+
+    due: float
+    parent: str
+    child: str
+    stamp: float
+    pose: Pose2
+    contradiction: str
 
 
 class TransformListener:
@@ -62,8 +80,8 @@ class TransformListener:
         self.buffer = TransformBuffer()
         self._node = node
         self._echoes: deque[bytes] = deque(maxlen=ECHOES)
-        self._suspects: deque[tuple[bytes, str]] = deque()
-        self._newest = b""
+        self._suspects: deque[_Suspect] = deque(maxlen=MAX_SUSPECTS)
+        self._last_doubt: dict[str, float] = {}
         node.ros_timebase.on_reset(self.buffer.clear_moving)
         self._subscriptions: list[Subscription] = []
         # Own messages first: then the same message is known when it comes once more from everybody's topic.
@@ -91,7 +109,6 @@ class TransformListener:
         return True
 
     def _is_new(self, data: bytes) -> bool:
-        self._newest = data
         return data not in self._echoes
 
     def _on_own_moving(self, message: TFMessage) -> None:
@@ -103,7 +120,7 @@ class TransformListener:
         for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
             own = self.buffer.is_own(child)
             ahead = stamp - (self._node.ros_timebase.now_near(stamp, AHEAD_S) or stamp)
-            if not own and ahead > AHEAD_S:
+            if ahead > AHEAD_S:
                 problem = str(
                     BadMessage(f"{child!r} is {ahead:.1f} s ahead of now", f"{AHEAD_S:g} s and less")
                 )
@@ -111,12 +128,22 @@ class TransformListener:
                 continue
             contradiction = self.buffer.set_moving(parent, child, stamp, pose)
             if own and contradiction is not None:
-                self._suspects.append((self._newest, contradiction))
+                due = self._node.steady.now() + JUDGED_AFTER_S
+                self._suspects.append(_Suspect(due, parent, child, stamp, pose, contradiction))
             else:
                 self._tell(TF_TOPIC, contradiction)
-        while len(self._suspects) > SUSPECTS:
-            data, contradiction = self._suspects.popleft()
-            self._tell(TF_TOPIC, contradiction if data not in self._echoes else None)
+        self._judge()
+
+    def _judge(self) -> None:
+        """Tell of the transforms that say something else than Florence's own; a lost copy says the same."""
+        now = self._node.steady.now()
+        while self._suspects and self._suspects[0].due <= now:
+            suspect = self._suspects.popleft()
+            if self.buffer.agrees(suspect.parent, suspect.child, suspect.stamp, suspect.pose):
+                continue
+            if suspect.due - self._last_doubt.get(suspect.child, -GOES_ON_S) < GOES_ON_S:
+                self._tell(TF_TOPIC, suspect.contradiction)
+            self._last_doubt[suspect.child] = suspect.due
 
     def _on_static(self, message: TFMessage, *, own: bool) -> None:
         for parent, child, _, transform in map(transform_from_ros, message.transforms):

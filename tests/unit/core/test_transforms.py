@@ -225,3 +225,18 @@ def test_what_everybody_hears_of_florences_own_static_frames_is_no_contradiction
     buffer = TransformBuffer()
     for own in (False, True, False):
         assert buffer.set_static("base", "laser", WRONG, own=own) is None
+
+
+def test_a_sample_that_lies_on_the_motion_says_the_same_and_any_other_does_not():
+    buffer = TransformBuffer()
+    for step in range(3):
+        buffer.set_moving("odom", "base", 10.0 + step, Pose2(0.4 * step, 0.0, 0.1 * step), own=True)
+    assert buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.0, 0.1))
+    assert buffer.agrees("odom", "base", 10.5, Pose2(0.21, 0.0, 0.05)), "the copy of a sample that was lost"
+    assert buffer.agrees("odom", "base", 9.0, Pose2(7.0, 0.0, 0.0)), (
+        "before the first sample nothing is known"
+    )
+    assert buffer.agrees("odom", "base", 22.0, Pose2(7.0, 0.0, 0.0)), "nor long after the last one"
+    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.5, 0.0, 0.1))
+    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.0, 0.5))
+    assert not buffer.agrees("map", "base", 11.0, Pose2(0.4, 0.0, 0.1))
