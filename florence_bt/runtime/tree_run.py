@@ -390,8 +390,9 @@ class TreeRun:
             outputs=dict(result.outputs),
             **({"paused": True} if paused else {}),
         )
-        if self.run.status is RunStatus.ENDING:
-            self._environment.wake()  # the last skill's end is what the executor waits for
+        if self._held is None or self.run.status is RunStatus.ENDING:
+            # Of a skill that nobody waits for any more, too: its end lets another one have the robot.
+            self._environment.wake()
 
 
 class TreeTicks:

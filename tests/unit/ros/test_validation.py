@@ -46,7 +46,7 @@ def changed(message_type: Any, field: str, value: Any, stamp: float = NOW) -> An
         (OccupancyGrid, "info.width", 0, "the number of cells is 0"),
         (OccupancyGrid, "info.height", 2**32 - 1, "1 to 2.5e+07"),
         (OccupancyGrid, "info.resolution", 0.0, "resolution is 0"),
-        (OccupancyGrid, "info.resolution", 1e-30, "0.001 to 10 m"),
+        (OccupancyGrid, "info.resolution", 1e-30, "0.001 to 1 m"),
         (LaserScan, "ranges", [], "the number of ranges is 0"),
         (LaserScan, "angle_increment", math.nan, "the angle from the first to the last beam is nan"),
         (LaserScan, "intensities", [1.0], "1 intensities for 101 ranges"),

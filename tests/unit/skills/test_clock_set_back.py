@@ -20,17 +20,17 @@ def test_one_scan_of_the_future_does_not_hide_that_the_laser_is_dead() -> None:
     fresh = Freshness(0.5, 0.25, ("scan",))
     odometry = Odometry(100.0, Pose2())
     fresh.saw("scan", 109.0, 100.0)
-    missing = fresh.missing(100.0, odometry, None, needs_map=False)
+    missing = fresh.missing(100.0, odometry)
     assert missing is not None and missing[0] == "no_scan"
     fresh.saw("scan", 100.0, 100.0)
-    assert fresh.missing(100.0, odometry, None, needs_map=False) is None
-    missing = fresh.missing(101.0, Odometry(101.0, Pose2()), None, needs_map=False)
+    assert fresh.missing(100.0, odometry) is None
+    missing = fresh.missing(101.0, Odometry(101.0, Pose2()))
     assert missing is not None and missing[0] == "no_scan"
 
 
 def test_the_robot_does_not_move_on_odometry_of_the_future() -> None:
     fresh = Freshness(0.5, 0.25, ())
-    missing = fresh.missing(100.0, Odometry(109.0, Pose2()), None, needs_map=False)
+    missing = fresh.missing(100.0, Odometry(109.0, Pose2()))
     assert missing is not None and missing[0] == "no_pose"
 
 
