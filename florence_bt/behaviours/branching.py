@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.behaviours.composites import stop_watching
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression, equal
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Stepping, Steps
-from florence_bt.behaviours.watched_skill import WatchedSkill
+from florence_bt.behaviours.watching import Watch
 from florence_bt.core.outcome import Result, failure
 
 
@@ -57,8 +56,8 @@ class _Branching(Stepping):
 class If(_Branching):
     """Does one of two branches.
 
-    With memory the condition is asked once, at the start. Without memory it is asked with every tick, and the
-    branch that it leaves is stopped; while a condition that takes time is asked again, the branch goes on.
+    With memory the condition is asked once, at the start. Without memory it is asked again while the branch
+    runs, and the branch that it leaves is stopped; while a condition that takes time is asked, it goes on.
 
     Args:
         name: The name of the node in dumps.
@@ -67,7 +66,7 @@ class If(_Branching):
         then: What is done when the condition holds.
         otherwise: What is done when it does not; None: nothing, which is a success.
         memory: Whether it is asked only once.
-        watched: The skills in the condition that are asked again as long as the node runs.
+        watch: The watch of a condition that is a node, without memory.
     """
 
     def __init__(
@@ -79,7 +78,7 @@ class If(_Branching):
         otherwise: Behaviour | None = None,
         *,
         memory: bool = True,
-        watched: Iterable[WatchedSkill] = (),
+        watch: Watch | None = None,
     ) -> None:
         asked = [condition] if isinstance(condition, Behaviour) else []
         rest = [otherwise] if otherwise is not None else []
@@ -88,7 +87,7 @@ class If(_Branching):
         self._condition = condition
         self._then = then
         self._otherwise = otherwise
-        self._watched = tuple(watched)
+        self._asked = watch
         self._answer: bool | None = None
         self._end_watch: Callable[[], None] | None = None
 
@@ -99,28 +98,45 @@ class If(_Branching):
             self._answer = None
             self._watch()
         if self._answer is None or not self.memory:
+            status = Status.INVALID
             if isinstance(self._condition, Behaviour):
-                yield self._condition
-                if self._condition.status is Status.RUNNING:
+                status = yield from self._ask(self._condition)
+                if status is Status.RUNNING:
                     self.current_child = self._condition
-                    return Status.RUNNING
-            problem = self._decide()
+                    return status
+            problem = self._decide(status is Status.SUCCESS)
             if problem is not None:
                 return self.give_up(problem)
-        return (yield from self.branch_steps())
+        status = yield from self.branch_steps()
+        if status is not Status.RUNNING:
+            self.halt_running()
+        return status
 
     def terminate(self, new_status: Status) -> None:
         """Stop watching."""
-        stop_watching(self._watched)
+        if self._asked is not None:
+            self._asked.end()
         if self._end_watch is not None:
             self._end_watch()
             self._end_watch = None
 
-    def _decide(self) -> Result | None:
+    @property
+    def watched(self) -> tuple[Any, ...]:
+        """The skills of the condition that are asked in the background."""
+        return tuple(self._asked.skills) if self._asked is not None else ()
+
+    def _ask(self, condition: Behaviour) -> Steps:
+        """Tick a condition that is a node, and give the answer that stands."""
+        if self._asked is None:
+            yield condition
+            return condition.status
+        self._asked.look()
+        yield from self._asked.steps(condition)
+        return self._asked.answer or Status.RUNNING
+
+    def _decide(self, answer: bool) -> Result | None:
         """Choose the branch and stop the other one; the failure when the condition has no value."""
-        if isinstance(self._condition, Behaviour):
-            answer = self._condition.status is Status.SUCCESS
-        else:
+        if not isinstance(self._condition, Behaviour):
             try:
                 answer = self._condition.holds(self._context.keys)
             except ValueProblem as error:
@@ -138,6 +154,8 @@ class If(_Branching):
         return None
 
     def _watch(self) -> None:
+        if self._asked is not None:
+            self._asked.begin()
         if not self.memory and isinstance(self._condition, CompiledExpression):
             self._end_watch = self._context.keys.watch(self._condition.keys, self._on_key)
 

@@ -1,12 +1,13 @@
-"""Composites: those of py_trees with fresh children or with watched skills, and one that always cleans up."""
+"""Composites: those of py_trees with fresh children or watched conditions, and one that always cleans up."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -15,7 +16,7 @@ from py_trees.composites import Sequence
 
 from florence_bt.behaviours.context import OpenRun, TreeContext
 from florence_bt.behaviours.stepping import Stepping, Steps
-from florence_bt.behaviours.watched_skill import WatchedSkill
+from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import explain, path_of
 from florence_bt.core.outcome import Result, failure, success
 
@@ -34,40 +35,97 @@ class Selector(PyTreesSelector):
         reset_all(self.children)
 
 
-class ReactiveSequence(Sequence):
-    """The sequence of py_trees without memory; it stops watching when it has ended.
+class _Reactive(Stepping):
+    """What the composites without memory share: all children but the last are conditions that are watched."""
+
+    goes_on: Status
+    """The status of a child after which the next one follows."""
+    watches: tuple[Watch | None, ...]
+
+    def steps(self) -> Steps:
+        """Ask the conditions that must be asked, then tick the last child when they let it run."""
+        if self.status is not Status.RUNNING:
+            self._begin()
+        for watch in self._each_watch():
+            watch.look()
+        status = self.goes_on
+        for place, child in enumerate(self.children):
+            asked = self.watches[place] if place < len(self.watches) else None
+            if asked is None:
+                yield child
+                status = child.status
+            else:
+                yield from asked.steps(child)
+                status = asked.answer or Status.RUNNING
+            self.current_child = child
+            if status is not self.goes_on:
+                self._leave(place + 1)
+                break
+        if status is not Status.RUNNING:
+            self.halt_running()
+        return status
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop watching."""
+        for watch in self._each_watch():
+            watch.end()
+
+    @property
+    def watched(self) -> tuple[Any, ...]:
+        """The skills below that are asked in the background."""
+        return tuple(skill for watch in self._each_watch() for skill in watch.skills)
+
+    def _each_watch(self) -> Iterator[Watch]:
+        return (watch for watch in self.watches if watch is not None)
+
+    def _begin(self) -> None:
+        self.halt_all()
+        self.feedback_message = ""
+        for watch in self._each_watch():
+            watch.begin()
+
+    def _leave(self, first: int) -> None:
+        """Stop what comes behind the child that decides."""
+        for place in range(first, len(self.children)):
+            child = self.children[place]
+            if child.status is not Status.INVALID:
+                self.halt(child)
+                watch = self.watches[place] if place < len(self.watches) else None
+                if watch is not None:
+                    watch.end()
+                    watch.begin()
+
+
+class ReactiveSequence(_Reactive, Sequence):
+    """The sequence without memory: it asks its conditions again while a later child runs.
 
     Args:
         name: The name of the node in dumps.
         children: What is done, conditions first.
-        watched: The skills below it that are conditions, as long as it runs.
+        watches: The watch of each child but the last; None: nothing need be kept, it is ticked each time.
     """
 
-    def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
-        super().__init__(name, False, children)
-        self._watched = tuple(watched)
+    goes_on = Status.SUCCESS
 
-    def terminate(self, new_status: Status) -> None:
-        """Stop watching."""
-        stop_watching(self._watched)
+    def __init__(self, name: str, children: list[Behaviour], watches: Iterable[Watch | None]) -> None:
+        Sequence.__init__(self, name, False, children)
+        self.watches = tuple(watches)
 
 
-class ReactiveSelector(Selector):
-    """The selector without memory; it stops watching when it has ended.
+class ReactiveSelector(_Reactive, PyTreesSelector):
+    """The selector without memory: it asks its conditions again while a later child runs.
 
     Args:
         name: The name of the node in dumps.
         children: What is tried, conditions first.
-        watched: The skills below it that are conditions, as long as it runs.
+        watches: The watch of each child but the last; None: nothing need be kept, it is ticked each time.
     """
 
-    def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
-        super().__init__(name, False, children)
-        self._watched = tuple(watched)
+    goes_on = Status.FAILURE
 
-    def terminate(self, new_status: Status) -> None:
-        """Stop watching."""
-        stop_watching(self._watched)
+    def __init__(self, name: str, children: list[Behaviour], watches: Iterable[Watch | None]) -> None:
+        PyTreesSelector.__init__(self, name, False, children)
+        self.watches = tuple(watches)
 
 
 class Finally(Stepping):
@@ -81,6 +139,8 @@ class Finally(Stepping):
         context: What the tree shares.
         body: What is done.
         make_cleanup: Builds the tree of the clean-up; each stop from outside needs a fresh one.
+        spot: Where it stands in a condition that is watched, or None: it does not clean up again where the
+            body only replays what it has done.
     """
 
     def __init__(
@@ -89,26 +149,39 @@ class Finally(Stepping):
         context: TreeContext,
         body: Behaviour,
         make_cleanup: Callable[[TreeContext], Behaviour],
+        spot: Spot | None = None,
     ) -> None:
         self._context = context
+        self._spot = spot
         self._make_cleanup = make_cleanup
         self._body = body
         self._cleanup = make_cleanup(context)
+        self._beside: Behaviour | None = None
         super().__init__(name, [body, self._cleanup])
+
+    @property
+    def shown(self) -> tuple[Behaviour, Behaviour]:
+        """The body and the clean-up for a dump: the one beside the tree, when there was one."""
+        return self._body, self._beside or self._cleanup
 
     def steps(self) -> Steps:
         """The body until it is done, then the clean-up."""
         if self.status is not Status.RUNNING:
             self.halt_all()
+            self._beside = None
             self.current_child = self._body
         if self.current_child is self._body:
             yield self._body
             if self._body.status is Status.RUNNING:
                 return Status.RUNNING
+            if self._spot is not None and self._spot.recall():
+                return self._body.status
             self.current_child = self._cleanup
         yield self._cleanup
         if self._cleanup.status is Status.RUNNING:
             return Status.RUNNING
+        if self._spot is not None:
+            self._spot.keep(True)
         self.current_child = self._body
         return self._body.status
 
@@ -117,7 +190,9 @@ class Finally(Stepping):
         interrupted = new_status is Status.INVALID and self.status is Status.RUNNING
         super().stop(new_status)
         if interrupted:
-            _CleanupRun(self, self._context, self._make_cleanup).begin()
+            beside = _CleanupRun(self, self._context, self._make_cleanup)
+            self._beside = beside.tree
+            beside.begin()
 
 
 class _CleanupRun:
@@ -127,13 +202,13 @@ class _CleanupRun:
         self, owner: Behaviour, context: TreeContext, make_cleanup: Callable[[TreeContext], Behaviour]
     ) -> None:
         self._context = context
-        self._tree = make_cleanup(replace(context, wake=self._wake))
-        self._tree.parent = owner
+        self.tree = make_cleanup(replace(context, wake=self._wake))
+        self.tree.parent = owner
         self._result: Result | None = None
         self._entry: OpenRun | None = None
 
     def begin(self) -> None:
-        path = path_of(self._tree)
+        path = path_of(self.tree)
         self._context.on_skill_started(path, CLEANUP, {})
         self._entry = self._context.adopt(path, CLEANUP, self)
         self._context.poll(self._entry)
@@ -145,15 +220,15 @@ class _CleanupRun:
     def poll(self) -> Result | None:
         if self._result is None and not self._context.pause.active:
             try:
-                self._tree.tick_once()
+                self.tree.tick_once()
             except Exception as error:
                 # A bug in a clean-up ends the clean-up: it may have been woken by a timer, far from any tree.
                 self._break_off(error)
                 return self._result
-            why = explain(self._tree)
+            why = explain(self.tree)
             if why is not None:
                 self._result = failure(why.code, why.reason)
-            elif self._tree.status is Status.SUCCESS:
+            elif self.tree.status is Status.SUCCESS:
                 self._result = success()
         return self._result
 
@@ -162,7 +237,7 @@ class _CleanupRun:
         place = f"{Path(where.filename).name}:{where.lineno}"
         self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
         # Skills that the clean-up had started are cancelled; the node that broke may break again.
-        for node in self._tree.iterate():
+        for node in self.tree.iterate():
             if not node.children and node.status is Status.RUNNING:
                 with suppress(Exception):
                     node.stop(Status.INVALID)
@@ -181,12 +256,6 @@ class _CleanupRun:
         if self._entry is not None:
             self._context.poll(self._entry)
         self._context.wake()
-
-
-def stop_watching(watched: Iterable[WatchedSkill]) -> None:
-    """Stop watching these."""
-    for skill in watched:
-        skill.stop_watching()
 
 
 def reset_all(children: Iterable[Behaviour]) -> None:

@@ -38,12 +38,13 @@ class OpenRun:
     Attributes:
         path: The path of the node that started it.
         skill: The name of the skill (or of the clean-up).
-        run: The run itself; another one after a pause.
+        run: The run itself.
         wake: Asks for a tick of the tree that the node belongs to.
         inputs: What the skill was started with; None for a run that was started elsewhere.
         left: Whether the node that started it was left; the context then records its end by itself.
         late: Whether the skill took longer than its declaration allows.
-        suspended: Whether it was cancelled for a pause and will be started again.
+        suspended: Whether it was cancelled for a pause and will be started again, by its node.
+        on_resume: Called when the pause is over, for the node to start it again at once or in its next tick.
         end_reported: Whether the end of the cancelled run was reported already.
         deadline: The timer behind ``late``.
         resources: What no other skill may use until this run has ended.
@@ -57,6 +58,7 @@ class OpenRun:
     left: bool = False
     late: bool = False
     suspended: bool = False
+    on_resume: Callable[[], object] = _ignore
     end_reported: bool = False
     deadline: Timer | None = None
     resources: frozenset[str] = frozenset()
@@ -87,7 +89,7 @@ class TreeContext:
             its tree has finished or was stopped and this list is empty.
         on_skill_started: Called when a run begins.
         on_skill_ended: Called once when a run has reported its end, also after a cancel; by then the run has
-            left ``runs``, unless it will be started again after a pause.
+            left ``runs``, unless its node will start another one after a pause.
         pause: Whether the run is paused.
         later: Does what is not urgent: during a tick when it is over, at once otherwise.
         waiting: Called when a run has ended: skills that wait until what they need is free.
@@ -129,7 +131,7 @@ class TreeContext:
         """Keep a run that was started elsewhere, until it reports its end."""
         entry = OpenRun(path, skill, run, self.wake)
         self.runs.append(entry)
-        run.on_change(partial(self._on_change, entry, run))
+        run.on_change(partial(self._on_change, entry))
         return entry
 
     def poll(self, entry: OpenRun) -> Result | None:
@@ -147,8 +149,9 @@ class TreeContext:
         """The run that uses what a skill needs for itself; None when nothing keeps it from starting."""
         needed = self.declarations[skill].resources
         for entry in tuple(self.runs) if needed else ():
+            free = entry.suspended and entry.end_reported
             # A run whose node was left may have ended without notice.
-            if entry.resources & needed and not (entry.left and self.poll(entry) is not None):
+            if entry.resources & needed and not free and not (entry.left and self.poll(entry) is not None):
                 return entry
         return None
 
@@ -173,7 +176,8 @@ class TreeContext:
         """Cancel every run that goes on, for a pause; a run that had finished keeps its result."""
         self.pause.active = True
         for entry in tuple(self.runs):
-            if entry.inputs is not None and not entry.left and self.poll(entry) is None:
+            goes_on = entry.inputs is not None and not entry.left and not entry.suspended
+            if goes_on and self.poll(entry) is None:
                 entry.suspended = True
                 entry.end_reported = False
                 _end_limit(entry)
@@ -185,17 +189,14 @@ class TreeContext:
         return [entry for entry in self.runs if entry.suspended and not entry.end_reported]
 
     def resume(self) -> None:
-        """Start the suspended skills again with the same inputs."""
+        """Let the nodes of the suspended skills start them again; conditions above them are asked first."""
         self.pause.active = False
-        for entry in tuple(self.runs):
-            if entry.suspended and entry.inputs is not None:
-                entry.suspended = False
-                run = entry.run = self._begin(entry.path, entry.skill, entry.inputs)
-                run.on_change(partial(self._on_change, entry, run))
-                self._limit(entry)
-                entry.wake()
         for call in tuple(self.watching):
             call()
+        for entry in tuple(self.runs):
+            if entry.suspended:
+                entry.wake()
+                entry.on_resume()
 
     def _call_waiting(self) -> None:
         for call in tuple(self.waiting):
@@ -211,14 +212,11 @@ class TreeContext:
 
     def _limit(self, entry: OpenRun) -> None:
         """Give a run that goes on the time that its skill declares."""
-        entry.late = False
         if self.poll(entry) is None:
             when = self.clock.now() + self.declarations[entry.skill].deadline_s
             entry.deadline = self.clock.call_at(when, lambda: _on_deadline(entry))
 
-    def _on_change(self, entry: OpenRun, run: SkillRun) -> None:
-        if run is not entry.run:
-            return  # the run before a pause
+    def _on_change(self, entry: OpenRun) -> None:
         if entry.suspended:
             self._look_at_suspended(entry)
         elif entry.left:
@@ -232,6 +230,7 @@ class TreeContext:
             return
         entry.end_reported = True
         if result.succeeded:
+            entry.suspended = False
             self.drop(entry)
         self.on_skill_ended(entry.path, entry.skill, result)
         entry.wake()

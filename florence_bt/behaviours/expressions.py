@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from florence_bt.behaviours.keys import KeyStore, ValueProblem, readable
+from florence_bt.behaviours.keys import NOTHING, KeyStore, ValueProblem, readable
 from florence_bt.core.geometry import Pose2
 
 _RELATIVE = 1e-9
@@ -117,7 +117,13 @@ class CompiledExpression:
 
     def with_values(self, keys: KeyStore) -> str:
         """The values of its keys for people, such as ``x is 5, room is kitchen``; empty without keys."""
-        return ", ".join(f"{key} is {self._show(key, keys)}" for key in self.keys)
+        return self.text_of(keys.peek(self.keys))
+
+    def text_of(self, values: Sequence[Any]) -> str:
+        """The values of its keys for people, as they were when they were looked up."""
+        return ", ".join(
+            f"{key} is {self._show(key, value)}" for key, value in zip(self.keys, values, strict=True)
+        )
 
     def denial(self, keys: KeyStore, *, wanted: bool = True) -> str:
         """A sentence that says that the condition is not as wanted, with the values behind it."""
@@ -125,10 +131,8 @@ class CompiledExpression:
         verb = "does not hold" if wanted else "holds"
         return f"{self.text} {verb}{f' ({values})' if values else ''}"
 
-    def _show(self, key: str, keys: KeyStore) -> str:
-        if key not in keys:
-            return "not known"
-        return self.shown.get(key, readable)(keys.read(key))
+    def _show(self, key: str, value: Any) -> str:
+        return "not known" if value is NOTHING else self.shown.get(key, readable)(value)
 
 
 # ---- operators ----------------------------------------------------------------------------------------

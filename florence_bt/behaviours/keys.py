@@ -16,7 +16,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure
 
 _STORABLE = (str, bool, int, float, Pose2)
-_NOTHING = object()
+NOTHING = object()
 """Stands for the value of a key that has none."""
 
 
@@ -91,7 +91,7 @@ class KeyStore:
             _check_storable(key, value)
         before, self._values = self._values, dict(values)
         for key in tuple(self._watchers):
-            self._notify(key, before.get(key, _NOTHING), values.get(key, _NOTHING))
+            self._notify(key, before.get(key, NOTHING), values.get(key, NOTHING))
 
     def watch(self, keys: Iterable[str], callback: Watcher) -> Callable[[], None]:
         """Call back with the name of a key whenever its value has changed, was first written or is gone.
@@ -122,6 +122,11 @@ class KeyStore:
 
         return end
 
+    def peek(self, keys: Iterable[str]) -> tuple[Any, ...]:
+        """The values of some keys, :data:`NOTHING` where a key has none."""
+        get = self._values.get
+        return tuple([get(key, NOTHING) for key in keys])
+
     def read(self, key: str) -> Any:
         """The value of a key.
 
@@ -142,7 +147,7 @@ class KeyStore:
         """
         _check_storable(key, value)
         self.check(key, value)
-        old = self._values.get(key, _NOTHING) if key in self._watchers else value
+        old = self._values.get(key, NOTHING) if key in self._watchers else value
         self._values[key] = value
         self._notify(key, old, value)
 

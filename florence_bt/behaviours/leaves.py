@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import is_
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -86,14 +87,34 @@ class Condition(Behaviour):
     """
 
     def __init__(self, name: str, context: TreeContext, expression: CompiledExpression) -> None:
+        self._message: str | None = ""
+        self._values: tuple[Any, ...] | None = None
         super().__init__(name)
         self.result: Result | None = None
         self._context = context
         self._expression = expression
         context.keys.watch(expression.keys, self._on_key)
 
+    @property
+    def feedback_message(self) -> str:
+        """The values that decided; written out when somebody reads it."""
+        if self._message is None:
+            self._message = self._expression.text_of(self._values or ())
+        return self._message
+
+    @feedback_message.setter
+    def feedback_message(self, text: str) -> None:
+        self._message = text
+
     def update(self) -> Status:
-        """Ask."""
+        """Ask; while its keys hold the very same values, the answer stands."""
+        values = self._context.keys.peek(self._expression.keys)
+        if self._values is None or not all(map(is_, values, self._values)):
+            self._values = values
+            self._ask()
+        return Status.SUCCESS if self.result is None else Status.FAILURE
+
+    def _ask(self) -> None:
         keys = self._context.keys
         try:
             holds = self._expression.holds(keys)
@@ -101,11 +122,7 @@ class Condition(Behaviour):
             self.result = error.as_result()
         else:
             self.result = None if holds else failure("not_so", self._expression.denial(keys))
-        if self.result is None:
-            self.feedback_message = self._expression.with_values(keys)
-            return Status.SUCCESS
-        self.feedback_message = self.result.reason
-        return Status.FAILURE
+        self._message = None if self.result is None else self.result.reason
 
     def _on_key(self, key: str) -> None:
         if self.status is not Status.INVALID and self._answer() is not self.status:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -116,6 +116,8 @@ class RunSkill(Behaviour):
 
     def update(self) -> Status:
         """Look at the run, or whether it can be started by now."""
+        if self._entry is not None and self._entry.suspended and not self._start_again(self._entry):
+            return Status.RUNNING
         if self._waiting is not None and self._lock is not None:
             self._start_when_free()
             if self._waiting is not None:
@@ -145,12 +147,41 @@ class RunSkill(Behaviour):
         if entry is not None and entry in self._context.runs:
             self._context.leave(entry)
 
+    def _start_again(self, entry: OpenRun) -> bool:
+        """Start the skill once more after a pause; False while a condition above it is still asked again."""
+        asked = [node.name for node in self._conditions_above() if node.is_asked_again]
+        if asked:
+            self.feedback_message = f"waits for what {' and '.join(asked)} will answer after the pause"
+            return False
+        self._entry, self._waiting = None, dict(entry.inputs or {})
+        self._context.drop(entry)
+        self._start_when_free()
+        return True
+
+    def _on_resume(self) -> None:
+        """Start the skill again, unless something above is asked anew in the next tick, before this node."""
+        if self._entry is not None and all(getattr(node, "memory", True) for node in self._above()):
+            self._start_again(self._entry)
+
+    def _conditions_above(self) -> Iterator[Any]:
+        """The conditions that composites above watch for what is below."""
+        for node in self._above():
+            yield from getattr(node, "watched", ())
+
+    def _above(self) -> Iterator[Behaviour]:
+        """The nodes above this one; those of a clean-up beside the tree end with the clean-up."""
+        node: Behaviour = self
+        while node.parent is not None and node in node.parent.children:
+            node = node.parent
+            yield node
+
     def _start_when_free(self) -> None:
         if self._waiting is None or (self._lock is not None and not self._lock.acquire()):
             return
         inputs, self._waiting = self._waiting, None
         self._path = self._path or path_of(self)
         self._entry = self._context.start(self._path, self.skill, inputs)
+        self._entry.on_resume = self._on_resume
 
     def _complete_inputs(self) -> dict[str, Any] | None:
         """What the skill is started with; None when it cannot be started, with the reason in the result."""

@@ -10,16 +10,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from florence_bt.btcpp.custom_nodes import CustomNode, CustomNodes
-from florence_bt.btcpp.data_flow import (
-    READ,
-    WRITE,
-    DataFlow,
-    Ports,
-    TreeFlow,
-    pointer,
-    port_of_skill,
-    registration,
-)
+from florence_bt.btcpp.data_flow import DataFlow, TreeFlow
+from florence_bt.btcpp.key_uses import READ, WRITE, Ports, SubTreeCall, pointer, port_of_skill, registration
 from florence_bt.btcpp.mission_text import Quoted, read_flow
 from florence_bt.btcpp.names import identifier
 from florence_bt.btcpp.node_models import NAV2_ERROR_PORTS, nav2_nodes
@@ -27,7 +19,6 @@ from florence_bt.btcpp.notes import LossNotes
 from florence_bt.btcpp.round_trip import matching_cases, matching_expression, matching_guards, matching_values
 from florence_bt.btcpp.script import (
     AssignmentExpr,
-    BinaryExpr,
     BooleanExpr,
     ChoiceExpr,
     NameExpr,
@@ -36,6 +27,7 @@ from florence_bt.btcpp.script import (
     ScriptExpr,
     TextExpr,
     UnaryExpr,
+    assigned_value,
     condition_text,
     kind_of_code,
     names_in,
@@ -46,6 +38,7 @@ from florence_bt.btcpp.script import (
 )
 from florence_bt.btcpp.values import (
     literal_text,
+    neutral_value,
     quantity_text,
     read_number,
     si_text,
@@ -54,8 +47,9 @@ from florence_bt.btcpp.values import (
 )
 from florence_bt.btcpp.vocabulary import FOREVER, LOOP_KINDS, MARK, POLL, POST_CONDITIONS
 from florence_bt.btcpp.xml_source import Element
-from florence_bt.core.declaration import Kind
+from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions.parser import parse_expression
 
 TURNING = frozenset({"Inverter", "ForceSuccess", "ForceFailure", "RunOnce", "Timeout"})
@@ -217,9 +211,7 @@ class Converter:
 
     def key(self, foreign: str) -> str | None:
         """Our name of a key; None for a name in capitals that nothing writes: an enumeration value."""
-        if foreign.isupper() and foreign not in self.tree.written and foreign not in self.tree.pointed:
-            return None
-        return self.key_name(foreign)
+        return self.key_name(foreign) if self.tree.is_entry(foreign) else None
 
     def key_name(self, foreign: str) -> str:
         """Our name of a key."""
@@ -227,7 +219,10 @@ class Converter:
 
     def kind(self, foreign: str) -> Kind | None:
         """The kind of a key."""
-        return self.facts.kind(self.tree.tree.name, self.tree.local(foreign, self.facts.main))
+        key = self.tree.local(foreign, self.facts.main)
+        kind = self.facts.kind(self.tree.tree.name, key)
+        # What nothing tells of is declared as a text.
+        return kind or (Kind.TEXT if key in self.tree.inputs or key in self.tree.outputs else None)
 
     def new_key(self, wanted: str, kind: Kind, default: str | None) -> str:
         """A key that the mission needs for itself, with its value at the start if it has one."""
@@ -237,17 +232,35 @@ class Converter:
         )
         return name
 
-    def start_with(self, foreign: str, kind: Kind, default: str) -> None:
+    def start_with(self, foreign: str, kind: Kind, default: Any) -> None:
         """Give a key that the tree writes a value at the start."""
         if foreign not in self.tree.all_inputs(self.facts):
-            self.keys[self.key_name(foreign)] = {"type": kind.value, "default": default}
+            self.keys.setdefault(self.key_name(foreign), {"type": kind.value, "default": default})
+
+    def start_empty(self, foreign: str) -> None:
+        """Give a key that need not be written before it is read a neutral value at the start."""
+        kind = self.kind(foreign) or Kind.TEXT
+        self.start_with(foreign, kind, port_document(Port(kind, "", neutral_value(kind)))["default"])
+
+    def leave_unwritten(self, foreign: str) -> None:
+        """Give a key whose writer has no equivalent a value, where something asks for it."""
+        asked = {*self.tree.read_keys, *self.tree.passed, *self.tree.all_outputs(self.facts)}
+        if foreign in asked:
+            self.start_empty(foreign)
+
+    def as_text(self, key: str) -> str:
+        """The value of a key as a text: two keys in one value are put together to one."""
+        nothing = self.tree.names.of("empty text")
+        self.keys[nothing] = {"type": Kind.TEXT.value, "default": Quoted("")}
+        return Quoted(f"${self.key_name(key)}${nothing}")
 
     def value(self, element: Element, attribute: str, kind: Kind | None) -> Any:
         """The value of an attribute as it is written in a mission."""
         text = element.get(attribute)
         key = pointer(text, attribute)
         if key is not None:
-            return f"${self.key_name(key)}"
+            is_text = kind is not Kind.TEXT or self.kind(key) in (None, Kind.TEXT)
+            return f"${self.key_name(key)}" if is_text else self.as_text(key)
         value, problem = written_value(text, kind)
         if problem:
             self.lost(element, f"{attribute}: {problem}")
@@ -276,7 +289,7 @@ class Converter:
     def milliseconds(self, element: Element, attribute: str) -> Any:
         """A duration that is given in milliseconds."""
         key = pointer(element.get(attribute), attribute)
-        if key is not None:
+        if key is not None and self.kind(key) not in (Kind.TEXT, Kind.BOOLEAN, Kind.POSE):
             seconds = "0.001" if self.kind(key) is Kind.DURATION else "0.001 s"
             return f"${{${self.key_name(key)} * {seconds}}}"
         number = read_number(element.get(attribute))
@@ -291,7 +304,8 @@ class Converter:
         """A number of rounds, and whether the loop is endless."""
         text = element.get(attribute, str(default))
         key = pointer(text, attribute)
-        if key is not None:
+        may_lack = {*self.tree.missing, *self.tree.soft}
+        if key is not None and key not in may_lack and self.kind(key) in (None, Kind.INTEGER):
             return f"${self.key_name(key)}", False
         number = read_number(text)
         if not isinstance(number, int) or number < -1:
@@ -353,10 +367,15 @@ class Converter:
 
     def scripts(self, element: Element, text: str) -> list[Node]:
         """The assignments of a script as nodes."""
+        statements: list[ScriptExpr] = []
         try:
             self._note_order(element, text)
-            return set_nodes(parse_script(text), self, lambda message: self.notice(element, message))
+            statements = parse_script(text)
+            return set_nodes(statements, self, lambda message: self.notice(element, message))
         except ConfigError as error:
+            for code in statements:
+                if isinstance(code, AssignmentExpr):
+                    self.leave_unwritten(code.name)
             return [self.stand_in(element, f"the script {text!r}: {error.problem}")]
 
     # ---- conditions before and scripts after ---------------------------------------------------------------
@@ -538,17 +557,14 @@ def _conditional(code: AssignmentExpr, choice: ChoiceExpr, keys: Scope) -> dict[
 
 
 def _assigned(code: AssignmentExpr, keys: Scope) -> Any:
-    value = code.value
-    if code.operator not in (":=", "="):
-        value = BinaryExpr(code.operator[0], NameExpr(code.name), value)
-    kind = keys.kind(code.name)
+    value, kind = assigned_value(code), keys.kind(code.name)
     match value:
         case NumberExpr(value=number) if kind is Kind.TEXT:
             return text_value(si_text(number), None)
         case NumberExpr(value=number):
             return literal_text(number, kind)
         case BooleanExpr(value=truth):
-            return si_text(truth)
+            return text_value(si_text(truth), None) if kind is Kind.TEXT else si_text(truth)
         case TextExpr(value=text):
             return text_value(text, None)
         case NameExpr(name=name):
@@ -602,6 +618,10 @@ def set_blackboard(c: Converter, e: Element) -> Node:
     target = pointer(e.get("output_key"), "output_key") or e.get("output_key")
     if not target:
         return c.stand_in(e, "it names no output_key")
+    if e in c.tree.unset:
+        c.lost(e, f"nothing has written {e.get('value')} here, so it fails, as there when no program sets it")
+        c.leave_unwritten(target)
+        return {"fail": f"{e.get('value')} has no value", "code": "missing_key"}
     if c.kind(target) is Kind.TEXT and pointer(e.get("value"), "value") is None:
         return {"set": {c.key_name(target): text_value(e.get("value"), None)}}
     return {"set": {c.key_name(target): c.value(e, "value", c.kind(target))}}
@@ -626,27 +646,45 @@ def subtree(c: Converter, e: Element) -> Node:
         given = {identifier(port): f"${c.key_name(key)}" for port, key in shared.items()}
         given |= {identifier(port): written_value(text, None)[0] for port, text in call.literals.items()}
         return {**node, "with": given} if given else node
+    inputs = _given(c, e, call, called, shared)
+    outputs = {
+        called.names.of(port): c.key_name(shared[port])
+        for port in called.all_outputs(c.facts)
+        if port in shared
+    }
+    declared = c.facts.declared(call.tree, "out")
+    for port in (port for port in called.outputs if port in shared and port not in declared):
+        if c.tree.goes_on_after_failure(e) and shared[port] in c.tree.read_keys:
+            c.start_empty(shared[port])  # there the tree has shared it, although it failed
+    node |= {"with": inputs} if inputs else {}
+    return node | ({"out": outputs} if outputs else {})
+
+
+def _given(
+    c: Converter, e: Element, call: SubTreeCall, called: TreeFlow, shared: Mapping[str, str]
+) -> dict[str, Any]:
+    """The inputs of a call."""
     inputs: dict[str, Any] = {}
+    wanted = called.all_inputs(c.facts)
     for port, key in shared.items():
-        if port in called.all_inputs(c.facts):
+        if port in wanted:
             inputs[called.input_name(port, c.facts)] = f"${c.key_name(key)}"
+            if port in called.soft:
+                c.start_empty(key)
         elif port not in called.all_outputs(c.facts):
             c.notice(e, f"the port {port!r} is used nowhere in {call.tree!r} and left out")
     for port, text in call.literals.items():
-        if port in called.all_inputs(c.facts):
+        if port in wanted:
             value, problem = written_value(text, c.facts.kind(call.tree, port))
             if problem:
                 c.lost(e, f"{port}: {problem}")
             inputs[called.input_name(port, c.facts)] = value
         else:
             c.notice(e, f"the port {port!r} is used nowhere in {call.tree!r} and left out")
-    outputs = {
-        called.names.of(port): c.key_name(shared[port])
-        for port in called.all_outputs(c.facts)
-        if port in shared
-    }
-    node |= {"with": inputs} if inputs else {}
-    return node | ({"out": outputs} if outputs else {})
+    for port in called.missing:
+        if port not in shared and port not in call.literals:
+            c.lost(e, f"{call.tree!r} reads {port!r}, which this call does not give; it begins empty or as 0")
+    return inputs
 
 
 def skill(c: Converter, e: Element) -> Node:
@@ -682,10 +720,11 @@ def _skill_port(
     model = c.ports.port(node, attribute)
     key = pointer(e.get(attribute), attribute)
     name = attribute if declared is not None else entry.names.of(attribute)
-    if model is not None:
-        direction, kind = model.direction, model.kind or c.facts.port_kind(node, attribute)
+    if declared is not None and model is not None:
+        direction, kind = model.direction, model.kind
     else:
-        direction, kind = c.direction(e, attribute), c.facts.port_kind(node, attribute)
+        direction = model.direction if model is not None else c.direction(e, attribute)
+        kind = c.facts.port_kind(node, attribute)
     entry.directions.setdefault(attribute, direction)
     if direction in ("in", "inout"):
         inputs[name] = c.value(e, attribute, kind)
@@ -836,11 +875,16 @@ def switch(c: Converter, e: Element) -> Node:
     kind = c.kind(key)
     written = [e.get(f"case_{number}") for number in range(1, cases + 1)]
     values = matching_cases(e, written) or [_case_value(text, kind) for text in written]
+    shown = f"${c.key_name(key)}"
+    if kind not in (None, Kind.TEXT) and any(written_value(text, kind)[1] for text in written):
+        values, shown, kind = [text_value(text, None) for text in written], c.as_text(key), Kind.TEXT
     nodes = c.children(e)
     default = e.children[-1]
     if e.get(MARK) != "once" and c.changes_below(e, key):
+        if isinstance(shown, Quoted):
+            return c.stand_in(e, "its cases are not of the kind of its variable, which changes meanwhile")
         return _reactive_switch(c.key_name(key), values, kind, nodes)
-    node: Node = {"switch": f"${c.key_name(key)}", "cases": dict(zip(values, nodes, strict=False))}
+    node: Node = {"switch": shown, "cases": dict(zip(values, nodes, strict=False))}
     if len(node["cases"]) < cases:
         return c.stand_in(e, "two of its cases are equal")
     if default.tag == "AlwaysFailure" and default.get(MARK) == "no_case":

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from florence_bt.btcpp.data_flow import Ports, pointer
+from florence_bt.btcpp.key_uses import Ports, pointer
 from florence_bt.btcpp.names import Names, skill_names
 from florence_bt.btcpp.node_models import PortModel
-from florence_bt.btcpp.values import read_number, read_truth
+from florence_bt.btcpp.values import neutral_value, read_number, read_truth
 from florence_bt.btcpp.xml_source import Element
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import REQUIRED, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.quantities import read_value
 from florence_bt.trees.language.vocabulary import NEVER_INPUTS
@@ -19,7 +19,6 @@ DEADLINE_S = 300.0
 """How long a skill may take of which nothing is known."""
 KindOf = Callable[[str, str], Kind | None]
 """Registration ID and port -> kind."""
-_NEUTRAL = {Kind.TEXT: "", Kind.BOOLEAN: False, Kind.INTEGER: 0}
 
 
 @dataclass
@@ -54,7 +53,7 @@ class CustomNodes:
     def __init__(self, ports: Ports, source: str) -> None:
         self._ports = ports
         self._source = source
-        self._names = skill_names()
+        self._names = skill_names(ports.declarations)
         self._entries: dict[str, CustomNode] = {}
 
     def entry(self, node: str, element: Element) -> CustomNode:
@@ -76,7 +75,7 @@ class CustomNodes:
         """The skills that this installation lacks.
 
         Args:
-            kind_of: The kind of a port of a node that no model describes, as far as it is known.
+            kind_of: The kind of a port by all its uses, as far as it is known.
         """
         lacking = [entry for entry in self._entries.values() if self._ports.skill(entry.node) is None]
         return [self._declaration(entry, kind_of) for entry in sorted(lacking, key=lambda entry: entry.name)]
@@ -88,7 +87,7 @@ class CustomNodes:
             ports.setdefault(port, self._ports.port(entry.node, port) or PortModel(direction))
         inputs, outputs = {}, {}
         for port, about in ports.items():
-            kind = about.kind or kind_of(entry.node, port) or Kind.TEXT
+            kind = kind_of(entry.node, port) or about.kind or Kind.TEXT
             described = about.description or (f"of type {about.type_name}" if about.type_name else "")
             if about.direction in ("in", "inout"):
                 inputs[entry.names.of(port)] = Port(kind, described, self._default(entry, port, about, kind))
@@ -107,7 +106,7 @@ class CustomNodes:
                 return value
         given_everywhere = all(port in use.attributes for use in entry.uses)
         needed = given_everywhere and about.default is None
-        return Port(kind, "").default if needed or kind is Kind.POSE else _NEUTRAL.get(kind, 0.0)
+        return REQUIRED if needed else neutral_value(kind)
 
 
 def _read(text: str, kind: Kind) -> object:

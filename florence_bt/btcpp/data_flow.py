@@ -1,353 +1,66 @@
-"""What flows through the blackboard of all trees: uses of keys, inputs and outputs of trees, kinds of keys.
+"""What flows through the blackboard of all trees: inputs and outputs of trees, and their kinds.
 
 A mission has keys of its own, and gets and gives values at its start and end. A tree of BehaviorTree.CPP
 shares entries of the blackboard with its caller. So for each tree it is found out what it reads before it
-writes it (inputs), and what it writes that its caller sees (outputs).
+writes it (inputs), and what it writes that its caller sees (outputs). An output that is not written on every
+way is an input too, so that the caller's value stands where the tree writes none.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeGuard
 
+from florence_bt.btcpp.directions import settled
 from florence_bt.btcpp.document import Document, Tree
-from florence_bt.btcpp.mission_text import read_flow
+from florence_bt.btcpp.key_uses import (
+    READ,
+    ROOT,
+    UNKNOWN,
+    WRITE,
+    KeyUse,
+    Ports,
+    SubTreeCall,
+    events_of,
+    literals_of,
+    local_key,
+    pointer,
+    script_uses,
+)
+from florence_bt.btcpp.kinds import Classes, Kinds, Member
 from florence_bt.btcpp.names import Names
-from florence_bt.btcpp.node_models import (
-    NodeModel,
-    PortModel,
-    category_of,
-    known_nodes,
-    nav2_nodes,
-    nav2_port,
-)
-from florence_bt.btcpp.script import AssignmentExpr, hints_in, literal_kind, names_in, parse_script
-from florence_bt.btcpp.values import guess_kind
-from florence_bt.btcpp.vocabulary import (
-    CATEGORIES,
-    LOOP_KINDS,
-    POST_CONDITIONS,
-    PRE_CONDITIONS,
-    PREFIX,
-    private_key,
-)
+from florence_bt.btcpp.order import CONCURRENT, REPEATING, Order
 from florence_bt.btcpp.xml_source import Element
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 
-READ, WRITE, UNKNOWN = "read", "write", "unknown"
-
-_BUILTIN_KINDS = {
-    "num_attempts": Kind.INTEGER,
-    "num_cycles": Kind.INTEGER,
-    "msec": Kind.INTEGER,
-    "delay_msec": Kind.INTEGER,
-}
-_REFERENCE = re.compile(r"\$(?:([a-z][a-z0-9_]*)|\{([a-z][a-z0-9_]*)\})")
-_NO_PORTS = ("ID", "name", "_autoremap")
-
-
-@dataclass(frozen=True, slots=True)
-class KeyUse:
-    """One use of a key.
-
-    Attributes:
-        key: The key as written, without braces.
-        access: ``read``, ``write`` or ``unknown``.
-        kind: The kind that the place asks for or gives, None when it is not known.
-        port: The node and port that it stands in, when the kind must be guessed from all its uses.
-        element: The element.
-        pointed: Whether a port points to it; else it is a name in a script.
-        hint: The kind of what it is compared with, which counts when nothing else gives the kind.
-    """
-
-    key: str
-    access: str
-    kind: Kind | None
-    port: tuple[str, str] | None
-    element: Element
-    pointed: bool = True
-    hint: Kind | None = None
-
-
-def pointer(value: str, attribute: str) -> str | None:
-    """The key that a value of a port points to: ``{key}``, ``{=}``; None when it is a literal."""
-    text = value.strip()
-    if len(text) < 3 or not (text.startswith("{") and text.endswith("}")):
-        return None
-    inner = text[1:-1].strip()
-    return attribute if inner == "=" else inner or None
-
-
-def registration(element: Element) -> str:
-    """The ID of the node that an element makes."""
-    return element.get("ID") if element.tag in CATEGORIES else element.tag
-
-
-@dataclass(frozen=True)
-class Ports:
-    """What is known about the ports of nodes.
-
-    Attributes:
-        declarations: The skills of this installation, by name.
-        skill_of: Registration ID -> name of the skill.
-        models: What the files declare, by registration ID.
-    """
-
-    declarations: Mapping[str, SkillDeclaration]
-    skill_of: Mapping[str, str]
-    models: Mapping[str, NodeModel]
-
-    def model(self, name: str) -> NodeModel | None:
-        """What is declared about a node, by its registration ID."""
-        return self.models.get(name) or nav2_nodes().get(name)
-
-    def skill(self, name: str) -> SkillDeclaration | None:
-        """The skill of this installation that a node is, by its registration ID."""
-        return self.declarations.get(self.skill_of.get(name, name))
-
-    def mapped_by_default(self, tree: str) -> dict[str, str]:
-        """The ports of a tree that go to a key, as its model says, where a call does not say."""
-        model = self.models.get(tree)
-        if model is None or model.category != "SubTree":
-            return {}
-        return {
-            name: port.default
-            for name, port in model.ports.items()
-            if port.default and pointer(port.default, name) not in (None, private_key(tree, name))
-        }
-
-    def port(self, name: str, port: str) -> PortModel | None:
-        """What is known about a port; the skills of this installation know best."""
-        skill = self.skill(name)
-        if skill is not None:
-            found, direction = port_of_skill(skill, port)
-            return PortModel(direction, found.kind, found.description) if found is not None else None
-        model = self.models.get(name)
-        if model is not None:
-            return model.ports.get(port)
-        return nav2_port(name, port)
-
-
-def port_of_skill(skill: SkillDeclaration, port: str) -> tuple[Port | None, str]:
-    """The input or output that an attribute stands for, and its direction.
-
-    An output that is called like an input is written with ``out_`` before its name.
-    """
-    if port in skill.inputs:
-        return skill.inputs[port], "in"
-    bare = port.removeprefix("out_")
-    if port in skill.outputs:
-        return skill.outputs[port], "out"
-    return (skill.outputs[bare], "out") if bare in skill.outputs and bare in skill.inputs else (None, "in")
-
-
-def uses_of(element: Element, ports: Ports) -> Iterator[KeyUse]:
-    """The keys that one element uses by itself, in the order of time; calls of subtrees are left out."""
-    for name in PRE_CONDITIONS:
-        yield from script_uses(element.get(name), element)
-    yield from _own(element, ports)
-    for name in POST_CONDITIONS:
-        yield from script_uses(element.get(name), element)
-
-
-def _own(element: Element, ports: Ports) -> Iterator[KeyUse]:
-    match element.tag:
-        case "Script" | "ScriptCondition":
-            yield from script_uses(element.get("code"), element)
-        case "Precondition":
-            yield from script_uses(element.get("if"), element)
-        case "SetBlackboard":
-            yield from _set_blackboard(element)
-        case "SubTree":
-            return
-        case tag if tag.startswith("Florence"):
-            yield from _florence(element)
-        case _:
-            found = list(_ports(element, ports))
-            yield from (use for use in found if use.access != WRITE)
-            yield from (use for use in found if use.access == WRITE)
-
-
-def _set_blackboard(element: Element) -> Iterator[KeyUse]:
-    value, target = element.get("value"), element.get("output_key")
-    source = pointer(value, "value")
-    if source is not None:
-        yield KeyUse(source, READ, None, None, element)
-    name = pointer(target, "output_key") or target
-    if name:
-        yield KeyUse(name, WRITE, None, ("SetBlackboard", str(id(element))), element)
-
-
-def _florence(element: Element) -> Iterator[KeyUse]:
-    for name, value in element.attributes.items():
-        key = pointer(value, name)
-        if name.startswith("_") or name in _NO_PORTS:
-            continue
-        if key is not None:
-            written = _is_output(element.tag, name)
-            yield KeyUse(key, WRITE if written else READ, Kind.INTEGER if written else None, None, element)
-        elif name in ("when", "unless", "while", "code", "values") or value.startswith(PREFIX):
-            yield from own_references(value, element)
-        if name == "values":
-            yield from (KeyUse(key, WRITE, None, None, element) for key in _set_keys(value))
-
-
-def _is_output(tag: str, port: str) -> bool:
-    model = known_nodes().get(tag)
-    return model is not None and port in model.ports and model.ports[port].direction == "out"
-
-
-def _set_keys(text: str) -> list[str]:
-    try:
-        values = read_flow(f"{{{text}}}")
-    except ConfigError:
-        return []  # converting it reports the problem
-    return list(values) if isinstance(values, dict) else []
-
-
-def own_references(text: str, element: Element) -> Iterator[KeyUse]:
-    """The keys in a text of the mission language."""
-    for plain, braced in _REFERENCE.findall(text.replace("$$", "")):
-        yield KeyUse(plain or braced, READ, None, None, element)
-
-
-def _ports(element: Element, ports: Ports) -> Iterator[KeyUse]:
-    name, builtin = registration(element), category_of(element.tag) is not None
-    for attribute, value in element.attributes.items():
-        if attribute in _NO_PORTS or attribute.startswith("_"):
-            continue
-        if value.startswith(PREFIX):
-            yield from own_references(value, element)
-            continue
-        key = pointer(value, attribute)
-        if key is None:
-            continue
-        if builtin:
-            if attribute == "value" and element.tag in LOOP_KINDS:
-                yield KeyUse(key, WRITE, LOOP_KINDS[element.tag], None, element)
-            else:
-                yield KeyUse(key, READ, _BUILTIN_KINDS.get(attribute), None, element)
-            continue
-        model = ports.port(name, attribute)
-        kind = model.kind if model else None
-        guessed = None if kind is not None else (name, attribute)
-        if model is None:
-            yield KeyUse(key, UNKNOWN, kind, guessed, element)
-        if model is not None and model.direction in ("in", "inout"):
-            yield KeyUse(key, READ, kind, guessed, element)
-        if model is not None and model.direction in ("out", "inout"):
-            yield KeyUse(key, WRITE, kind, guessed, element)
-
-
-def script_uses(text: str, element: Element) -> Iterator[KeyUse]:
-    """The keys of a script; a script that cannot be read uses none (converting it reports the problem)."""
-    try:
-        statements = parse_script(text)
-    except ConfigError:
-        return
-    for code in statements:
-        hints = dict(hints_in(code))
-        kinds = {code.name: literal_kind(code.value)} if isinstance(code, AssignmentExpr) else {}
-        for name, written in names_in(code):
-            kind = kinds.get(name) if written else None
-            hint = None if written else hints.get(name)
-            yield KeyUse(name, WRITE if written else READ, kind, None, element, False, hint)
-
-
-CONCURRENT = frozenset(
+_UNSURE = frozenset(
     {
-        "FlorenceParallel",
-        "Parallel",
-        "ParallelAll",
-        "PipelineSequence",
-        "ReactiveFallback",
-        "ReactiveSequence",
-        "WhileDoElse",
+        *("Inverter", "ForceSuccess", "ForceFailure", "Precondition", "FlorenceGuard", "ManualSelector"),
+        *("LoopInt", "LoopDouble", "LoopString", "LoopBool", "SkipUnlessUpdated", "WaitValueUpdate"),
     }
 )
-"""Controls that go on with several of their nodes, or come back to earlier ones."""
-
-
-Member = tuple[str, str, str]
-"""``("key", tree, key)`` or ``("port", node, port)``."""
-
-_PLAIN = (Kind.INTEGER, Kind.NUMBER)
-
-
-class Classes:
-    """A union-find structure."""
-
-    def __init__(self) -> None:
-        self._parents: dict[Member, Member] = {}
-        self._kinds: dict[Member, dict[Kind, None]] = {}
-        self._hints: dict[Member, dict[Kind, None]] = {}
-
-    def join(self, one: Member, other: Member) -> None:
-        """Say that two hold the same values."""
-        first, second = self._root(one), self._root(other)
-        if first != second:
-            self._parents[second] = first
-            self._kinds.setdefault(first, {}).update(self._kinds.pop(second, {}))
-            self._hints.setdefault(first, {}).update(self._hints.pop(second, {}))
-
-    def add(self, member: Member, kind: Kind) -> None:
-        """Note that a value of this kind was seen."""
-        self._kinds.setdefault(self._root(member), {})[kind] = None
-
-    def hint(self, member: Member, kind: Kind) -> None:
-        """Note a kind that counts when no value was seen: that of what it is compared with."""
-        self._hints.setdefault(self._root(member), {})[kind] = None
-
-    def kind(self, member: Member) -> Kind | None:
-        """The kind that fits what was seen, None when nothing was.
-
-        A quantity stands above plain numbers, which have no unit in the XML; what does not fit together is a
-        text.
-        """
-        root = self._root(member)
-        seen = self._kinds.get(root) or self._hints.get(root, {})
-        special = [kind for kind in seen if kind not in _PLAIN]
-        if len(special) == 1 and (special[0] not in (Kind.TEXT, Kind.BOOLEAN, Kind.POSE) or len(seen) == 1):
-            return special[0]
-        if special:
-            return Kind.TEXT
-        return Kind.NUMBER if Kind.NUMBER in seen else Kind.INTEGER if seen else None
-
-    def _root(self, member: Member) -> Member:
-        root = member
-        while self._parents.get(root, root) != root:
-            root = self._parents[root]
-        while self._parents.get(member, member) != root and member != root:
-            self._parents[member], member = root, self._parents[member]
-        return root
-
+"""Nodes that can succeed although what is below them did not."""
+_FIRST_COUNTS = ("RecoveryNode", "Finally", "FlorenceFinally")
+"""Controls that succeed when their first node does."""
+_ONE_OF = ("Fallback", "AsyncFallback", "ReactiveFallback", "RoundRobin", "FlorenceSwitch")
+"""Controls that succeed when one of their nodes does."""
+_TOLERANT = frozenset(
+    {
+        *("Fallback", "AsyncFallback", "ReactiveFallback", "Inverter", "ForceSuccess", "TryCatch"),
+        *("IfThenElse", "WhileDoElse", "RecoveryNode", "RetryUntilSuccessful", "RetryUntilSuccesful"),
+        *("Parallel", "ParallelAll", "RoundRobin"),
+    }
+)
+"""Nodes after which a tree can go on although something below them failed."""
+Writes = Callable[[Element], set[str]]
 
 MAX_SHARED = 20_000
 """Most keys that all calls of trees together share."""
-ROOT = "@"
-"""Before a key of the outermost blackboard."""
-
-
-@dataclass(frozen=True, slots=True)
-class SubTreeCall:
-    """A ``<SubTree>``.
-
-    Attributes:
-        element: The element.
-        tree: The ID that is called.
-        keys: Port -> key of the caller.
-        literals: Port -> value written out.
-        autoremap: Whether all further keys are those of the caller.
-    """
-
-    element: Element
-    tree: str
-    keys: dict[str, str]
-    literals: dict[str, str]
-    autoremap: bool
+MAX_STEPS = 100_000
+"""Most pairs of nodes of a tree that are compared."""
 
 
 @dataclass
@@ -360,6 +73,10 @@ class TreeFlow:
         inputs: The keys that it reads before it writes them.
         outputs: The keys that it writes and its callers see.
         written: All keys that it writes.
+        soft: Inputs that begin with a neutral value where a call has none: outputs that not every way writes.
+        missing: Inputs that some call does not give.
+        unwritten: Keys that are read where nothing can have written them.
+        unset: ``SetBlackboard`` nodes whose value comes from a key that has none at that time.
         guessed: The keys whose direction was guessed.
         passed: The keys that called trees use without a port of the call (see :meth:`DataFlow.mapping`).
         names: Our names of its keys.
@@ -370,6 +87,10 @@ class TreeFlow:
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     written: dict[str, None] = field(default_factory=dict)
+    soft: dict[str, None] = field(default_factory=dict)
+    missing: dict[str, None] = field(default_factory=dict)
+    unwritten: dict[str, None] = field(default_factory=dict)
+    unset: set[Element] = field(default_factory=set)
     guessed: dict[str, KeyUse] = field(default_factory=dict)
     passed: dict[str, None] = field(default_factory=dict)
     names: Names = field(default_factory=lambda: Names("key"))
@@ -393,24 +114,22 @@ class TreeFlow:
         return frozenset(use.port for use in uses if use.port is not None and use.access == WRITE)
 
     @cached_property
-    def _parents(self) -> dict[Element, Element]:
-        return {child: parent for parent in self.tree.root.walk() for child in parent.children}
-
-    def _with_parents(self, element: Element) -> Iterator[Element]:
-        """An element and all above it, the innermost first."""
-        above: Element | None = element
-        while above is not None:
-            yield above
-            above = self._parents.get(above)
+    def order(self) -> Order:
+        """The order of its nodes."""
+        return Order(self.tree.root)
 
     def _concurrent_above(self, element: Element) -> Element | None:
         """The outermost control above an element that goes on with several of its nodes."""
-        _, *above = self._with_parents(element)
+        _, *above = self.order.with_parents(element)
         return next((each for each in reversed(above) if each.tag in CONCURRENT), None)
 
     def local(self, key: str, main: str | None) -> str:
         """A key as it is called in this tree: in the main tree the outermost blackboard is its own."""
-        return key.removeprefix(ROOT) if self.tree.name == main else key
+        return local_key(key, is_main=self.tree.name == main)
+
+    def is_entry(self, name: str) -> bool:
+        """Whether a name in a script is a key; one in capitals that nothing writes is an enumeration's."""
+        return not name.isupper() or name in self.written or name in self.pointed
 
     def key_name(self, key: str, main: str | None) -> str:
         """Our name of a key."""
@@ -418,13 +137,15 @@ class TreeFlow:
 
     def all_inputs(self, facts: DataFlow) -> list[str]:
         """The keys that callers give: those that are declared, and those that are read first."""
-        declared = facts.declared(self.tree.name, "in")
-        return [*declared, *(key for key in self.inputs if key not in declared)]
+        both = (
+            k for k in facts.declared(self.tree.name, "inout") if k in self.inputs or k not in self.written
+        )
+        return list(dict.fromkeys([*facts.declared(self.tree.name, "in"), *both, *self.inputs, *self.soft]))
 
     def all_outputs(self, facts: DataFlow) -> list[str]:
         """The keys that callers get: those that are declared and written, and those that they ask for."""
-        declared = facts.declared(self.tree.name, "out")
-        return [*declared, *(key for key in self.outputs if key not in declared)]
+        declared = [k for way in ("out", "inout") for k in facts.declared(self.tree.name, way)]
+        return list(dict.fromkeys([*(key for key in declared if key in self.written), *self.outputs]))
 
     def input_name(self, key: str, facts: DataFlow) -> str:
         """Our name of an input: a key that is written too needs another one."""
@@ -443,7 +164,7 @@ class TreeFlow:
         found: dict[str, set[Element]] = {}
         for event in self.events:
             for key in facts.writes(self.tree.name, event):
-                found.setdefault(key, set()).update(self._with_parents(event.element))
+                found.setdefault(key, set()).update(self.order.with_parents(event.element))
         return found
 
     def uses_below(self, elements: list[Element]) -> Iterator[KeyUse]:
@@ -455,6 +176,37 @@ class TreeFlow:
         """Whether an element can be ticked after its end, but not by a ``PipelineSequence`` just above."""
         above = self._concurrent_above(element)
         return above is not None and not (above.tag == "PipelineSequence" and element in above.children)
+
+    def is_repeated(self, element: Element) -> bool:
+        """Whether something above an element can start it again."""
+        return any(above.tag in CONCURRENT | REPEATING for above in self.order.with_parents(element))
+
+    def goes_on_after_failure(self, element: Element) -> bool:
+        """Whether something above an element goes on when it fails."""
+        return any(above.tag in _TOLERANT for above in self.order.with_parents(element))
+
+    def surely_written(self, element: Element, writes: Writes) -> set[str]:
+        """The keys that are written whenever an element succeeds.
+
+        Args:
+            element: The element.
+            writes: Gives the keys that an element by itself writes when it succeeds.
+        """
+        if any(name in element.attributes for name in ("_skipIf", "_onlyIf", "_while", "_successIf")):
+            return set()
+        below = [self.surely_written(child, writes) for child in element.children]
+        tag, own = element.tag, writes(element)
+        if tag in _UNSURE or (tag in ("Parallel", "FlorenceParallel") and len(element.attributes) > 0):
+            return own
+        if tag in _FIRST_COUNTS:
+            return own | below[0] if below else own
+        if tag == "TryCatch":
+            return own.union(*below[:-1])
+        if tag in ("IfThenElse", "WhileDoElse"):
+            return own | (set.intersection(*below[1:]) if len(below) > 1 else set())
+        if tag in _ONE_OF or tag.startswith("Switch"):
+            return own | (set.intersection(*below) if below else set())
+        return own.union(*below)
 
     @cached_property
     def read_keys(self) -> frozenset[str]:
@@ -491,41 +243,42 @@ class DataFlow:
     def __init__(self, document: Document, ports: Ports, order: list[str]) -> None:
         self._document = document
         self.main = document.main
-        self._classes = Classes()
         self._callers: dict[str, list[tuple[str, SubTreeCall]]] = {}
         self._mappings: dict[Element, dict[str, str]] = {}
         self._shared = 0
         self.trees: dict[str, TreeFlow] = {}
-        guessed: dict[tuple[str, str], str] = {}
-        for name, tree in document.trees.items():
-            events = list(_events(tree, ports, is_main=name == document.main))
-            self.trees[name] = TreeFlow(tree, _settled(events, guessed))
-            for event in events:
+        events = {n: list(events_of(t, ports, is_main=n == self.main)) for n, t in document.trees.items()}
+        elements = (element for tree in document.trees.values() for element in tree.root.walk())
+        written_out = {(node, port) for each in elements for node, port, _ in literals_of(each)}
+        for name, found in settled(document, events, written_out, reversed(order)).items():
+            self.trees[name] = TreeFlow(document.trees[name], found)
+            for event in events[name]:
                 if isinstance(event, KeyUse) and event.access == UNKNOWN:
                     self.trees[name].guessed.setdefault(event.key, event)
             for call in self.trees[name].calls:
                 self._callers.setdefault(call.tree, []).append((name, call))
         for name in order:
             self._flow(self.trees[name])
-        self._collect_kinds()
+        self._find_unset()
+        self._find_missing()
+        for facts in self.trees.values():
+            self._find_unwritten(facts)
+        known = {name: facts.events for name, facts in self.trees.items()}
+        self._kinds = Kinds(document, ports, known, self.mapping, lambda n, key: self.trees[n].is_entry(key))
 
     def kind(self, tree: str, key: str) -> Kind | None:
         """The kind of a key, None when it is not known."""
-        return self._classes.kind(("key", tree, key))
+        return self._kinds.kind(tree, key)
 
     def port_kind(self, node: str, port: str) -> Kind | None:
-        """The kind of a port that no model describes, None when it is not known."""
-        return self._classes.kind(("port", node, port))
+        """The kind of a port of a node that this installation lacks, None when it is not known."""
+        return self._kinds.port_kind(node, port)
 
     def declared(self, tree: str, direction: str) -> list[str]:
-        """The ports of a tree that the file declares."""
+        """The ports of a tree that the file declares with a direction: ``in``, ``out`` or ``inout``."""
         model = self._document.models.get(tree)
         ports = model.ports.items() if model is not None and model.category == "SubTree" else ()
-        return [port for port, about in ports if about.direction in (direction, "inout")]
-
-    def note_kind(self, node: str, port: str, kind: Kind) -> None:
-        """Note the kind of a literal that is given to such a port."""
-        self._classes.add(("port", node, port), kind)
+        return [port for port, about in ports if about.direction == direction]
 
     def mapping(self, caller: str, call: SubTreeCall) -> dict[str, str]:
         """Key of the called tree -> key of the caller, for all that the two share.
@@ -569,15 +322,116 @@ class DataFlow:
     def _flow(self, facts: TreeFlow) -> None:
         name = facts.tree.name
         read: dict[str, None] = {}
+        copied: list[KeyUse] = []
         for call in facts.calls:
             facts.passed.update(dict.fromkeys(self.mapping(name, call).values()))
+        seen = self._seen_by_callers(name)
         for event in facts.events:
             reads, writes = self._effects(name, event)
-            read.update(dict.fromkeys(key for key in reads if key not in facts.written))
+            new = dict.fromkeys(key for key in reads if key not in facts.written)
+            if _is_copy(event):
+                copied += [event] if new else []
+            else:
+                read.update(new)
+            if isinstance(event, SubTreeCall):
+                soft = self._soft(name, event)
+                facts.soft |= dict.fromkeys(key for key in soft if key in seen and key not in facts.written)
             facts.written.update(dict.fromkeys(writes))
-        facts.inputs = list(read)
-        seen = self._seen_by_callers(name)
+        for use in copied:
+            if use.key in seen or use.key not in facts.written:
+                read[use.key] = None
+            elif use.key not in read and not facts.is_repeated(use.element):
+                facts.unset.add(use.element)
+        facts.inputs = [key for key in read if facts.is_entry(key)]
         facts.outputs = [key for key in facts.written if key in seen]
+        self._find_soft(facts)
+
+    def _find_soft(self, facts: TreeFlow) -> None:
+        """The outputs that not every way to success writes, but for those that the file declares."""
+        name = facts.tree.name
+        writes: dict[Element, set[str]] = {}
+        for event in facts.events:
+            writes.setdefault(event.element, set()).update(self.writes(name, event))
+        for element in writes:
+            for attribute in ("_onFailure", "_onHalted"):
+                on_end = script_uses(element.get(attribute), element)
+                writes[element] -= {use.key for use in on_end if use.access == WRITE}
+        sure = facts.surely_written(facts.tree.root, lambda element: writes.get(element, set()))
+        facts.soft |= dict.fromkeys(key for key in facts.outputs if key not in sure)
+        declared = {*self.declared(name, "in"), *self.declared(name, "out"), *facts.inputs}
+        facts.soft = {key: None for key in facts.soft if key not in declared}
+
+    def _soft(self, name: str, call: SubTreeCall) -> list[str]:
+        called = self.trees.get(call.tree)
+        shared = self.mapping(name, call)
+        return [shared[key] for key in called.soft if key in shared] if called is not None else []
+
+    def _find_unset(self) -> None:
+        """Find the ``SetBlackboard`` nodes whose value comes from a key that nothing ever sets."""
+        entries = Classes()
+        for name, facts in self.trees.items():
+            for call in facts.calls:
+                for inner, outer in self.mapping(name, call).items():
+                    entries.join(("key", name, outer), ("key", call.tree, inner))
+        copies = [(name, e) for name, facts in self.trees.items() for e in facts.events if _is_copy(e)]
+        known = {entries.root(member) for name in self.trees for member in self._certainly_set(name)}
+        before = -1
+        while before != len(known):
+            before = len(known)
+            for name, use in copies:
+                if entries.root(("key", name, use.key)) in known:
+                    target = use.element.get("output_key")
+                    known.add(entries.root(("key", name, pointer(target, "output_key") or target)))
+        for name, use in copies:
+            if entries.root(("key", name, use.key)) not in known:
+                self.trees[name].unset.add(use.element)
+        for name, facts in self.trees.items():
+            facts.inputs = [key for key in facts.inputs if entries.root(("key", name, key)) in known]
+            facts.outputs = [key for key in facts.outputs if entries.root(("key", name, key)) in known]
+            facts.soft = {key: None for key in facts.soft if entries.root(("key", name, key)) in known}
+
+    def _certainly_set(self, name: str) -> Iterator[Member]:
+        """The keys of a tree that something sets, or that a node needs so that a program must set them."""
+        for direction in ("in", "out", "inout"):
+            yield from (("key", name, key) for key in self.declared(name, direction))
+        for event in self.trees[name].events:
+            if isinstance(event, SubTreeCall):
+                yield from (("key", event.tree, port) for port in event.literals)
+                if event.tree not in self.trees:
+                    yield from (("key", name, key) for key in event.keys.values())
+            elif event.element.tag != "SetBlackboard" or pointer(event.element.get("value"), "") is None:
+                yield "key", name, event.key
+
+    def _find_unwritten(self, facts: TreeFlow) -> None:
+        """Find the keys that are read where nothing can have written them, as on another branch."""
+        inputs = set(facts.all_inputs(self))
+        writers: dict[str, list[Element]] = {}
+        steps = MAX_STEPS
+        for event in facts.events:
+            reads, writes = self._effects(facts.tree.name, event)
+            for key in reads:
+                if key in inputs or key not in facts.written:
+                    continue
+                before = writers.get(key, [])
+                steps -= len(before)
+                if steps > 0 and not any(facts.order.can_follow(each, event.element) for each in before):
+                    facts.unwritten[key] = None
+            for key in writes:
+                writers.setdefault(key, []).append(event.element)
+
+    def _find_missing(self) -> None:
+        """Find the inputs that some call leaves out and the file gives no value for."""
+        for name, facts in self.trees.items():
+            for call in facts.calls:
+                called = self.trees.get(call.tree)
+                if called is not None:
+                    given = {*self.mapping(name, call), *call.literals}
+                    model = self._document.models.get(call.tree)
+                    given |= (
+                        {port for port, about in model.ports.items() if about.default} if model else set()
+                    )
+                    wanted = (key for key in called.all_inputs(self) if key not in called.soft)
+                    called.missing |= dict.fromkeys(key for key in wanted if key not in given)
 
     def _effects(self, name: str, event: KeyUse | SubTreeCall) -> tuple[list[str], list[str]]:
         if isinstance(event, KeyUse):
@@ -586,7 +440,7 @@ class DataFlow:
         if called is None:
             return list(event.keys.values()), []
         shared = self.mapping(name, event)
-        reads = [shared[key] for key in called.inputs if key in shared]
+        reads = [shared[k] for k in called.all_inputs(self) if k in shared and k not in called.soft]
         return reads, [shared[key] for key in called.outputs if key in shared]
 
     def _seen_by_callers(self, name: str) -> set[str]:
@@ -596,79 +450,8 @@ class DataFlow:
             seen.update(self.mapping(caller, call))
         return seen
 
-    def _collect_kinds(self) -> None:
-        for name, model in self._document.models.items():
-            if model.category == "SubTree" and name in self.trees:
-                for port, about in model.ports.items():
-                    if about.kind is not None:
-                        self._classes.add(("key", name, port), about.kind)
-        for name, facts in self.trees.items():
-            for event in facts.events:
-                if isinstance(event, SubTreeCall):
-                    for inner, outer in self.mapping(name, event).items():
-                        self._classes.join(("key", name, outer), ("key", event.tree, inner))
-                    for port, text in event.literals.items():
-                        self._classes.hint(("key", event.tree, port), guess_kind(text))
-                    continue
-                if event.kind is not None:
-                    self._classes.add(("key", name, event.key), event.kind)
-                if event.hint is not None:
-                    self._classes.hint(("key", name, event.key), event.hint)
-                if event.port is not None:
-                    self._classes.join(("key", name, event.key), ("port", *event.port))
 
-
-def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[KeyUse | SubTreeCall]:
-    def local(key: str) -> str:
-        return key.removeprefix(ROOT) if is_main else key
-
-    for element in tree.root.walk():
-        for use in uses_of(element, ports):
-            yield replace(use, key=local(use.key))
-        if element.tag == "SubTree":
-            keys, literals = {}, {}
-            given = {**ports.mapped_by_default(element.get("ID")), **element.attributes}
-            for name, value in given.items():
-                if name in ("ID", "name") or name.startswith("_"):
-                    continue
-                key = pointer(value, name)
-                if key is not None:
-                    keys[name] = local(key)
-                else:
-                    literals[name] = value
-            autoremap = element.get("_autoremap").lower() in ("true", "1")
-            yield SubTreeCall(element, element.get("ID"), keys, literals, autoremap)
-
-
-def _settled(
-    events: list[KeyUse | SubTreeCall], guessed: dict[tuple[str, str], str]
-) -> list[KeyUse | SubTreeCall]:
-    """Decide whether ports of unknown direction are read or written.
-
-    A key that nothing is known to write, and that several ports use, must come from one of them: the first.
-    Of one element that has it twice the last port, for a node reads before it writes. A port has one
-    direction, wherever it is used.
-
-    Args:
-        events: What happens in a tree.
-        guessed: The ports that were decided on before; further ones are added.
-    """
-    users: dict[str, set[tuple[str, str] | int]] = {}
-    last: dict[tuple[str, Element], KeyUse] = {}
-    written: set[str] = set()
-    for number, event in enumerate(events):
-        if isinstance(event, KeyUse):
-            users.setdefault(event.key, set()).add(event.port or number)
-            last[event.key, event.element] = event
-            access = guessed.get(event.port or ("", ""), event.access)
-            written |= {event.key} if access == WRITE else set()
-    settled: list[KeyUse | SubTreeCall] = []
-    for event in events:
-        if isinstance(event, KeyUse) and event.access == UNKNOWN and event.port is not None:
-            is_last = last[event.key, event.element] is event
-            writes = is_last and event.key not in written and len(users[event.key]) > 1
-            access = guessed.setdefault(event.port, WRITE if writes else READ)
-            written |= {event.key} if access == WRITE else set()
-            event = replace(event, access=access)
-        settled.append(event)
-    return settled
+def _is_copy(event: KeyUse | SubTreeCall) -> TypeGuard[KeyUse]:
+    """Whether a ``SetBlackboard`` reads a key, which fails when the key has no value."""
+    is_read = isinstance(event, KeyUse) and event.access == READ and event.pointed
+    return is_read and event.element.tag == "SetBlackboard"

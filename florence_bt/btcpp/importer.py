@@ -9,19 +9,21 @@ from typing import Any
 
 from florence_bt.btcpp.convert import Converter, Node
 from florence_bt.btcpp.custom_nodes import CustomNodes
-from florence_bt.btcpp.data_flow import DataFlow, Ports, TreeFlow, pointer, port_of_skill, registration
+from florence_bt.btcpp.data_flow import DataFlow, TreeFlow
 from florence_bt.btcpp.document import Document, Tree, load_document
+from florence_bt.btcpp.key_uses import Ports, literals_of, pointer, port_of_skill, registration
 from florence_bt.btcpp.mission_text import read_flow, write_yaml
 from florence_bt.btcpp.names import Names, identifier
 from florence_bt.btcpp.node_models import PortModel, category_of, read_models
 from florence_bt.btcpp.notes import LossNotes
-from florence_bt.btcpp.values import guess_kind, written_value
+from florence_bt.btcpp.values import neutral_value, text_value, written_value
 from florence_bt.btcpp.vocabulary import MARK
 from florence_bt.btcpp.xml_source import Element, read_xml
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import REQUIRED, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.declared_skills import ENDING, port_document, skills_document
-from florence_bt.trees.language.findings import Finding, has_errors
+from florence_bt.trees.language.findings import ERROR, Finding, has_errors
 from florence_bt.trees.language.parse import parse_mission
 from florence_bt.trees.language.vocabulary import ON_RESTART
 
@@ -64,8 +66,26 @@ def import_trees(
     Raises:
         ConfigError: A file cannot be read or is not XML.
     """
+    left_out: dict[str, Finding] = {}
+    while True:
+        imported = _import(path, declarations, models, left_out)
+        wrong = {f.file: f for f in reversed(imported.findings) if f.severity == ERROR}
+        if not path.is_dir() or not wrong.keys() - left_out.keys():
+            return imported
+        left_out |= wrong  # one file must not keep the others of a folder from being imported
+
+
+def _import(
+    path: Path,
+    declarations: Mapping[str, SkillDeclaration],
+    models: Sequence[Path],
+    left_out: Mapping[str, Finding],
+) -> Imported:
     notes = LossNotes()
-    document = load_document(path, notes)
+    for file, why in left_out.items():
+        message = f"the file is left out: {why.message}"
+        notes.lost(Path(file), Position(why.line, why.column), message, why.valid)
+    document = load_document(path, notes, left_out)
     for extra in models:
         for name, model in read_models(read_xml(extra)).items():
             document.models.setdefault(name, model)
@@ -117,6 +137,8 @@ class _Import:
         converter = Converter(self._facts, facts, self._ports, self._custom, self._missions, self._notes)
         tree, element = facts.tree, facts.tree.element
         root = converter.node(tree.root)
+        for key in facts.unwritten:
+            converter.start_empty(key)
         before = {key: facts.input_name(key, self._facts) for key in facts.all_inputs(self._facts)}
         copied = {
             facts.names.of(key): f"${name}" for key, name in before.items() if facts.names.of(key) != name
@@ -125,6 +147,7 @@ class _Import:
             root = {"sequence": [{"set": copied}, root]}
         description = element.get("_description") or f"The tree {tree.name} of {tree.file.name}."
         document: dict[str, Any] = {"mission": mission, "description": " ".join(description.split())}
+        document["imported_from"] = text_value(tree.file.name, Kind.TEXT)
         inputs = {name: self._input(tree, key) for key, name in before.items()}
         outputs = {facts.names.of(key): self._output(tree, key) for key in facts.all_outputs(self._facts)}
         keys = {**self._declared_keys(tree), **converter.keys}
@@ -139,7 +162,9 @@ class _Import:
     def _input(self, tree: Tree, key: str) -> Node:
         about = self._model_port(tree, key)
         kind = self._facts.kind(tree.name, key) or Kind.TEXT
-        written = port_document(Port(kind, about.description))
+        facts = self._facts.trees[tree.name]
+        default = neutral_value(kind) if key in facts.soft or key in facts.missing else REQUIRED
+        written = port_document(Port(kind, about.description, default))
         limits = dict(about.limits)
         if about.default is not None and pointer(about.default, key) is None:
             limits["default"] = about.default
@@ -189,25 +214,11 @@ class _Import:
 
     def _note_guesses(self) -> None:
         for facts in self._facts.trees.values():
-            for element in facts.tree.root.walk():
-                self._note_literals(element)
             for use in facts.guessed.values():
                 written = use.key in facts.written
                 message = f"no TreeNodesModel says whether {use.key!r} is read or written; taken as "
                 message += "written by the first node that has it" if written else "read"
                 self._notes.notice(facts.tree.file, use.element.position, message)
-
-    def _note_literals(self, element: Element) -> None:
-        """The kinds of literals give the kinds of ports that no model describes."""
-        if category_of(element.tag) is not None or element.tag == "SubTree":
-            return
-        node = registration(element)
-        for name, value in element.attributes.items():
-            if name in ("ID", "name") or name.startswith("_") or value.strip().startswith("{"):
-                continue
-            model = self._ports.port(node, name)
-            if model is None or model.kind is None:
-                self._facts.note_kind(node, name, guess_kind(value))
 
     def _note_names(self) -> None:
         first = next(iter(self._document.trees.values()))
@@ -241,8 +252,17 @@ def _own_skills(
 
 
 def _fits(declaration: SkillDeclaration, elements: list[Element]) -> bool:
-    names = {n for element in elements for n in element.attributes if n not in ("ID", "name") and n[0] != "_"}
-    return all(port_of_skill(declaration, name)[0] is not None for name in names)
+    """Whether a skill has all ports that are used, takes what is written out, and is given what it needs."""
+    needed = {name for name, port in declaration.inputs.items() if port.required}
+    for element in elements:
+        names = {name for name in element.attributes if name not in ("ID", "name") and name[0] != "_"}
+        if needed - names or any(port_of_skill(declaration, name)[0] is None for name in names):
+            return False
+        for _, name, text in literals_of(element):
+            port = port_of_skill(declaration, name)[0]
+            if port is not None and written_value(text, port.kind)[1]:
+                return False
+    return True
 
 
 def _check_nesting(document: Document, notes: LossNotes) -> None:

@@ -59,6 +59,6 @@ class Names:
         return self._given[foreign]
 
 
-def skill_names() -> Names:
-    """Names for skills, which cannot be called like a kind of node."""
-    return Names("skill", RESERVED)
+def skill_names(taken: Collection[str]) -> Names:
+    """Names for new skills, which cannot be called like a kind of node or a skill that there is."""
+    return Names("skill", RESERVED.union(taken))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding, sort_findings
 
@@ -21,6 +22,10 @@ class LossNotes:
     def error(self, file: Path, place: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Note what makes the import impossible."""
         self._add(file, place, ERROR, message, valid)
+
+    def failed(self, file: Path, error: ConfigError) -> None:
+        """Note that a file cannot be used."""
+        self.error(file, Position(error.line or 1, error.column or 1), error.problem, error.valid)
 
     def lost(self, file: Path, place: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Note what has no equivalent, or behaves differently."""

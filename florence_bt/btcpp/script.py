@@ -18,6 +18,8 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.expressions import syntax
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.expressions.syntax import Constant, Term, parts_of, print_term
 from florence_bt.trees.language.model import Literal, Value
 from florence_bt.trees.language.quantities import UNITS, guess_value
@@ -26,6 +28,8 @@ MAX_LENGTH = 10_000
 """Longest script that is read."""
 MAX_DIGITS = 40
 """Most digits of a whole number; one of 64 bits, as BehaviorTree.CPP has them, needs no more than 19."""
+MAX_TOKENS = 200
+"""Most words and signs of a statement; an expression of a mission has no more."""
 MAX_DEPTH = 40
 """Deepest nesting of parentheses and operators."""
 
@@ -165,7 +169,7 @@ def names_in(code: ScriptExpr) -> Iterator[tuple[str, bool]]:
 
 def hints_in(code: ScriptExpr, *, is_condition: bool = True) -> Iterator[tuple[str, Kind]]:
     """What the names in a script seem to be: truth values where they are conditions, else what they are
-    compared with.
+    compared with, and numbers where they are computed with.
 
     Args:
         code: The script.
@@ -179,14 +183,18 @@ def hints_in(code: ScriptExpr, *, is_condition: bool = True) -> Iterator[tuple[s
         case BinaryExpr(operator="&&" | "||", left=left, right=right):
             yield from hints_in(left)
             yield from hints_in(right)
-        case BinaryExpr(left=left, right=right):
+        case BinaryExpr(operator=operator, left=left, right=right):
             for one, other in ((left, right), (right, left)):
-                kind = literal_kind(other)
+                kind = literal_kind(other) or (Kind.NUMBER if operator in _OF_NUMBERS else None)
                 if isinstance(one, NameExpr) and kind is not None:
                     yield one.name, kind
                 yield from hints_in(one, is_condition=False)
         case AssignmentExpr(value=value):
             yield from hints_in(value, is_condition=False)
+
+
+_OF_NUMBERS = ("<", ">", "<=", ">=", "-", "*", "/")
+"""Operators that texts and truth values do not have."""
 
 
 def literal_kind(code: ScriptExpr) -> Kind | None:
@@ -215,7 +223,10 @@ class _ExprParser:
     def statements(self) -> list[ScriptExpr]:
         found: list[ScriptExpr] = []
         while self._kind() != "end":
+            begin = self._at
             found.append(self._assignment())
+            if self._at - begin > MAX_TOKENS:
+                raise ConfigError(f"{self._at - begin} words and signs; at most {MAX_TOKENS} are read")
             if self._kind() != "end":
                 self._expect(";")
         if not found:
@@ -375,7 +386,7 @@ def condition_text(code: ScriptExpr, scope: Scope) -> str:
     Raises:
         ConfigError: A part of it has no equivalent. The error has no place.
     """
-    return print_term(_truth(code, scope))
+    return _fitting(_truth(code, scope), code, scope, Kind.BOOLEAN)
 
 
 def value_text(code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
@@ -389,7 +400,17 @@ def value_text(code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
     Raises:
         ConfigError: A part of it has no equivalent. The error has no place.
     """
-    return print_term(_value(code, scope, wanted))
+    return _fitting(_value(code, scope, wanted), code, scope, wanted)
+
+
+def _fitting(term: Term, code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
+    """An expression as a text, if its values fit together and it is not too long for a mission."""
+    text = print_term(term)
+    kinds = {key: scope.kind(name) for name, _ in names_in(code) if (key := scope.key(name)) is not None}
+    problems = check_kinds(parse_expression(text), kinds, wanted).problems
+    if problems:
+        raise ConfigError(problems[0].message)
+    return text
 
 
 def kind_of_code(code: ScriptExpr, scope: Scope) -> Kind | None:
@@ -409,7 +430,30 @@ def kind_of_code(code: ScriptExpr, scope: Scope) -> Kind | None:
             if operator in _LOGICAL or operator in _COMPARISONS:
                 return Kind.BOOLEAN
             return _combined(operator, kind_of_code(left, scope), kind_of_code(right, scope))
+        case ChoiceExpr(then=then, otherwise=otherwise):
+            return kind_of_code(then, scope) or kind_of_code(otherwise, scope)
     return None
+
+
+def assigned_value(code: AssignmentExpr) -> ScriptExpr:
+    """What an assignment gives its key: ``a += 1`` is ``a + 1``."""
+    if code.operator in (":=", "="):
+        return code.value
+    return BinaryExpr(code.operator[0], NameExpr(code.name), code.value)
+
+
+def is_fractional(code: ScriptExpr) -> bool:
+    """Whether a sum of whole numbers need not be whole: it divides, or has a number with a point."""
+    match code:
+        case NumberExpr(value=value):
+            return isinstance(value, float)
+        case UnaryExpr(operand=operand):
+            return is_fractional(operand)
+        case BinaryExpr(operator=operator, left=left, right=right):
+            return operator == "/" or is_fractional(left) or is_fractional(right)
+        case ChoiceExpr(then=then, otherwise=otherwise):
+            return is_fractional(then) or is_fractional(otherwise)
+    return False
 
 
 def _combined(operator: str, left: Kind | None, right: Kind | None) -> Kind | None:
@@ -449,7 +493,11 @@ def _value(code: ScriptExpr, scope: Scope, wanted: Kind | None) -> Term:
         case TextExpr(value=value):
             return _constant(value, Kind.TEXT)
         case BooleanExpr(value=value):
-            return _constant(value, Kind.BOOLEAN)
+            return (
+                _constant(si_text(value), Kind.TEXT)
+                if wanted is Kind.TEXT
+                else _constant(value, Kind.BOOLEAN)
+            )
         case NameExpr(name=name):
             key = scope.key(name)
             return syntax.Key(key, _HERE) if key is not None else _constant(name, Kind.TEXT)
@@ -491,6 +539,8 @@ def _number(value: int | float, kind: Kind | None) -> Term:
         return syntax.Constant(float(value), kind, quantity_text(float(value), kind), _HERE)
     if kind is Kind.BOOLEAN:
         return _constant(value != 0, Kind.BOOLEAN)
+    if kind is Kind.TEXT:
+        return _constant(si_text(value), Kind.TEXT)
     return _constant(value, Kind.INTEGER if isinstance(value, int) else Kind.NUMBER)
 
 

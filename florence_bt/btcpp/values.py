@@ -16,8 +16,14 @@ from florence_bt.trees.language.model import Literal, PoseParts, Reference, Temp
 from florence_bt.trees.language.quantities import UNITS, guess_value, read_value
 from florence_bt.trees.language.values import tree_value
 
+_NEUTRAL = {Kind.TEXT: "", Kind.BOOLEAN: False, Kind.INTEGER: 0, Kind.POSE: Pose2(0.0, 0.0, 0.0)}
 _TRUE, _FALSE = ("true", "1"), ("false", "0")
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
+
+
+def neutral_value(kind: Kind) -> Any:
+    """What stands for a value that is not given: nothing, in SI units."""
+    return _NEUTRAL.get(kind, 0.0)
 
 
 def quantity_text(value: float, kind: Kind) -> str:

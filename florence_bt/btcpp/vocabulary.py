@@ -21,6 +21,8 @@ MARK = "_florence"
 PRE_CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_onlyIf", "_while", "_onStart")
 """In the order of their evaluation; ``_onlyIf`` and ``_onStart`` came with version 4.11."""
 POST_CONDITIONS = ("_onHalted", "_onFailure", "_onSuccess", "_post")
+SCRIPTS = {"Script": ("code", "_onStart", *POST_CONDITIONS), "": ("_onStart", *POST_CONDITIONS)}
+"""Element -> its attributes that can assign; those of an empty name are of all others."""
 
 FOREVER = 1_000_000_000
 """The number of rounds that stands for an endless loop: 31 years at one a second."""

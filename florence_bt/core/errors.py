@@ -28,6 +28,7 @@ class ConfigError(FlorenceError):
         line: 1-based line, or None.
         column: 1-based column, or None.
         valid: What would have worked, most likely first.
+        parameters: The names of the parameters that are wrong, where it is about parameters.
     """
 
     def __init__(
@@ -38,8 +39,10 @@ class ConfigError(FlorenceError):
         line: int | None = None,
         column: int | None = None,
         valid: Iterable[str] = (),
+        parameters: Iterable[str] = (),
     ) -> None:
         self.problem = problem
+        self.parameters = tuple(parameters)
         self.file = str(file) if file is not None else None
         self.line = line
         self.column = column

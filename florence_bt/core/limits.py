@@ -87,9 +87,11 @@ def check_limits(parameters: Any) -> None:
         if not isinstance(rule, Limits):
             if value not in rule:
                 choices = [str(choice) for choice in rule]
-                raise ConfigError(f"{name} cannot be {value!r}", valid=closest_first(str(value), choices))
+                valid = closest_first(str(value), choices)
+                raise ConfigError(f"{name} cannot be {value!r}", valid=valid, parameters=[name])
         elif not rule.admits(value):
-            raise ConfigError(f"{name} is {value}", valid=[f"{_example(parameters, name)} ({rule})"])
+            valid = (f"{_example(parameters, name)} ({rule})",)
+            raise ConfigError(f"{name} is {value}", valid=valid, parameters=[name])
 
 
 def check_order(parameters: Any, *pairs: tuple[str, str], equal: bool = False) -> None:
@@ -108,7 +110,8 @@ def check_order(parameters: Any, *pairs: tuple[str, str], equal: bool = False) -
         if not (small <= large if equal else small < large):
             relation = "must not be above" if equal else "must be below"
             examples = [_example(parameters, name) for name in (low, high)]
-            raise ConfigError(f"{low} ({small}) {relation} {high} ({large})", valid=examples)
+            problem = f"{low} ({small}) {relation} {high} ({large})"
+            raise ConfigError(problem, valid=examples, parameters=[low, high])
 
 
 def _example(parameters: Any, name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Literal
@@ -150,6 +151,10 @@ class Odometry:
 
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+MAX_MAP_CELLS = 25_000_000
+"""Of a map: 250 m x 250 m at 5 cm."""
+MIN_RESOLUTION_M, MAX_RESOLUTION_M = 0.001, 1.0
+"""Of a map. Chosen: a robot of 0.35 m cannot be steered by cells of more than a metre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,12 +188,8 @@ class OccupancyGrid:
         if self.origin.yaw == 0.0:
             return self
         rows, columns = self.cells.shape
-        c, s = np.cos(self.origin.yaw), np.sin(self.origin.yaw)
-        turn = np.array([[c, s], [-s, c]])
-        corners = np.array([[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]]) @ turn
-        # A hair less: a map turned by a right angle shall not get an empty row.
-        low = np.floor(corners.min(axis=0) + 1e-6)
-        width, height = np.ceil(corners.max(axis=0) - low - 1e-6).astype(int)
+        turn = _turn(self.origin.yaw)
+        low, (width, height) = _upright_frame(columns, rows, turn)
         u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
         old = np.floor((np.stack([u, v], axis=-1) + low) @ turn.T).astype(int)
         inside = ((old >= 0) & (old < (columns, rows))).all(axis=-1)
@@ -204,10 +205,60 @@ class OccupancyGrid:
         """Whether the cell lies in the grid."""
         return 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
 
+    def problem_with_place(self, x: float, y: float, slack: float = 0.0) -> str | None:
+        """Why nobody can be sent to, or be believed at, a place: the map knows nothing of it.
+
+        Args:
+            x: Metres, frame of the map.
+            y: Metres.
+            slack: How near to the place something known is enough, metres along each axis.
+
+        Returns:
+            What the place is, to complete "the goal is ..."; None when the map knows it.
+        """
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return "not finite"
+        rows, columns = self.cells.shape
+        reach = math.ceil(slack / self.resolution)
+        row, column = self.cell_of(x, y)
+        near = self.cells[
+            max(0, row - reach) : max(0, row + reach + 1),
+            max(0, column - reach) : max(0, column + reach + 1),
+        ]
+        if (near != UNKNOWN).any():
+            return None
+        if self.contains(row, column):
+            return "where the map knows nothing"
+        span_x = f"x {self.origin.x:g} to {self.origin.x + columns * self.resolution:g} m"
+        span_y = f"y {self.origin.y:g} to {self.origin.y + rows * self.resolution:g} m"
+        return f"outside the map ({span_x}, {span_y})"
+
     def is_occupied(self, x: float, y: float) -> bool:
         """Whether a place (metres, frame of the map) is probably occupied; outside of the grid it is not."""
         row, column = self.cell_of(x, y)
         return self.contains(row, column) and bool(self.cells[row, column] > OCCUPIED // 2)
+
+
+def upright_size(columns: int, rows: int, yaw: float) -> tuple[int, int]:
+    """Columns and rows that a map of a turned origin has when it is made :meth:`OccupancyGrid.upright`."""
+    return (columns, rows) if yaw == 0.0 else _upright_frame(columns, rows, _turn(yaw))[1]
+
+
+def _turn(yaw: float) -> NDArray[np.float64]:
+    """From the axes of cells to those of the map frame, for rows of coordinates on the left."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, s], [-s, c]])
+
+
+def _upright_frame(
+    columns: int, rows: int, turn: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], tuple[int, int]]:
+    """The lowest corner (x, y) in cells, and the columns and rows from there that hold a turned map."""
+    corners = np.array([[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]]) @ turn
+    # A hair less: a map turned by a right angle shall not get an empty row.
+    low = np.floor(corners.min(axis=0) + 1e-6)
+    width, height = np.ceil(corners.max(axis=0) - low - 1e-6)
+    return low, (int(width), int(height))
 
 
 @dataclass(frozen=True, slots=True)

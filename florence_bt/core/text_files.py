@@ -1,4 +1,4 @@
-"""From a file to a text, and back. What is too large, not regular, not UTF-8 or not printable is refused.
+"""From a file to bytes or a text, and back. What is too large, no regular file, or no text is refused.
 
 Another encoding is named only when that is sure: by a byte order mark, by the pattern of the zero bytes, or
 because every byte makes sense in the encoding of Western European texts and hardly could in another.
@@ -11,12 +11,13 @@ import re
 import shutil
 import stat
 from codecs import BOM_UTF8
+from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 
 MAX_BYTES = 1_000_000
-"""Largest file that is read."""
+"""Largest text file that is read."""
 NOT_UTF8 = "is not UTF-8"
 """In every message about a byte that no UTF-8 text has there."""
 
@@ -36,27 +37,36 @@ _KINDS = (
 )
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     """The bytes of a regular file.
 
+    Args:
+        path: The file; a link to a regular file is followed.
+        most: How many bytes it may have.
+
     Raises:
-        ConfigError: The file is missing, unreadable, not regular, or has more than :data:`MAX_BYTES`.
+        ConfigError: The file is missing, unreadable, not regular, or too large.
     """
     try:
-        # Looked at before it is opened: opening a pipe can wait without end, opening a device can wake it.
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            what = next((name for test, name in _KINDS if test(status.st_mode)), "no regular file")
-            raise ConfigError(f"the file cannot be read: it is {what}", file=path, valid=["a regular file"])
-        if status.st_size > MAX_BYTES:
-            raise _too_large(path)
+        # Looked at before it is opened, which can wake a device, and after: it may be another file by then.
+        _refuse_irregular(path, path.stat())
         with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            status = os.fstat(file.fileno())
+            _refuse_irregular(path, status)
+            data = file.read(most + 1) if status.st_size <= most else b""
+        if max(status.st_size, len(data)) > most:
+            raise _too_large(path, most)
     except OSError as error:
         raise ConfigError(f"the file cannot be read: {error.strerror}", file=path) from error
     except ValueError as error:
         raise ConfigError(f"the file cannot be read: {error}", file=str(path)) from error
     return data
+
+
+def _refuse_irregular(path: Path, status: os.stat_result) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        what = next((name for test, name in _KINDS if test(status.st_mode)), "no regular file")
+        raise ConfigError(f"the file cannot be read: it is {what}", file=path, valid=["a regular file"])
 
 
 def replace_text(file: Path, text: str) -> None:
@@ -65,17 +75,48 @@ def replace_text(file: Path, text: str) -> None:
     Raises:
         OSError: It cannot be written; what was there is untouched.
     """
-    fresh = file.with_name(f".{file.name}.{os.getpid()}")
+    replace_files({file: text.encode()})
+
+
+def replace_files(contents: Mapping[Path, bytes]) -> None:
+    """Write some files whole or none of them; those that are there keep their permissions.
+
+    All are on the disk before the first one takes its name, so that a full disk leaves everything as it was.
+
+    Raises:
+        OSError: One cannot be written; what was there is untouched.
+    """
+    fresh = {file: file.with_name(f".{file.name}.{os.getpid()}") for file in contents}
     try:
-        with fresh.open("w", encoding="utf-8", newline="") as out:
-            out.write(text)
-            out.flush()
-            os.fsync(out.fileno())
-        if file.exists():
-            shutil.copymode(file, fresh)
-        fresh.replace(file)
+        for file, new in fresh.items():
+            with new.open("wb") as out:
+                out.write(contents[file])
+                out.flush()
+                os.fsync(out.fileno())
+            if file.exists():
+                shutil.copymode(file, new)
+        for file, new in fresh.items():
+            new.replace(file)
     finally:
-        fresh.unlink(missing_ok=True)
+        for new in fresh.values():
+            new.unlink(missing_ok=True)
+
+
+def refuse_to_replace(file: Path) -> None:
+    """Refuse a name that no file may be written to: a link, or what is no regular file.
+
+    Raises:
+        ConfigError: It is one.
+        OSError: It cannot be looked at.
+    """
+    try:
+        mode = file.lstat().st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISREG(mode):
+        kinds = ((stat.S_ISLNK, "a link"), *_KINDS)
+        what = next((name for test, name in kinds if test(mode)), "no regular file")
+        raise ConfigError(f"the file cannot be written: it is {what}", file=file, valid=["a new name"])
 
 
 def decode(data: bytes, path: Path) -> str:
@@ -90,7 +131,7 @@ def decode(data: bytes, path: Path) -> str:
             indentation.
     """
     if len(data) > MAX_BYTES:
-        raise _too_large(path)
+        raise _too_large(path, MAX_BYTES)
     body = data.removeprefix(
         BOM_UTF8
     )  # before it is decoded, so that errors count from where the text begins
@@ -140,9 +181,9 @@ def _at(before: str, path: Path, problem: str, *valid: str) -> ConfigError:
     return ConfigError(problem, file=path, line=len(lines), column=len(lines[-1]) + 1, valid=valid)
 
 
-def _too_large(path: Path) -> ConfigError:
+def _too_large(path: Path, most: int) -> ConfigError:
     return ConfigError(
-        f"the file has more than {MAX_BYTES} bytes", file=path, valid=[f"a file of at most {MAX_BYTES} bytes"]
+        f"the file has more than {most} bytes", file=path, valid=[f"a file of at most {most} bytes"]
     )
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import bisect
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,11 +119,24 @@ class Transform3:
         )
 
 
+PARENT_KEPT_S = 1.0
+"""For so long after its newest sample a moving frame keeps its parent (chosen: several times the period of
+what publishes on /tf)."""
+
+
+SAME_PLACE_M, SAME_HEADING_RAD = 0.02, math.radians(2.0)
+"""What two samples of one motion may differ by. Chosen: at 0.5 m/s a frame comes 2 cm far in 40 ms."""
+
+
 class TransformBuffer:
     """Remembers transforms between frames and answers for any pair and moment.
 
     Static transforms hold at every time. Moving ones are kept for ``keep`` seconds; between two samples the
     planar part is interpolated (everything that moves on this robot moves in the plane).
+
+    A frame has one parent, and is static or moves. Where two publishers contradict each other, Florence's own
+    transform wins for ever; of others, what moves wins over what is static, and the known parent over a
+    second one.
     """
 
     def __init__(self, keep: float = 10.0) -> None:
@@ -130,29 +144,142 @@ class TransformBuffer:
         self._static: dict[str, tuple[str, Transform3]] = {}
         self._static_lookups: dict[tuple[str, str], Transform3] = {}
         self._moving: dict[str, tuple[str, deque[tuple[float, Pose2]]]] = {}
+        self._own: set[str] = set()
 
-    def set_static(self, parent: str, child: str, transform: Transform3) -> None:
-        """Set where a child frame always is."""
+    def set_static(self, parent: str, child: str, transform: Transform3, *, own: bool = False) -> str | None:
+        """Set where a child frame always is.
+
+        Args:
+            parent: The parent frame.
+            child: The child frame.
+            transform: From the child to the parent.
+            own: Whether it comes from a node of Florence.
+
+        Returns:
+            Which transform is not used, and why; None when nothing contradicts.
+        """
+        refused = None
+        if own:
+            refused = self._take_over(parent, child, self._static)
+        else:
+            problem = self._why_not_static(parent, child)
+            if problem is not None:
+                known = self._static.get(child)
+                return None if known is not None and _same(known, (parent, transform)) else problem
+        self._moving.pop(child, None)
         self._static[child] = (parent, transform)
         self._static_lookups.clear()
+        return refused
 
-    def set_moving(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
-        """Set where a child frame was at a moment. Samples that come late are sorted in."""
+    def set_moving(
+        self, parent: str, child: str, stamp: float, pose: Pose2, *, own: bool = False
+    ) -> str | None:
+        """Set where a child frame was at a moment. Samples that come late are sorted in.
+
+        Args:
+            parent: The parent frame.
+            child: The child frame.
+            stamp: The moment, seconds.
+            pose: Of the child in the parent.
+            own: Whether it comes from a node of Florence.
+
+        Returns:
+            As :meth:`set_static`.
+        """
+        refused = None
+        if own:
+            refused = self._take_over(parent, child, self._moving)
+        else:
+            problem = self._why_not_moving(parent, child, stamp)
+            if problem is not None:
+                return problem
+        if self._static.pop(child, None) is not None:
+            self._static_lookups.clear()
+            refused = f"the static transform of {child!r} is not used any more, because the frame moves"
         known = self._moving.get(child)
         if known is None or known[0] != parent:
             known = self._moving[child] = (parent, deque())
-        samples = known[1]
-        if samples and stamp == samples[-1][0]:
-            samples[-1] = (stamp, pose)
-        elif samples and stamp < samples[-1][0]:
-            ordered = [sample for sample in samples if sample[0] != stamp] + [(stamp, pose)]
-            ordered.sort(key=lambda sample: sample[0])
-            samples.clear()
-            samples.extend(ordered)
-        else:
-            samples.append((stamp, pose))
-        while samples[-1][0] - samples[0][0] > self._keep:
-            samples.popleft()
+        _sort_in(known[1], stamp, pose, self._keep)
+        return refused
+
+    def agrees(self, parent: str, child: str, stamp: float, pose: Pose2) -> bool:
+        """Whether the samples of a moving frame say the same of a moment, to 2 cm and 2 degrees.
+
+        Of a moment of which there is no sample they say nothing else.
+        """
+        known = self._moving.get(child)
+        if known is None or known[0] != parent:
+            return False
+        try:
+            mine = _sample_at(known[1], stamp, child)
+        except TransformUnavailable:
+            return True
+        turned = abs(normalize_angle(mine.yaw - pose.yaw))
+        return mine.distance_to(pose) <= SAME_PLACE_M and turned <= SAME_HEADING_RAD
+
+    def is_own(self, child: str) -> bool:
+        """Whether a node of Florence publishes a frame."""
+        return child in self._own
+
+    def _take_over(self, parent: str, child: str, kind: Mapping[str, tuple[str, Any]]) -> str | None:
+        """Make a frame one of Florence's own; what others said of it, or against it, is forgotten."""
+        known = self._moving.get(child) or self._static.get(child)
+        if child in self._own and known is not None and known[0] == parent:
+            return None
+        refused = None
+        if known is not None and child not in self._own:
+            # A message of our own comes twice, and the copy may be the first.
+            a_copy = child in kind and known[0] == parent
+            self._forget(child)
+            if not a_copy:
+                refused = _florences(known[0], child)
+        self._own.add(child)
+        above = self._line_above(parent)
+        if child in above:
+            for frame in above[: above.index(child)]:
+                if frame not in self._own:
+                    self._forget(frame)
+                    refused = f"{frame!r} below its own child {child!r} is not used any more"
+        return refused
+
+    def _forget(self, child: str) -> None:
+        self._moving.pop(child, None)
+        self._static.pop(child, None)
+        self._static_lookups.clear()
+
+    def _why_not_static(self, parent: str, child: str) -> str | None:
+        if child in self._own:
+            return _florences(parent, child)
+        if child in self._moving:
+            return f"a static transform of {child!r}, which moves below {self._moving[child][0]!r}"
+        known = self._static.get(child)
+        if known is not None and known[0] != parent:
+            return _second_parent(child, known[0], parent)
+        return self._why_no_loop(parent, child) if known is None else None
+
+    def _why_not_moving(self, parent: str, child: str, stamp: float) -> str | None:
+        if child in self._own:
+            return _florences(parent, child)
+        known = self._moving.get(child)
+        if known is not None and known[0] == parent:
+            return None
+        if known is not None and abs(stamp - known[1][-1][0]) < PARENT_KEPT_S:
+            return _second_parent(child, known[0], parent)
+        return self._why_no_loop(parent, child)
+
+    def _why_no_loop(self, parent: str, child: str) -> str | None:
+        if child in self._line_above(parent):
+            return f"{child!r} below {parent!r}, which is below {child!r} itself: a loop of frames"
+        return None
+
+    def _line_above(self, frame: str) -> list[str]:
+        """A frame, its parent, the parent of that, and so on."""
+        line = [frame]
+        while (link := self._static.get(line[-1]) or self._moving.get(line[-1])) is not None:
+            if link[0] in line:
+                break
+            line.append(link[0])
+        return line
 
     def clear_moving(self) -> None:
         """Forget every moving frame: the clock was set back, and old samples would count as the newest."""
@@ -221,6 +348,38 @@ class TransformBuffer:
 
 
 EXTRAPOLATION_LIMIT_S = 0.5
+
+
+def _florences(parent: str, child: str) -> str:
+    return f"{child!r} below {parent!r}, while Florence itself publishes {child!r}"
+
+
+def _second_parent(child: str, known: str, parent: str) -> str:
+    return f"{parent!r} as a second parent of {child!r}, which is below {known!r}"
+
+
+def _same(one: tuple[str, Transform3], other: tuple[str, Transform3]) -> bool:
+    """Whether two static transforms say the same."""
+    return (
+        one[0] == other[0]
+        and np.allclose(one[1].rotation, other[1].rotation)
+        and np.allclose(one[1].translation, other[1].translation)
+    )
+
+
+def _sort_in(samples: deque[tuple[float, Pose2]], stamp: float, pose: Pose2, keep: float) -> None:
+    """Add a sample in the order of time; forget those that are more than ``keep`` seconds older."""
+    if samples and stamp == samples[-1][0]:
+        samples[-1] = (stamp, pose)
+    elif samples and stamp < samples[-1][0]:
+        ordered = [sample for sample in samples if sample[0] != stamp] + [(stamp, pose)]
+        ordered.sort(key=lambda sample: sample[0])
+        samples.clear()
+        samples.extend(ordered)
+    else:
+        samples.append((stamp, pose))
+    while samples[-1][0] - samples[0][0] > keep:
+        samples.popleft()
 
 
 def _sample_at(samples: deque[tuple[float, Pose2]], stamp: float | None, frame: str) -> Pose2:

@@ -37,9 +37,16 @@ class _Server(ActionServer):
 
     Attributes:
         owned: The goal that its owner was given last.
+        lists_poses: Whether a goal may have so many poses that rclpy takes seconds to decode it, 50 us each.
     """
 
     owned: ServerGoalHandle | None = None
+    lists_poses = False
+
+    def take_data(self) -> Any:
+        if self.lists_poses and self._is_goal_request_ready:
+            self._node.before_long_work()
+        return super().take_data()
 
     async def _execute_goal_request(self, request_header_and_message: tuple[Any, Any]) -> None:
         header, request = request_header_and_message
@@ -155,6 +162,7 @@ class SingleGoalServer:
             cancel_callback=self._cancel_asked,
             result_timeout=KEEP_RESULTS_S,
         )
+        self._server.lists_poses = hasattr(action_type.Goal, "poses") or hasattr(action_type.Goal, "path")
         node.on_close(self._shut_down)
 
     @property

@@ -24,7 +24,7 @@ class Deferred:
     """An answer that is given later, once."""
 
     def __init__(self) -> None:
-        self._send: Callable[[Any], None] | None = None
+        self._send: Callable[[Any], object] | None = None
         self._response: Any = None
         self._sent = False
 
@@ -36,7 +36,7 @@ class Deferred:
         self._flush()
         return True
 
-    def send_with(self, send: Callable[[Any], None]) -> None:
+    def send_with(self, send: Callable[[Any], object]) -> None:
         """Set how the answer is sent; one that is there is sent now."""
         self._send = send
         self._flush()

@@ -5,16 +5,17 @@ from __future__ import annotations
 import functools
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, TypeVar
 
 from nav_msgs.msg import OccupancyGrid
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock as RclClock
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer as RclTimer
@@ -31,6 +32,9 @@ from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 T = TypeVar("T")
 REASON_FIELDS = ("message", "reason", "report", "error_msg", "tree")
 """Fields of answers and results that say why, the first that there is."""
+FAILURES = (("result", "RESULT_UNDEFINED_FAILURE"),)
+"""Fields of answers whose default is success, and the constant of the type that says failure:
+``nav2_msgs/LoadMap``."""
 
 
 class FlorenceNode(Node):
@@ -57,6 +61,9 @@ class FlorenceNode(Node):
 
     replaced_parameters: ClassVar[Mapping[str, str]] = {}
     """Parameters that a user of other programs may expect -> what to use instead."""
+
+    parameter_classes: ClassVar[tuple[type, ...]] = ()
+    """What :meth:`read_parameters` is asked for; ``florence up`` checks it before any process starts."""
 
     def __init__(
         self,
@@ -88,6 +95,7 @@ class FlorenceNode(Node):
         }
         overrides = [Parameter(key, value=value) for key, value in self._given.items()]
         super().__init__(name, namespace=namespace, parameter_overrides=overrides, context=context)
+        self.add_on_set_parameters_callback(self._refuse_another_time)
         self.ros_timebase = RosClock(self, self.call_soon)
         self.timebase = self.ros_timebase
         self._steady = SteadyClock(self)
@@ -116,6 +124,7 @@ class FlorenceNode(Node):
         *,
         judge_stamps: bool = True,
         newest_only: bool = False,
+        sift: Callable[[bytes], bool] | None = None,
         **options: Any,
     ) -> Subscription:
         """A subscription of rclpy whose callback gets only messages that pass the check of their type.
@@ -126,6 +135,9 @@ class FlorenceNode(Node):
         The events executor works in the order of what comes in, and drops nothing: a process with more work
         than time falls behind without end. ``newest_only`` is for costly callbacks on images and scans:
         after each, messages are left out until everything that came in meanwhile was served.
+
+        ``sift`` gets the serialised message and says whether it is wanted at all: to decode one is most of
+        the work.
         """
         latched = (
             isinstance(qos_profile, QoSProfile) and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
@@ -151,6 +163,14 @@ class FlorenceNode(Node):
             if newest_only and self.executor is not None:
                 behind = True
                 self.executor.create_task(caught_up)
+            if sift is not None:
+                if not sift(message):
+                    return
+                try:
+                    message = deserialize_message(message, msg_type)
+                except RuntimeError as error:  # of the middleware: bytes that are no such message
+                    self.health.count_refused(topic, str(error))
+                    return
             problem = problem_with(message, now)
             if problem is not None:
                 self.health.count_refused(topic, problem)
@@ -161,6 +181,8 @@ class FlorenceNode(Node):
             self.attempt(callback, message, *information)
 
         checked = callback if options.get("raw") else receive
+        if sift is not None:
+            options["raw"] = True
         return super().create_subscription(msg_type, topic, checked, qos_profile, **options)
 
     def create_service(
@@ -177,12 +199,12 @@ class FlorenceNode(Node):
             problem = problem_with(request)
             if problem is not None:
                 self.health.count_refused(srv_name, problem)
-                return with_reason(response, problem)
+                return failed(type(response), problem)
             try:
                 return callback(request, response)
             except Exception as error:
                 self.failures.append(error)
-                return with_reason(type(response)(), f"the node {self.get_name()} failed: {error!r}")
+                return failed(type(response), f"the node {self.get_name()} failed: {error!r}")
 
         service = super().create_service(srv_type, srv_name, serve, **options)
         serve_answers(
@@ -354,6 +376,14 @@ class FlorenceNode(Node):
             self.attempt(soon.popleft())
         return bool(soon)
 
+    def _refuse_another_time(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        """Keep the clock that the node began with: every stamp and every wait is of it."""
+        now = self.get_parameter("use_sim_time").value
+        if all(each.name != "use_sim_time" or each.value == now for each in parameters):
+            return SetParametersResult(successful=True)
+        reason = f"use_sim_time is {now} for as long as the node runs: start it again with the other value"
+        return SetParametersResult(successful=False, reason=reason)
+
     def _read_parameter(self, name: str, default: Any) -> Any:
         descriptor = ParameterDescriptor(dynamic_typing=True, read_only=True)
         if not self.has_parameter(name):
@@ -366,6 +396,15 @@ def with_reason(answer: Any, reason: str) -> Any:
     field = next((name for name in REASON_FIELDS if hasattr(answer, name)), None)
     if field is not None:
         setattr(answer, field, reason)
+    return answer
+
+
+def failed(answer_type: type, reason: str) -> Any:
+    """The answer of a service that did nothing: no field says success, and its own has the reason."""
+    answer = with_reason(answer_type(), reason)
+    for field, constant in FAILURES:
+        if hasattr(answer_type, constant):
+            setattr(answer, field, getattr(answer_type, constant))
     return answer
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import enum
 import types
 import typing
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from florence_bt.core.errors import ConfigError, closest_first
 
 T = TypeVar("T")
+USE_SIM_TIME = "use_sim_time"
+"""The parameter that every node of ROS has."""
 
 
 def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = "") -> T:
@@ -36,12 +39,48 @@ def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = 
             continue
         value = read(name, None if default is dataclasses.MISSING else to_parameter(default))
         if value is None and default is dataclasses.MISSING and not _allows_none(kind):
-            raise ConfigError(f"parameter {name!r} is not set, and it has no default")
+            raise ConfigError(f"parameter {name!r} is not set, and it has no default", parameters=[name])
         values[field.name] = from_parameter(name, kind, value)
     try:
         return cls(**values)
+    except ConfigError as error:
+        error.parameters = tuple(prefix + name for name in error.parameters)
+        raise
     except ValueError as error:
         raise ConfigError(f"parameters of {cls.__name__}: {error}") from error
+
+
+def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced: Mapping[str, str]) -> None:
+    """Refuse values that a node would refuse, before there is a node.
+
+    Args:
+        classes: The dataclasses that the node reads.
+        given: The values by name; those that are None are not given.
+        replaced: Parameters of other programs -> what to use instead.
+
+    Raises:
+        ConfigError: A name is unknown, or a value does not fit; has the names in ``parameters``.
+    """
+    known: dict[str, Any] = {}
+    fields = (field for cls in classes for field in dataclasses.fields(cls))
+    needed = {field.name for field in fields if _default(field) is dataclasses.MISSING}
+
+    def read(name: str, default: Any) -> Any:
+        known[name] = default
+        value = given.get(name)
+        # What has no default is given by the bring-up itself: any text will do here.
+        return value if value is not None else "-" if name in needed else default
+
+    for cls in classes:
+        fill_dataclass(cls, read)
+    for name in given:
+        if name in replaced:
+            raise ConfigError(f"there is no parameter {name!r}: {replaced[name]}", parameters=[name])
+        if name == USE_SIM_TIME and isinstance(given[name], bool):
+            continue
+        if name not in known:
+            valid = closest_first(name, known)
+            raise ConfigError(f"there is no parameter {name!r}", valid=valid, parameters=[name])
 
 
 def to_parameter(value: Any) -> Any:
@@ -91,7 +130,18 @@ def _first_that_fits(name: str, choices: Sequence[Any], value: Any) -> Any:
     raise problem or _wrong(name, value, [])
 
 
+def _pairs_in(text: str) -> Any:
+    """The numbers of a polygon as Nav2 writes one, ``"[[0.2, 0.2], ...]"``, in turn; a text that is none."""
+    try:
+        pairs = ast.literal_eval(text)
+        return [number for x, y in pairs for number in (x, y)]
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return text
+
+
 def _sequence(name: str, kind: Any, value: Any) -> Any:
+    if isinstance(value, str) and kind == tuple[float, ...]:
+        value = _pairs_in(value)
     if isinstance(value, str | bytes) or not hasattr(value, "__iter__"):
         raise _wrong(name, value, ["a list"])
     items, arguments = list(value), typing.get_args(kind)
@@ -123,7 +173,7 @@ _KIND_NAMES = {bool: "true or false", int: "a whole number", float: "a number", 
 
 
 def _wrong(name: str, value: Any, valid: Sequence[str]) -> ConfigError:
-    return ConfigError(f"parameter {name!r} cannot be {value!r}", valid=valid)
+    return ConfigError(f"parameter {name!r} cannot be {value!r}", valid=valid, parameters=[name])
 
 
 def _allows_none(kind: Any) -> bool:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+_OWN_DEADLINE = Duration(seconds=86_400)
+"""Chosen: a day, which nothing waits for. DDS lets a subscriber that asks for a deadline hear only publishers
+that offer one (DDS 1.4, 2.2.3.7), and by default nobody does: so a listener tells Florence's own transforms
+from those of other programs, which hear both."""
 
-def _profile(depth: int, *, reliable: bool = True, latched: bool = False) -> QoSProfile:
+
+def _profile(depth: int, *, reliable: bool = True, latched: bool = False, own: bool = False) -> QoSProfile:
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        **({"deadline": _OWN_DEADLINE} if own else {}),
     )
 
 
@@ -31,15 +38,21 @@ RELIABLE = _profile(10)
 LATCHED = _profile(1, latched=True)
 """States that a late subscriber needs too: the map, the tree."""
 
-TF = _profile(100)
-"""Publishers of ``/tf``, as in tf2."""
+TF = _profile(100, own=True)
+"""Florence's publishers of ``/tf``, as in tf2."""
 
 TF_LISTENER = _profile(100, reliable=False)
 """Subscribers of ``/tf``. Each sample is soon replaced by the next one. A reliable subscriber that misses one
 sample is given none of the later ones until the writer's next heartbeat, which Fast DDS sends every 3 s."""
 
-TF_STATIC = LATCHED
-"""Publishers of ``/tf_static``."""
+OWN_TF_LISTENER = _profile(100, reliable=False, own=True)
+"""Subscribers that hear only Florence's publishers of ``/tf``."""
+
+TF_STATIC = _profile(1, latched=True, own=True)
+"""Florence's publishers of ``/tf_static``."""
 
 TF_STATIC_LISTENER = _profile(100, latched=True)
 """Subscribers of ``/tf_static``: every publisher has a latched message of its own."""
+
+OWN_TF_STATIC_LISTENER = _profile(100, latched=True, own=True)
+"""Subscribers that hear only Florence's publishers of ``/tf_static``."""

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 
 from florence_bt.core.geometry import Pose2
@@ -16,15 +23,50 @@ from florence_bt.ros.conversions import (
     transform_to_ros,
 )
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import TF, TF_LISTENER, TF_STATIC, TF_STATIC_LISTENER
+from florence_bt.ros.qos import (
+    OWN_TF_LISTENER,
+    OWN_TF_STATIC_LISTENER,
+    TF,
+    TF_LISTENER,
+    TF_STATIC,
+    TF_STATIC_LISTENER,
+)
+from florence_bt.ros.validation import BadMessage
 
 TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
+
+
+AHEAD_S = 1.5
+"""How far ahead of now another program's transform may be stamped: one that is stamped later stays the newest
+for as long. Chosen: Nav2's AMCL stamps ``map -> odom`` 1 s ahead (its default ``transform_tolerance``)."""
+ECHOES = 64
+"""How many of Florence's own messages, which both subscriptions hear, are known again without being read."""
+JUDGED_AFTER_S, MAX_SUSPECTS = 1.0, 1000
+"""How long a transform of one of Florence's frames waits for its copy on the other subscription (seconds of
+the machine), and how many may wait. Chosen: a busy node has read what came together long before."""
+GOES_ON_S = 10.0
+"""A second transform within this time that says something else is of somebody who goes on. One alone may be a
+lost copy of a frame that jumped at that moment, as ``odom`` does when the robot finds itself (chosen)."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Suspect:
+    """A transform of one of Florence's frames whose publisher is not known yet."""
+
+    due: float
+    parent: str
+    child: str
+    stamp: float
+    pose: Pose2
+    contradiction: str
 
 
 class TransformListener:
     """Keeps a buffer of everything on ``/tf`` (its part in the plane) and ``/tf_static``.
 
-    When the clock is set back the moving frames are forgotten, as in tf2.
+    What Florence's nodes publish wins over what others do (:class:`TransformBuffer`); what is not used is
+    counted, logged and published as every refused message. When the clock is set back the moving frames are
+    forgotten, as in tf2.
 
     Args:
         node: Subscribes.
@@ -37,14 +79,24 @@ class TransformListener:
     def __init__(self, node: FlorenceNode, *, moving: bool = True) -> None:
         self.buffer = TransformBuffer()
         self._node = node
+        self._echoes: deque[bytes] = deque(maxlen=ECHOES)
+        self._suspects: deque[_Suspect] = deque(maxlen=MAX_SUSPECTS)
+        self._last_doubt: dict[str, float] = {}
         node.ros_timebase.on_reset(self.buffer.clear_moving)
-        self._subscriptions = [
-            node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER)
-        ]
+        self._subscriptions: list[Subscription] = []
+        # Own messages first: then the same message is known when it comes once more from everybody's topic.
+        self._subscribe(TF_STATIC_TOPIC, partial(self._on_static, own=True), OWN_TF_STATIC_LISTENER)
+        self._subscribe(TF_STATIC_TOPIC, partial(self._on_static, own=False), TF_STATIC_LISTENER)
         if moving:
-            self._subscriptions.append(
-                node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF_LISTENER)
-            )
+            self._subscribe(TF_TOPIC, self._on_own_moving, OWN_TF_LISTENER, sift=self._remember)
+            self._subscribe(TF_TOPIC, self._on_moving, TF_LISTENER, sift=self._is_new)
+
+    def _subscribe(self, topic: str, callback: Callable[..., None], qos: QoSProfile, **options: Any) -> None:
+        quiet = SubscriptionEventCallbacks(use_default_callbacks=False)  # of publishers that are not our own
+        subscription = self._node.create_subscription(
+            TFMessage, topic, callback, qos, event_callbacks=quiet, **options
+        )
+        self._subscriptions.append(subscription)
 
     def close(self) -> None:
         """Unsubscribe; the buffer keeps what was received."""
@@ -52,13 +104,55 @@ class TransformListener:
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
-    def _on_moving(self, message: TFMessage) -> None:
-        for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
-            self.buffer.set_moving(parent, child, stamp, pose)
+    def _remember(self, data: bytes) -> bool:
+        self._echoes.append(data)
+        return True
 
-    def _on_static(self, message: TFMessage) -> None:
+    def _is_new(self, data: bytes) -> bool:
+        return data not in self._echoes
+
+    def _on_own_moving(self, message: TFMessage) -> None:
+        for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
+            self._tell(TF_TOPIC, self.buffer.set_moving(parent, child, stamp, pose, own=True))
+
+    def _on_moving(self, message: TFMessage) -> None:
+        """Take what everybody published, Florence's own included when its other copy is late."""
+        for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
+            own = self.buffer.is_own(child)
+            ahead = stamp - (self._node.ros_timebase.now_near(stamp, AHEAD_S) or stamp)
+            if ahead > AHEAD_S:
+                problem = str(
+                    BadMessage(f"{child!r} is {ahead:.1f} s ahead of now", f"{AHEAD_S:g} s and less")
+                )
+                self._node.health.count_refused(TF_TOPIC, problem)
+                continue
+            contradiction = self.buffer.set_moving(parent, child, stamp, pose)
+            if own and contradiction is not None:
+                due = self._node.steady.now() + JUDGED_AFTER_S
+                self._suspects.append(_Suspect(due, parent, child, stamp, pose, contradiction))
+            else:
+                self._tell(TF_TOPIC, contradiction)
+        self._judge()
+
+    def _judge(self) -> None:
+        """Tell of the transforms that say something else than Florence's own; a lost copy says the same."""
+        now = self._node.steady.now()
+        while self._suspects and self._suspects[0].due <= now:
+            suspect = self._suspects.popleft()
+            if self.buffer.agrees(suspect.parent, suspect.child, suspect.stamp, suspect.pose):
+                continue
+            if suspect.due - self._last_doubt.get(suspect.child, -GOES_ON_S) < GOES_ON_S:
+                self._tell(TF_TOPIC, suspect.contradiction)
+            self._last_doubt[suspect.child] = suspect.due
+
+    def _on_static(self, message: TFMessage, *, own: bool) -> None:
         for parent, child, _, transform in map(transform_from_ros, message.transforms):
-            self.buffer.set_static(parent, child, transform)
+            self._tell(TF_STATIC_TOPIC, self.buffer.set_static(parent, child, transform, own=own))
+
+    def _tell(self, topic: str, contradiction: str | None) -> None:
+        if contradiction is not None:
+            valid = "another name of that frame, or the end of that publisher"
+            self._node.health.count_refused(topic, str(BadMessage(contradiction, valid)))
 
 
 class TransformBroadcaster:

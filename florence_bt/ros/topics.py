@@ -9,6 +9,10 @@ MANUAL_OVERRIDE = "manual_override"
 """``std_msgs/Bool``, latched: whether the manual override is on. The base's driver says so; all others read
 it."""
 
+LAST_OVERRIDE = "manual_override_switched_on"
+"""``builtin_interfaces/Time``, latched: the date (UTC, also in a simulation) at which the manual override was
+switched on last, zero when it never was. For those who hung or were not there when it was on and released."""
+
 DOCK = "turtlebot_node/dock"
 """``std_srvs/SetBool``: the base drives to its dock by itself, or ends that."""
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import MAX_ANGLE_RAD, MAX_DISTANCE_M
+from florence_bt.core.sensing import MAX_MAP_CELLS, MAX_RESOLUTION_M, MIN_RESOLUTION_M, upright_size
 
 NANO = 1_000_000_000
 MAX_SPEED_MPS, MAX_TURN_RATE = 100.0, 100.0
@@ -23,9 +24,6 @@ MAX_ACCELERATION = 1_000.0
 """m/s^2"""
 MAX_STAMP_OFFSET_S = 10.0
 """How far the stamp of a reading may be from the present time."""
-MIN_RESOLUTION_M, MAX_RESOLUTION_M = 0.001, 10.0
-MAX_CELLS = 25_000_000
-"""Of a map: 250 m x 250 m at 5 cm."""
 MAX_BEAMS = 20_000
 MAX_PIXELS_A_SIDE = 10_000
 MAX_FOCAL_LENGTH_PX = 100_000.0
@@ -34,8 +32,9 @@ MAX_WAIT_S = 86_400
 MAX_NOTE_S = 60.0
 MAX_ITEMS = 1_000
 """Transforms or joints in one message."""
-MAX_POSES = 20_000
-"""Of a path."""
+MAX_POSES = 2_000
+"""Of a path: 100 m in steps of 5 cm. More would keep the callback, and with it the heartbeat of the process,
+for too long: 65 us a pose of another frame (Python 3.11, one core)."""
 MAX_NAME = 200
 """Characters of a frame, a label or another name."""
 MIN_SQUARED_NORM = 1e-6
@@ -150,6 +149,10 @@ def _clock(message: Any, now: Now | None) -> None:
     check_time(message.clock.sec, message.clock.nanosec)
 
 
+def _date(message: Any, now: Now | None) -> None:
+    check_time(message.sec, message.nanosec)
+
+
 def _header(header: Any, now: Now | None) -> None:
     _name("header.frame_id", header.frame_id)
     _stamp("header.stamp", header.stamp, now)
@@ -242,7 +245,7 @@ def _scan(message: Any, now: Now | None) -> None:
 def _map(message: Any, now: Now | None) -> None:
     info = message.info
     cells = info.width * info.height
-    _between("the number of cells", cells, 1, MAX_CELLS)
+    _between("the number of cells", cells, 1, MAX_MAP_CELLS)
     _between("resolution", info.resolution, MIN_RESOLUTION_M, MAX_RESOLUTION_M, "m")
     _between("the longer side", max(info.width, info.height) * info.resolution, 0.0, MAX_DISTANCE_M, "m")
     if len(message.data) != cells:
@@ -251,6 +254,10 @@ def _map(message: Any, now: Now | None) -> None:
         )
     _place("origin.position", info.origin.position)
     _rotation("origin.orientation", info.origin.orientation)
+    turned = info.origin.orientation
+    yaw = 2.0 * math.atan2(turned.z, turned.w)
+    upright = math.prod(upright_size(info.width, info.height, yaw))
+    _between("the number of cells around the turned map", upright, 1, 2 * MAX_MAP_CELLS)
 
 
 def _image(message: Any, now: Now | None) -> None:
@@ -355,6 +362,7 @@ _SPEED_LIMITS = (
 )
 
 CHECKS: Mapping[str, Check] = {
+    "builtin_interfaces/Time": _date,
     "geometry_msgs/Twist": _twist,
     "geometry_msgs/PoseStamped": _pose_stamped,
     "geometry_msgs/PoseWithCovarianceStamped": _pose_with_covariance,

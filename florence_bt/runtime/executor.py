@@ -7,6 +7,7 @@ a trigger, a stop. At most one mission runs at a time; further ones wait or are 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from typing import Protocol
 
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.why import Why
@@ -42,6 +43,16 @@ class RequestRefused(FlorenceError):
     """A request was refused because of what runs now; the message says what would have worked."""
 
 
+class LeftRuns(Protocol):
+    """The runs that a dead process left, as long as they have not been taken up."""
+
+    def stop(self, reason: str, run_id: str | None) -> MissionRun | None:
+        """Give up the run with this id, else the one that had the robot; None when there is none."""
+
+    def pause(self, reason: str, run_id: str | None) -> MissionRun:
+        """Let the run that has the robot next come back paused; raises RequestRefused when none may."""
+
+
 class Executor:
     """Runs missions one at a time.
 
@@ -62,6 +73,7 @@ class Executor:
     Attributes:
         current: The run that is not over yet, or None.
         last: The run that ended last, or None.
+        left_runs: What a dead process left, as long as it is not decided what becomes of it; else None.
         woken: When the last step began, on the stopwatch.
     """
 
@@ -83,6 +95,7 @@ class Executor:
     ) -> None:
         self.current: MissionRun | None = None
         self.last: MissionRun | None = None
+        self.left_runs: LeftRuns | None = None
         self._queue = RunQueue(queue_limit)
         self._active: TreeRun | None = None
         self._missions = library
@@ -93,7 +106,7 @@ class Executor:
         self._call_soon = call_soon or (lambda callback: clock.call_at(clock.now(), callback))
         self._event_bus = EventBus(clock, log or NoLog())
         self._blocks: dict[str, str] = {}
-        self._wake_asked = False
+        self._wake_asked = self._woke_itself = False
         self._stopwatch = stopwatch or clock.now
         self._yield_cpu = yield_cpu
         self._reload_at_trigger = reload_at_trigger
@@ -140,7 +153,7 @@ class Executor:
         visited_only: bool = False,
         durations: bool = False,
     ) -> str:
-        """The ASCII tree of a run: live for the current one, as it was at the end for others.
+        """The ASCII tree of a run: live for the current one, its clean-ups included; the final one of others.
 
         Args:
             run: The run.
@@ -148,9 +161,8 @@ class Executor:
             visited_only: Whether to leave out nodes that were not reached.
             durations: Whether nodes show how long they took, on the clock of the run.
         """
-        live = (RunStatus.RUNNING, RunStatus.PAUSED)
         rows = run.rows
-        if self._active is not None and run is self._active.run and run.status in live:
+        if self._active is not None and run is self._active.run:
             rows = self._active.rows()
         elif not rows:
             return run.tree
@@ -215,6 +227,8 @@ class Executor:
         if queued is not None:
             self._close(queued, RunStatus.STOPPED, Why(queued.mission, "stopped", reason))
             return queued
+        if self.left_runs is not None:
+            return self.left_runs.stop(reason, run_id)
         if self._active is None or run_id not in (None, self._active.run.run_id):
             return None
         run = self._active.run
@@ -224,7 +238,8 @@ class Executor:
     def stop_all(self, reason: str) -> None:
         """Stop the current run and drop every queued one."""
         waiting = self._queue.take_all()
-        self.stop(reason)
+        if self._active is not None:
+            self._active.stop(reason)
         for run in waiting:
             self._close(run, RunStatus.STOPPED, Why("queue", "stopped", reason))
 
@@ -284,6 +299,8 @@ class Executor:
         Raises:
             RequestRefused: There is no run that could be paused; says why.
         """
+        if self.left_runs is not None:
+            return self.left_runs.pause(reason or "asked", run_id)
         active = self._pausable(run_id, "paused")
         active.pause(reason or "asked")
         return active.run
@@ -304,15 +321,19 @@ class Executor:
         return active.run
 
     def override(self, reason: str) -> None:
-        """Stop the current run, drop every queued one and let nothing start until :meth:`release`.
-
-        Clean-ups go on without what drives: the base belongs to somebody else now.
-        """
+        """Stop the current run, drop every queued one and let nothing start until :meth:`release`."""
         self.block(
             OVERRIDE,
             f"the manual override is on ({reason}); release it first: florence release, or false on "
             "florenceLocator/manualOverride",
         )
+        self.give_up_robot(reason)
+
+    def give_up_robot(self, reason: str) -> None:
+        """Stop the current run and drop every queued one: a person has, or had, the robot by hand.
+
+        Clean-ups go on without what drives: the base belongs to somebody else now.
+        """
         if self._active is not None:
             self._active.keep_off(f"manual override: {reason}")
         self.stop_all(f"manual override: {reason}")
@@ -386,7 +407,8 @@ class Executor:
         self._wake_asked = False
         if self._active is not None:
             self.woken = self._stopwatch()
-            self._active.step()
+            self._active.step(by_itself=self._woke_itself)
+            self._woke_itself = self._wake_asked
             self._event_bus.log.commit()
 
     def _build(self, run: MissionRun) -> TreeRun:
@@ -396,6 +418,7 @@ class Executor:
     def _begin(self, tree: TreeRun) -> None:
         run = tree.run
         self.current, self._active = run, tree
+        self._woke_itself = False
         run.status = RunStatus.RUNNING
         run.started = self._clock.now()
         self._event_bus.publish(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)

@@ -82,7 +82,7 @@ class MissionRun:
         why: Cause of a failure or a stop.
         outputs: The mission's outputs, once it has succeeded.
         output_texts: The same as the mission language writes them, with units.
-        tree: ASCII tree as of the last change; of a stopped run as it was just before the stop.
+        tree: ASCII tree as of the end, with what was stopped and how the clean-ups ended; empty before.
         ticks: Ticks so far, the one that goes on now included.
         note: What the caller should know beside the run itself, e.g. that its edit is not used.
         paused: Why the run is paused, empty when it is not.

@@ -26,12 +26,11 @@ from florence_bt.runtime.run_environment import RunEnvironment, keep_off_the_bas
 from florence_bt.runtime.ticking import Ticker
 from florence_bt.trees.drawings.ascii import Left, TreeRow, draw_rows, tree_rows
 from florence_bt.trees.language.compile import CompiledTree, compile_mission
+from florence_bt.trees.language.vocabulary import MAX_QUICK_ROUNDS
 
 END_LIMIT_S = 15.0
 """How long skills may take to report their end after their run has ended or was paused; longer than a skill's
 own limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
-MAX_TICKS_AT_ONE_MOMENT = 1000
-"""A tree that wakes itself more often without time passing is broken and is failed."""
 
 
 class TreeRun:
@@ -97,9 +96,14 @@ class TreeRun:
         self._skills.update(environment.skills)
         self.clock.move_to(environment.clock)
 
-    def step(self) -> None:
-        """Do what there is to do now: something woke the run."""
+    def step(self, *, by_itself: bool = False) -> None:
+        """Do what there is to do now: something woke the run.
+
+        Args:
+            by_itself: Whether that was the step before, and nothing outside the tree.
+        """
         if self.run.status is RunStatus.RUNNING:
+            self._ticks.note(self._environment.clock.now(), by_itself=by_itself)
             self._tick()
         elif self.run.status is RunStatus.PAUSED and self._resume_wanted:
             self._resume_when_drained()
@@ -110,10 +114,8 @@ class TreeRun:
 
     def _tick(self) -> None:
         root = self.tree.root
-        if self._ticks.count >= MAX_TICKS_AT_ONE_MOMENT and self._ticks.spins(self._environment.clock.now()):
-            self.end(
-                RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
-            )
+        if self._ticks.count > MAX_QUICK_ROUNDS:
+            self.end(RunStatus.FAILED, self._spinning())
             return
         self.run.ticks += 1
         self._held = []
@@ -126,7 +128,6 @@ class TreeRun:
         finally:
             self._do_held()
             self._held = None
-        self._ticks.note(self._environment.clock.now())
         for change in self._ticks.changes():
             self._environment.event_bus.publish(self.run, EventKind.NODE, **change)
         self.on_tick(self.run)
@@ -136,6 +137,17 @@ class TreeRun:
             self.end(RunStatus.SUCCEEDED, None)
         elif root.status is Status.FAILURE:
             self.end(RunStatus.FAILED, explain(root))
+
+    def _spinning(self) -> Why:
+        """The failure of a tree that goes on without time passing; the lowest node that runs does not end."""
+        node = self.root
+        while child := next((child for child in node.children if child.status is Status.RUNNING), None):
+            node = child
+        reason = (
+            f"{node.name} goes on without end: {MAX_QUICK_ROUNDS} rounds in a row took no time "
+            "(a wait, or a skill that takes time, belongs into such a loop)"
+        )
+        return Why(path_of(node), "spinning", reason)
 
     def _after_tick(self, callback: Callable[[], None]) -> None:
         """Do what is not urgent when the tick is over, now when none goes on: the next skill starts first."""
@@ -254,9 +266,6 @@ class TreeRun:
             status: How the run ends.
             why: The cause when it was no success.
         """
-        # The picture of the tree is taken before its nodes forget where they stood.
-        self.run.rows = self.rows()
-        self.run.tree = draw_rows(self.run.rows)
         self.run.status = RunStatus.ENDING
         self.run.paused = ""
         self._end = (status, why)
@@ -283,6 +292,7 @@ class TreeRun:
         self.end(RunStatus.FAILED, why)
 
     def _stop_tree(self) -> None:
+        self._ticks.note_end()
         try:
             self.root.stop(Status.INVALID)
         except Exception as error:
@@ -347,6 +357,9 @@ class TreeRun:
 
     def _finish(self, status: RunStatus, why: Why | None) -> None:
         self._cancel_limit()
+        # What still runs now, such as a clean-up of a process that ends, is left.
+        self.run.rows = tuple(replace(row, left=True) for row in self.rows())
+        self.run.tree = draw_rows(self.run.rows)
         self.on_over(self.run, status, why)
 
     # ---- skills ---------------------------------------------------------------------------------------
@@ -377,8 +390,8 @@ class TreeRun:
             outputs=dict(result.outputs),
             **({"paused": True} if paused else {}),
         )
-        # In a run that is ending, the last skill's end is what the executor waits for.
-        self._environment.wake()
+        if self.run.status is RunStatus.ENDING:
+            self._environment.wake()  # the last skill's end is what the executor waits for
 
 
 class TreeTicks:
@@ -390,7 +403,7 @@ class TreeTicks:
 
     Attributes:
         tick: Ticks the tree once.
-        count: How many ticks there were at the moment of the last one.
+        count: How many ticks there were in a row for which nothing outside the tree had to happen.
     """
 
     def __init__(self, root: Behaviour, clock: Clock) -> None:
@@ -404,14 +417,26 @@ class TreeTicks:
         self.count = 0
         self._moment = -1.0
 
-    def note(self, now: float) -> None:
-        """Count a tick at a moment of the real clock."""
-        self.count = self.count + 1 if now == self._moment else 1
-        self._moment = now
+    def note_end(self) -> None:
+        """Note where every node stands, before the tree is stopped and its nodes forget it."""
+        now, tick = self._clock.now(), self._ticker.count
+        known: dict[Behaviour, Why] = {}
+        for node in self._ticker.root.iterate():
+            if node.status is not Status.INVALID:
+                why = explain(node, known) if node.status is Status.FAILURE else None
+                self._last[node] = tick, Left(node.status, node.feedback_message, why)
+            if node.status is Status.RUNNING:
+                self._note_time(node, Status.INVALID, now)
 
-    def spins(self, now: float) -> bool:
-        """Whether one more tick at this moment of the real clock would be too much."""
-        return self.count >= MAX_TICKS_AT_ONE_MOMENT and now == self._moment
+    def note(self, now: float, *, by_itself: bool) -> None:
+        """Count a tick.
+
+        Args:
+            now: The moment, on the real clock.
+            by_itself: Whether the tick before asked for it.
+        """
+        self.count = self.count + 1 if by_itself or now == self._moment else 1
+        self._moment = now
 
     def changes(self) -> Iterator[dict[str, str]]:
         """What the last tick changed, in order: the data of events."""

@@ -322,7 +322,7 @@ def test_any_troubles_in_any_order_end_with_scans_again(
 STATUSES = ["01", "04", "10", "0A", "0B", "0C", "0D", "0E", "0F", "0G", "0H", "0I"]
 
 
-@pytest.mark.parametrize("command", ["QT", "RS", "PP", "VV", "II", "BM", "MD"])
+@pytest.mark.parametrize("command", ["QT", "RS", "PP", "BM", "MD"])
 @pytest.mark.parametrize("status", STATUSES)
 def test_every_status_of_every_command_is_survived(command: str, status: str) -> None:
     bench = Bench()

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from sensor_msgs.msg import LaserScan as LaserScanMsg
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
@@ -263,6 +263,94 @@ def test_who_drives_by_hand_has_a_filter_of_their_own(driven: Any) -> None:
     assert driver.heard == []
     answer = driver.stop.call_async(SetBool.Request(data=True))
     ros.spin_until(lambda: answer.done() and heard[-1] == 0.0, what="the hard stop of the drive by hand")
+
+
+class ByHand:
+    """A person who drives by hand, and what the filter holds."""
+
+    def __init__(self, ros: Any, node: VelocityFilterNode, driver: Driver) -> None:
+        self._ros, self._node, self._driver = ros, node, driver
+        self.heard: list[float] = []
+        driver.create_subscription(
+            Twist, "filtered_manual_cmd_vel", lambda message: self.heard.append(message.linear.x), RELIABLE
+        )
+        self._commands = driver.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        self._override = driver.create_publisher(Bool, "manual_override", LATCHED)
+        self.stop_all = driver.create_client(SetBool, "velocity_filter/stop_all")
+        ros.spin_until(
+            lambda: (
+                self._commands.get_subscription_count()
+                and node.count_subscribers("filtered_manual_cmd_vel")
+                and self._override.get_subscription_count()
+                and self.stop_all.service_is_ready()
+            )
+        )
+
+    def call(self, service: Any, on: bool) -> None:
+        answer = service.call_async(SetBool.Request(data=on))
+        self._ros.spin_until(answer.done)
+        assert answer.result().success
+
+    def switch(self, on: bool) -> None:
+        self._override.publish(Bool(data=on))
+
+    def expect_held(self, *topics: str) -> None:
+        def held() -> set[str]:
+            return {topic for topic, ticker in self._node.tickers.items() if ticker.filter.stopped}
+
+        self._ros.spin_until(lambda: held() == set(topics), what=f"the stop of {topics}")
+
+    def drive(self) -> None:
+        """Command a speed until the base is given one."""
+
+        def moves() -> bool:
+            self._commands.publish(Twist(linear=Vector3(x=0.5)))
+            self._driver.set_time(self._driver.time + 0.02)
+            return bool(self.heard) and self.heard[-1] > 0.0
+
+        self._ros.spin_until(moves, what="the drive by hand")
+
+
+def test_under_the_override_a_hard_stop_does_not_even_slow_the_hand_down(driven: Any) -> None:
+    ros, node, driver = driven
+    person = ByHand(ros, node, driver)
+    person.switch(True)
+    person.drive()
+    person.call(driver.stop, True)
+    person.expect_held("cmd_vel")
+    count = len(person.heard)
+    ros.spin_until(lambda: [person.drive(), len(person.heard) > count + 3][1])
+    assert min(person.heard[count:]) > 0.0
+
+
+def test_an_override_that_is_switched_on_during_a_hard_stop_lets_the_hand_pass(driven: Any) -> None:
+    ros, node, driver = driven
+    person = ByHand(ros, node, driver)
+    person.call(driver.stop, True)
+    person.expect_held("cmd_vel", "manual_cmd_vel")
+    person.switch(True)
+    person.expect_held("cmd_vel")
+    person.drive()
+    person.call(driver.stop, True)
+    person.expect_held("cmd_vel")
+    person.switch(False)
+    person.expect_held("cmd_vel", "manual_cmd_vel")
+    ros.spin_until(lambda: person.heard[-1] == 0.0, what="the stop at the release of the override")
+    person.call(driver.stop, False)
+    person.expect_held()
+
+
+def test_the_last_stop_holds_the_hand_too(driven: Any) -> None:
+    ros, node, driver = driven
+    person = ByHand(ros, node, driver)
+    person.switch(True)
+    person.drive()
+    person.call(person.stop_all, True)
+    ros.spin_until(lambda: person.heard[-1] == 0.0, what="the stop of the drive by hand")
+    person.call(driver.stop, True)
+    person.expect_held("cmd_vel", "manual_cmd_vel")
+    person.call(driver.stop, False)
+    person.expect_held()
 
 
 def test_the_velocity_filter_ends_with_a_zero(driven: Any) -> None:

@@ -64,6 +64,25 @@ def test_the_override_stops_everything_and_blocks_until_released(bench_of):
     assert bench.run("be_quick").accepted
 
 
+def test_an_override_that_was_on_and_released_while_the_server_hung_ends_everything(bench_of):
+    """Of a latched topic only the last message is left: that the override is off."""
+    from builtin_interfaces.msg import Time
+
+    from florence_bt.ros.qos import LATCHED
+
+    bench = bench_of()
+    switched_on = bench.node.create_publisher(Time, "manual_override_switched_on", LATCHED)
+    switched_on.publish(Time(sec=1_700_000_000))
+    runs = [bench.run("drive_once", policy="queue").run_id for _ in range(2)]
+    bench.ros.spin_for(0.2)
+    assert bench.status().state == "RUNNING", "that was before the runs"
+    switched_on.publish(Time(sec=1_700_000_900))
+    bench.override(False)
+    for run_id in runs:
+        assert "manual override" in bench.wait("STOPPED", run_id).reason
+    assert bench.run("be_quick").accepted
+
+
 def test_a_false_without_an_override_changes_nothing(bench_of):
     bench = bench_of()
     bench.run("drive_once")

@@ -41,10 +41,12 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetMap, GetPlan
 from rclpy.action import ActionClient
+from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.maps.save import save_published_map
@@ -72,6 +74,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
 from florence_bt.skills.navigation.localisation.saved_pose import load_pose, save_pose
+from florence_bt.skills.navigation.map_server import map_file as map_file_module
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
@@ -135,7 +138,8 @@ class Reader:
         subscription.callback = self._take
 
     def _take(self, message: Any) -> None:
-        for part in getattr(message, "transforms", [message]):
+        plain = deserialize_message(message, TFMessage) if isinstance(message, bytes) else message
+        for part in getattr(plain, "transforms", [plain]):
             if getattr(part, "child_frame_id", "base_footprint") == "base_footprint":
                 self.stamp = max(self.stamp, stamp_from_ros(part.header.stamp))
         self._callback(message)
@@ -287,7 +291,9 @@ def test_the_map_is_latched_and_served(ros: Any, map_file: FilePath) -> None:
 
 
 def test_maps_are_loaded_and_saved_by_service(ros: Any, map_file: FilePath, tmp_path: FilePath) -> None:
-    server = ros.add(MapServerNode(parameters={"map_file": str(map_file), "save_map_timeout": 30.0}))
+    (saved := tmp_path / "saved").mkdir()
+    parameters = {"map_file": str(map_file), "save_map_timeout": 30.0, "save_folder": str(saved)}
+    server = ros.add(MapServerNode(parameters=parameters))
     client = ros.add(FlorenceNode("client"))
     maps: list[OccupancyGridMsg] = []
     client.create_subscription(OccupancyGridMsg, "map", maps.append, LATCHED)
@@ -311,6 +317,7 @@ def test_maps_are_loaded_and_saved_by_service(ros: Any, map_file: FilePath, tmp_
         (f"{tmp_path}/none.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
         (f"{tmp_path}/bad.yaml", LoadMap.Response.RESULT_INVALID_MAP_METADATA),
         (f"{tmp_path}/cut.yaml", LoadMap.Response.RESULT_INVALID_MAP_DATA),
+        (f"{tmp_path}/{'x' * 65_536}.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
     ):
         assert ask(loader, map_url=url).result == result
     assert len(maps) == 1
@@ -319,22 +326,60 @@ def test_maps_are_loaded_and_saved_by_service(ros: Any, map_file: FilePath, tmp_
     ros.spin_until(lambda: len(maps) == 2)
     assert grid_from_ros(maps[1]).origin == other.origin
 
-    assert ask(saver, map_url=str(tmp_path / "own.yaml"), image_format="png").result
-    assert np.array_equal(load_map(tmp_path / "own.yaml").cells, other.cells)
+    for name in ("own", "deeper/own"):
+        assert ask(saver, map_url=str(saved / f"{name}.yaml"), image_format="png").result
+        assert np.array_equal(load_map(saved / f"{name}.yaml").cells, other.cells)
+    assert ask(saver, map_url="relative").result
+    assert (saved / "relative.yaml").is_file()
+    (saved / "out").symlink_to(tmp_path)
     for wrong in (
-        {"map_url": "own.yaml"},
-        {"map_url": f"{tmp_path}/x.yaml", "image_format": "gif"},
-        {"map_url": f"{tmp_path}/x.yaml", "map_topic": "nobody/publishes this"},
+        {"map_url": f"{tmp_path}/x.yaml"},
+        {"map_url": "../x.yaml"},
+        {"map_url": "out/x.yaml"},
+        {"map_url": ""},
+        {"map_url": f"{saved}/{'x' * 65_536}"},
+        {"map_url": f"{saved}/x.yaml", "image_format": "gif"},
+        {"map_url": f"{saved}/x.yaml", "map_topic": "nobody/publishes this"},
     ):
-        assert not ask(saver, **wrong).result
+        assert not ask(saver, **wrong).result, wrong
+    assert not [*tmp_path.glob("**/x.*")]
     publisher = client.create_publisher(OccupancyGridMsg, "explored", LATCHED)
     ros.spin_until(
         lambda: ("/explored", ["nav_msgs/msg/OccupancyGrid"]) in server.get_topic_names_and_types()
     )
     publisher.publish(grid_to_ros(make_map(), "map", client.timebase.now()))
-    assert ask(saver, map_url=f"{tmp_path}/explored.yaml", map_topic="explored").result
-    assert np.array_equal(load_map(tmp_path / "explored.yaml").cells, make_map().cells)
-    assert not (tmp_path / "x.yaml").exists()
+    assert ask(saver, map_url="explored.yaml", map_topic="explored").result
+    assert np.array_equal(load_map(saved / "explored.yaml").cells, make_map().cells)
+
+
+def test_a_disk_that_hangs_holds_nobody_up_and_further_requests_are_refused(
+    ros: Any, map_file: FilePath, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_go_on, hangs = threading.Event(), threading.Event()
+
+    def slow(path: FilePath, *rest: Any) -> Any:
+        hangs.set()
+        may_go_on.wait(60.0)
+        return map_file_module.read_description(path, *rest)
+
+    ros.add(MapServerNode(parameters={"map_file": str(map_file)}))
+    monkeypatch.setattr("florence_bt.skills.navigation.map_server.node.read_description", slow)
+    client = ros.add(FlorenceNode("client"))
+    loader = client.create_client(LoadMap, "map_server/load_map")
+    getter = client.create_client(GetMap, "static_map")
+    ros.spin_until(lambda: loader.service_is_ready() and getter.service_is_ready())
+    first = loader.call_async(LoadMap.Request(map_url=str(map_file)))
+    ros.spin_until(hangs.is_set)
+    second, served = (
+        loader.call_async(LoadMap.Request(map_url=str(map_file))),
+        getter.call_async(GetMap.Request()),
+    )
+    ros.spin_until(lambda: second.done() and served.done())
+    assert not first.done()
+    assert second.result().result != LoadMap.Response.RESULT_SUCCESS
+    may_go_on.set()
+    ros.spin_until(first.done)
+    assert first.result().result == LoadMap.Response.RESULT_SUCCESS
 
 
 def test_a_map_that_is_swapped_ends_the_drive_and_the_next_one_uses_it(
@@ -476,7 +521,7 @@ def test_bad_goals(scene: Scene) -> None:
     for goal, code in (
         (to(Pose2(99.0, 0.0)), 204),
         (to(Pose2(4.05, 1.0)), 206),
-        (to(Pose2(8.35, 2.0)), 208),
+        (to(Pose2(8.35, 2.0)), 204),
         (to(Pose2(math.nan, 0.0)), 200),
         (tilted, 200),
         (to(Pose2(1.0, 0.0), "moon"), 202),
@@ -826,6 +871,27 @@ def test_the_initial_pose_counts_before_the_first_scan(scene: Scene) -> None:
 
     scene.ros.spin_until(believed)
     assert scene.estimate().distance_to(Pose2(6.0, 4.0)) < 0.01
+
+
+@pytest.mark.parametrize("with_map", [True, False])
+def test_an_initial_pose_of_another_frame_or_off_the_map_is_refused_and_told(
+    scene: Scene, with_map: bool
+) -> None:
+    maps = MapServerNode(parameters={"map_file": str(scene.map_file), **SIMULATED})
+    localiser = scene.ros.add(LocaliserNode(parameters=SIMULATED))
+    if with_map:
+        scene.ros.add(maps)
+        scene.ros.spin_until(lambda: localiser._grid is not None)
+    publisher = scene.client.create_publisher(PoseWithCovarianceStamped, "initialpose", RELIABLE)
+    scene.ros.spin_until(publisher.get_subscription_count)
+    wrong = (Pose2(1.0, 1.0), "odom"), (Pose2(500.0, 1.0), "map")
+    for count, (pose, frame) in enumerate(wrong, start=1):
+        publisher.publish(pose_with_covariance_to_ros(pose, [0.0] * 36, frame, 0.0))
+        if not with_map and frame == "map":
+            scene.ros.spin_for(0.2)
+            scene.ros.add(maps)
+        scene.ros.spin_until(lambda count=count: localiser.health.refused["initialpose"] == count)
+    assert localiser._start == Pose2()
 
 
 def test_a_restarted_localiser_goes_on_where_it_was(scene: Scene, tmp_path: FilePath) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -20,7 +21,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
 from florence_bt.ros.executor import SpinLoop
-from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.node import FlorenceNode, failed
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
@@ -293,3 +294,30 @@ def test_a_map_that_is_refused_leaves_the_one_there_is(ros: Any) -> None:
     publisher.publish(bad)
     ros.spin_until(lambda: node.health.refused["map"])
     assert node._navigator is navigator
+
+
+SERVICE_PACKAGES = (
+    "diagnostic_msgs",
+    "florence_interfaces",
+    "nav2_msgs",
+    "nav_msgs",
+    "py_trees_ros_interfaces",
+    "rcl_interfaces",
+    "std_srvs",
+)
+
+
+def service_types() -> list[type]:
+    """Every type of service in the packages that Florence serves."""
+    modules = [importlib.import_module(f"{package}.srv") for package in SERVICE_PACKAGES]
+    return [kind for module in modules for kind in vars(module).values() if hasattr(kind, "Response")]
+
+
+@pytest.mark.parametrize("service", service_types(), ids=lambda kind: kind.__name__)
+def test_the_answer_of_a_service_that_failed_never_says_success(service: type) -> None:
+    answer = failed(service.Response, "it burns")
+    constants = {name: getattr(service.Response, name) for name in dir(service.Response) if "SUCCESS" in name}
+    for field, kind in service.Response.get_fields_and_field_types().items():
+        if kind == "boolean":
+            assert getattr(answer, field) is False, field
+        assert not constants or kind != "uint8" or getattr(answer, field) not in constants.values(), field

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 
 import pytest
@@ -44,5 +45,9 @@ def test_a_rehearsal_drives_emulated_devices_in_place_of_the_configured_ones(
     assert "does not know where it is" not in up.output
     status = start_process(*FLORENCE, "status")
     assert status.process.wait(PATIENCE_S) == 0, status.output
+    doctor = start_process(*FLORENCE, "doctor", "--config", config, "--format", "json")
+    assert doctor.process.wait(PATIENCE_S) == 0, doctor.output
+    found = json.loads(doctor.output)
+    assert not [finding for finding in found if finding["level"] in ("problem", "warning")]
     assert up.end(timeout_s=PATIENCE_S) == 130
     assert not any((tmp_path / "up" / "ports").iterdir())

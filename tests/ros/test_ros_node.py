@@ -11,6 +11,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 from nav_msgs.msg import OccupancyGrid
+from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock as ClockMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -393,3 +394,12 @@ def test_a_start_after_killed_processes(start_process: Any) -> None:
     child = start_process("-c", CHILD, "fine")
     child.wait_for("b spins")
     assert child.end() == 0
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+def test_the_source_of_the_time_cannot_be_switched(ros: Any, simulated: bool) -> None:
+    node = ros.add(FlorenceNode("node", parameters={"use_sim_time": simulated}))
+    (refused,) = node.set_parameters([Parameter("use_sim_time", value=not simulated)])
+    assert not refused.successful and "start it again" in refused.reason
+    assert node.get_parameter("use_sim_time").value is simulated
+    assert node.set_parameters([Parameter("use_sim_time", value=simulated)])[0].successful

@@ -13,6 +13,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 pytest.importorskip("florence_interfaces")
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import Create2Sensors, StopReason, TurtlebotSensorState
 from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
@@ -27,6 +28,7 @@ from florence_bt.drivers.turtlebot.report import RateLimiter
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import LAST_OVERRIDE
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
@@ -303,6 +305,31 @@ def test_the_override_stops_the_base_and_leaves_it_to_the_person_who_drives_by_h
     listener.switch.publish(Bool(data=False))
     ros.spin_until(lambda: not listener.overridden[-1] and not (tmp_path / "override").exists())
     ros.spin_until(lambda: drives(0.2), what="the drive after the release")
+
+
+def test_the_driver_says_when_the_override_was_switched_on_last(
+    ros: Any, device: Device, tmp_path: Path
+) -> None:
+    """Who was not there meanwhile, or hung, sees only that it is off: the messages before are gone."""
+
+    def dates_of(listener: Listener) -> list[int]:
+        found: list[int] = []
+        listener.create_subscription(Time, LAST_OVERRIDE, lambda m: found.append(m.sec), LATCHED)
+        return found
+
+    node, listener = start(ros, tmp_path, override_file=str(tmp_path / "override"))
+    dates = dates_of(listener)
+    ros.spin_until(lambda: listener.switch.get_subscription_count() and dates == [0])
+    listener.switch.publish(Bool(data=True))
+    ros.spin_until(lambda: len(dates) == 2 and listener.overridden[-1])
+    listener.switch.publish(Bool(data=False))
+    ros.spin_until(lambda: not listener.overridden[-1])
+    assert abs(dates[-1] - time.time()) < 60.0
+    ros.close_node(node)
+    _, listener = start(ros, tmp_path, override_file=str(tmp_path / "override"))
+    later = dates_of(listener)
+    ros.spin_until(lambda: later and listener.overridden == [False])
+    assert abs(later[-1] - dates[-1]) <= 1
 
 
 def test_the_override_outlives_the_driver_whatever_is_in_its_file(

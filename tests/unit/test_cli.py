@@ -180,7 +180,8 @@ try:
     app(sys.argv[1:], prog_name="florence")
 except SystemExit as end:
     assert end.code == 0, end.code
-heavy = {"numpy", "numba", "scipy", "cv2", "mujoco", "matplotlib", "rclpy", "florence_interfaces"}
+heavy = {"numpy", "numba", "scipy", "cv2", "onnxruntime"}
+heavy |= {"mujoco", "matplotlib", "rclpy", "florence_interfaces"}
 print("heavy:", sorted(heavy & set(sys.modules)))
 """
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -12,8 +13,15 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
 from florence_bt.core.plain_yaml import EmptyFile, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.settings_file import SettingsReader
+from florence_bt.ros.parameters import check_parameters
+
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
 
 Parameters = dict[str, Any]
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+")
+"""A number with an exponent as YAML 1.2 and ROS read it (YAML 1.2.2, 10.3.2). YAML 1.1, as PyYAML reads it,
+takes ``1e-1`` for a text, because it has no point."""
 
 
 def load_config(file: Path | None = None) -> dict[str, Parameters]:
@@ -29,27 +37,42 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
     Raises:
         ConfigError: The file cannot be read or has another form.
     """
-    path = file if file is not None else find_data("config", "robot.yaml")
-    try:
-        root: YamlNode | None = read_yaml(path)
-    except EmptyFile:
-        root = None
-    if not isinstance(root, YamlMapping):
-        raise ConfigError("must map node names to their parameters", file=path, valid=["navigate: {...}"])
-    reader = _ConfigReader(path)
-    return {node.text.removeprefix("/"): reader.node(node.text, value) for node, value in root.entries}
+    reader = _ConfigReader(file if file is not None else find_data("config", "robot.yaml"))
+    return {node.text.removeprefix("/"): reader.node(node.text, value) for node, value in reader.nodes()}
 
 
 class _ConfigReader(SettingsReader):
+    def nodes(self) -> tuple[tuple[YamlScalar, YamlNode], ...]:
+        """The name of each node and its part of the file."""
+        try:
+            root: YamlNode | None = read_yaml(self.file)
+        except EmptyFile:
+            root = None
+        if not isinstance(root, YamlMapping):
+            valid = ["navigate: {...}"]
+            raise ConfigError("must map node names to their parameters", file=self.file, valid=valid)
+        seen: set[str] = set()
+        for node, _ in root.entries:
+            name = node.text.removeprefix("/")
+            if name in seen:
+                raise self.error(f"the node {name!r} is there twice", node, ["one of the two"])
+            seen.add(name)
+        return root.entries
+
     def node(self, name: str, section: YamlNode) -> Parameters:
         """The parameters of a node."""
+        entries = self.parameters(name, section).entries
+        return {key.text: self._value(name, key.text, value) for key, value in entries}
+
+    def parameters(self, name: str, section: YamlNode) -> YamlMapping:
+        """The part of the file with the parameters of a node."""
         alone = isinstance(section, YamlMapping) and len(section.entries) == 1
         inner = section.get("ros__parameters") if isinstance(section, YamlMapping) and alone else None
         parameters = inner or section
         if not isinstance(parameters, YamlMapping):
             problem = f"{name} must map parameter names to values"
             raise self.error(problem, parameters, [f"{name}: {{...}}"])
-        return {key.text: self._value(name, key.text, value) for key, value in parameters.entries}
+        return parameters
 
     def _value(self, node: str, name: str, source: YamlNode) -> Any:
         parts = source.items if isinstance(source, YamlSequence) else (source,)
@@ -65,6 +88,8 @@ class _ConfigReader(SettingsReader):
         """The value as YAML types it."""
         if source.quoted:
             return source.text
+        if _NUMBER.fullmatch(source.text):
+            return float(source.text)
         loader = yaml.SafeLoader("")
         node = yaml.ScalarNode(loader.resolve(yaml.ScalarNode, source.text, (True, False)), source.text)
         try:
@@ -83,12 +108,30 @@ def section(config: Mapping[str, Parameters], node: str, **overrides: Any) -> Pa
     }
 
 
-def refuse_unknown_nodes(config: Mapping[str, Parameters], known: set[str], file: str) -> None:
-    """Raise when the file configures nodes that do not exist.
+NodeClass = Callable[[], "type[FlorenceNode]"]
+"""Imports the class of a node, which may take a second."""
+
+
+def check_config(file: Path, nodes: Mapping[str, NodeClass]) -> None:
+    """Refuse a configuration of which a node would not take a value.
+
+    Args:
+        file: The file.
+        nodes: Node -> its class; only those that the file names are asked for.
 
     Raises:
-        ConfigError: With the names that look alike.
+        ConfigError: An unknown node or parameter, or a value that does not fit; with the place in the file.
     """
-    for node in config:
-        if node not in known:
-            raise ConfigError(f"unknown node {node!r}", file=file, valid=closest_first(node, known))
+    config, reader = load_config(file), _ConfigReader(file)
+    for key, section_ in reader.nodes():
+        node = key.text.removeprefix("/")
+        if node not in nodes:
+            raise reader.error(f"unknown node {node!r}", key, closest_first(node, nodes))
+        kind = nodes[node]()
+        try:
+            check_parameters(kind.parameter_classes, config[node], kind.replaced_parameters)
+        except ConfigError as error:
+            part = reader.parameters(key.text, section_)
+            entries = {name.text: value for name, value in part.entries}
+            place = next((entries[name] for name in error.parameters if name in entries), key)
+            raise reader.error(f"{node}: {error.problem}", place, error.valid) from error

@@ -103,13 +103,14 @@ def _reader(options: BringUp) -> Callable[[str, Any], Any]:
     return read
 
 
-HARD_STOP = "velocity_filter/hard_stop"
+HARD_STOP, STOP_ALL = "velocity_filter/hard_stop", "velocity_filter/stop_all"
+"""Hold what programs command, and what a person commands by hand, too."""
 ANSWER_BUDGET_S = 0.2
 """Wall seconds to wait for the velocity filter, which answers within 20 ms; then the base's port is used."""
 
 
 class RobotHold:
-    """Stops the base at once, past every limit, and holds it.
+    """Stops the base at once, past every limit, and holds it; under the manual override the hand drives on.
 
     Attributes:
         held: Whether the velocity filter was asked to hold the robot and not yet to let it go.
@@ -123,21 +124,24 @@ class RobotHold:
         self._client = client
         self._port = port
         self._hard_stop = client.node.create_client(SetBool, HARD_STOP)
+        self._stop_all = client.node.create_client(SetBool, STOP_ALL)
         self.held = False
 
-    def hold(self, *, driver_answers: bool) -> str:
+    def hold(self, *, driver_answers: bool, hand: bool = False) -> str:
         """Stop the base; takes :data:`ANSWER_BUDGET_S` at most.
 
         Args:
             driver_answers: Whether the process of the base's driver is known to answer.
+            hand: Whether to stop the person, too, who drives by hand under the override: all ends.
 
         Returns:
             Why the base may still be driving, for people; empty when the stop command was sent.
         """
+        service = self._stop_all if hand else self._hard_stop
         # Also a process that does not answer is asked: it holds the robot when it comes back.
-        answer = self._hard_stop.call_async(SetBool.Request(data=True))
+        answer = service.call_async(SetBool.Request(data=True))
         self.held = True
-        there = driver_answers and self._hard_stop.service_is_ready()
+        there = driver_answers and service.service_is_ready()
         if there and self._client.spin_until(answer.done, ANSWER_BUDGET_S):
             return ""
         return self.stop_by_port()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.simulated import flat_of, people_at_home
-from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.bringup.topology import refuse_wrong_parameters
 from florence_bt.core.paths import find_data
 from florence_bt.simulation.home.build_map import hotspots_yaml
 from florence_bt.skills.home_sensors.mqtt import require_paho
@@ -17,17 +17,22 @@ from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.trees.language.loader import MissionLibrary
 
 
-def check_options(options: BringUp) -> None:
+def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentence: None) -> None:
     """Read every file that the bring-up will read.
+
+    Args:
+        options: The bring-up.
+        warn: Told what is probably wrong with the map.
 
     Raises:
         ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
             and what would have worked. So for the file of a simulated home.
     """
-    file = Path(options.config_file) if options.config_file else find_data("config", "robot.yaml")
-    known = {node for nodes in NODES.values() for node in nodes}
-    refuse_unknown_nodes(load_config(file), known, str(file))
-    load_map(options.map_file or find_data("maps", "flat.yaml"))
+    if options.config_file is not None:
+        # That of the package is right (tested); the check takes a second or two.
+        refuse_wrong_parameters(Path(options.config_file))
+    map_file = options.map_file or find_data("maps", "flat.yaml")
+    load_map(map_file, lambda sentence: warn(f"{map_file}: warning: {sentence}"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
     if options.own_world and not options.hotspots_file:
         hotspots = parse_hotspots(hotspots_yaml(flat_of(options)))

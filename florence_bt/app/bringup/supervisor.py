@@ -50,7 +50,7 @@ class ProcessDied(FlorenceError):
         log_file: Its log.
     """
 
-    def __init__(self, name: str, how: str, log_file: Path, then: str = "") -> None:
+    def __init__(self, name: str, how: str, log_file: Path, then: str = "", begun: int = 0) -> None:
         """Make the error.
 
         Args:
@@ -58,12 +58,13 @@ class ProcessDied(FlorenceError):
             how: How it ended, e.g. ``ended with code 7``.
             log_file: Its log.
             then: What was done about it.
+            begun: The byte of its log at which it began.
         """
         self.name = name
         self.what = f"the process {name!r} {how}"
         self.log_file = log_file
         super().__init__(
-            f"{self.what}{f'; {then}' if then else ''}; the end of {log_file}:\n{_tail(log_file)}"
+            f"{self.what}{f'; {then}' if then else ''}; the end of {log_file}:\n{_tail(log_file, begun)}"
         )
 
 
@@ -73,6 +74,8 @@ class _Child:
     process: subprocess.Popen[bytes]
     log_file: Path
     log: IO[bytes]
+    log_begun: int
+    """Where in the log this process begins: what stands before is of an earlier one."""
     heart: HeartbeatMonitor
     killed_because: str = ""
     """Why it was killed; empty when it was not."""
@@ -168,6 +171,7 @@ class Supervisor:
         try:
             self._log_folder.mkdir(parents=True, exist_ok=True)
             log = log_file.open("ab")
+            log_begun = log.seek(0, os.SEEK_END)
         except OSError as error:
             raise ConfigError(
                 f"the log cannot be written: {error.strerror}",
@@ -191,7 +195,7 @@ class Supervisor:
             pass_fds=(*self._keep_open, heart.writer),
         )
         heart.started(process.pid)
-        return _Child(group, process, log_file, log, heart)
+        return _Child(group, process, log_file, log, log_begun, heart)
 
     def check(self) -> None:
         """Raise when a process has ended.
@@ -201,7 +205,8 @@ class Supervisor:
         """
         for child in self._children:
             if child.process.poll() is not None:
-                raise ProcessDied(child.name, child.how_it_ended(), child.log_file, self._reap(child))
+                how, then = child.how_it_ended(), self._reap(child)
+                raise ProcessDied(child.name, how, child.log_file, then, child.log_begun)
 
     def silences(self) -> dict[str, float]:
         """Take the heartbeats that came; call it several times a second.
@@ -308,6 +313,7 @@ def _ending(code: int) -> str:
     return f"was killed by {names.get(-code, f'signal {-code}')}"
 
 
-def _tail(file: Path) -> str:
-    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+def _tail(file: Path, begin: int) -> str:
+    """The last lines of a log from a byte on."""
+    lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
     return "\n".join("  " + line for line in lines[-TAIL_LINES:]) or "  (empty)"

@@ -52,7 +52,7 @@ class System:
     """
 
     def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
-        check_options(options)
+        check_options(options, report)
         self._report = report
         folder = Path(options.folder)
         with ExitStack() as stack:
@@ -278,7 +278,7 @@ class System:
             self._going_down = True
             try:
                 if BASE in self._supervisor.silences():
-                    self._hold.hold(driver_answers=BASE not in self._hung)
+                    self._hold.hold(driver_answers=BASE not in self._hung, hand=True)
             finally:
                 self._end()
 

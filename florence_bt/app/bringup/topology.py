@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.app.bringup.config import Parameters, load_config, section
+from florence_bt.app.bringup.config import Parameters, check_config, load_config, section
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
@@ -39,6 +40,28 @@ NODES: dict[str, tuple[str, ...]] = {
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away."""
 
+NODE_CLASSES = {
+    "simulator": "simulation.hardware.node:SimulatorNode",
+    "turtlebot_node": "drivers.turtlebot.node:TurtlebotNode",
+    "hokuyo_node": "drivers.hokuyo.node:HokuyoNode",
+    "kinect_node": "drivers.kinect.node:KinectNode",
+    "kinect_aux": "drivers.kinect.motor.node:KinectMotorNode",
+    "kinect_laser": "skills.filters.depth_to_laser.node:FakeLaserNode",
+    "laser_combinator": "skills.filters.laser_combinator.node:LaserCombinatorNode",
+    "laser_filter": "skills.filters.laser_filter.node:LaserFilterNode",
+    "velocity_filter": "skills.filters.velocity_filter.node:VelocityFilterNode",
+    "robot_description": "skills.robot_description.node:RobotDescriptionNode",
+    "map_server": "skills.navigation.map_server.node:MapServerNode",
+    "localiser": "skills.navigation.localisation.node:LocaliserNode",
+    "navigate": "skills.navigation.navigate.node:NavigationNode",
+    "user_tracker_ni_node": "skills.people.user_tracker.node:UserTrackerNode",
+    "florenceLocator": "skills.locator.node:LocatorNode",
+    "approach_user": "skills.people.approach_user.node:ApproachNode",
+    "home_sensors": "skills.home_sensors.node:HomeSensorsNode",
+    "florence_bt": "runtime.node:MissionNode",
+}
+"""Node -> module (below ``florence_bt``) and class."""
+
 OPTIONAL = ("home_sensors",)
 """Nodes that are there only when the bring-up was given their file."""
 
@@ -55,6 +78,22 @@ REMAPPINGS = (
 """The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
 
 Factory = Callable[[], "FlorenceNode"]
+
+
+def node_class(name: str) -> type[FlorenceNode]:
+    """Import the class of a node; takes up to a second."""
+    module, _, kind = NODE_CLASSES[name].partition(":")
+    found: type[FlorenceNode] = getattr(importlib.import_module(f"florence_bt.{module}"), kind)
+    return found
+
+
+def refuse_wrong_parameters(file: Path) -> None:
+    """Check a configuration against the parameters of every node (:func:`check_config`).
+
+    Raises:
+        ConfigError: With the place in the file.
+    """
+    check_config(file, {name: partial(node_class, name) for name in NODE_CLASSES})
 
 
 def groups(options: BringUp) -> list[str]:
@@ -109,6 +148,11 @@ class _Settings:
     def of(self, node: str, **overrides: Any) -> Parameters:
         """The parameters of a node; simulated ones follow the simulated time."""
         return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
+
+    def of_map_server(self) -> Parameters:
+        """The parameters of the map server, which saves maps below the folder of the bring-up by default."""
+        saved = {"save_folder": str(Path(self.options.folder).resolve() / "maps")}
+        return saved | self.of("map_server", map_file=str(self.map_file))
 
     def with_timeout(self, node: str, name: str, default_s: float) -> Parameters:
         """The parameters of a node with a time-out that finds out a process or a device that fell silent.
@@ -210,7 +254,7 @@ def _navigation(settings: _Settings) -> list[Factory]:
     if start is not None:
         initial = {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
     return [
-        partial(MapServerNode, parameters=settings.of("map_server", map_file=str(settings.map_file))),
+        partial(MapServerNode, parameters=settings.of_map_server()),
         partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
         partial(NavigationNode, parameters=navigate),
     ]

@@ -82,7 +82,7 @@ def _run_mission(system: System, display: LiveDisplay | LogDisplay) -> DemoResul
 
     def watch() -> None:
         system.check()
-        display.show(client.tree)
+        display.show(client.tree_of(answer.run_id))
 
     wall_budget = MISSION_BUDGET_S / min(system.options.speed, 1.0)
     if not client.spin_until(RunWatch(client, answer.run_id).over, wall_budget, watch=watch):

@@ -27,6 +27,7 @@ def make_rig(
     flat: Flat | None = None,
     others: Sequence[PersonSpec] = (),
     start: Pose2 | None = None,
+    believed: Pose2 | None = None,
     grid: OccupancyGrid | None = None,
 ) -> Rig:
     """A rig of a home with its map and hotspots.
@@ -40,6 +41,7 @@ def make_rig(
         others: Who else is there.
         start: Where the robot stands at first, map frame; the home's own place, or that of the situation,
             when not given.
+        believed: Where the robot believes to stand at first, where it does when not given.
         grid: The map; that of the home when not given.
 
     Raises:
@@ -61,6 +63,7 @@ def make_rig(
             config=load_config(),
             people=[*people, *others],
             start=start or place,
+            believed=believed,
             user_room=user_room if user_room is not None else (room.name if room else ""),
             seed=seed,
             runs_folder=runs_folder,

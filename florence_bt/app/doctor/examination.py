@@ -7,11 +7,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
-from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.bringup.config import load_config
+from florence_bt.app.bringup.topology import refuse_wrong_parameters
 from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.firmware import check_firmware
-from florence_bt.app.doctor.graph import check_graph, check_settings
+from florence_bt.app.doctor.graph import (
+    GraphView,
+    check_graph,
+    check_settings,
+    why_devices_are_not_used,
+)
 from florence_bt.app.doctor.home import check_home
 from florence_bt.app.doctor.libraries import check_libraries
 from florence_bt.app.doctor.machine import check_machine
@@ -46,17 +51,21 @@ def examine(
     config: dict[str, dict[str, Any]] = {}
     try:
         config = load_config(config_file)
-        known = {node for nodes in NODES.values() for node in nodes}
-        refuse_unknown_nodes(config, known, str(config_file or "config/robot.yaml"))
+        if config_file is not None:
+            refuse_wrong_parameters(config_file)
         yield good("configuration", str(config_file or "of the package"), "can be read")
     except FlorenceError as error:
         yield problem("configuration", str(config_file), str(error), "correct the file")
-    if hardware:
+    view, of_ros = _ros()
+    unused = why_devices_are_not_used(view)
+    if hardware and unused is not None:
+        yield note("ports", "devices", f"not looked at: {unused}")
+    elif hardware:
         yield from _hardware(config)
     if home_file is not None:
         home = home_file
         yield from _guarded("home sensors", lambda: check_home(home, hotspots_file))
-    yield from _ros()
+    yield from of_ros
 
 
 def _hardware(config: dict[str, dict[str, Any]]) -> Iterator[HealthFinding]:
@@ -76,14 +85,23 @@ def _is_free(port: str) -> bool:
     return path.exists() and os.access(path, os.R_OK | os.W_OK) and not list(users_of(path))
 
 
-def _ros() -> Iterator[HealthFinding]:
-    yield from check_settings(os.environ)
+def _ros() -> tuple[GraphView, list[HealthFinding]]:
+    """Look at ROS: what was seen, and what that means."""
+    findings = list(check_settings(os.environ))
+    view = GraphView()
     try:
         from florence_bt.app.doctor.graph_watch import watch_graph
     except ModuleNotFoundError as error:
-        yield note("ROS", "rclpy", f"{error.name} is not installed", "make setup, or source a ROS 2 Jazzy")
-        return
-    yield from _guarded("ROS", lambda: check_graph(watch_graph(WATCH_S, WATCH_LONGER_S)))
+        advice = "make setup, or source a ROS 2 Jazzy"
+        return view, [*findings, note("ROS", "rclpy", f"{error.name} is not installed", advice)]
+
+    def look() -> Iterator[HealthFinding]:
+        nonlocal view
+        view = watch_graph(WATCH_S, WATCH_LONGER_S)
+        yield from check_graph(view)
+
+    findings += _guarded("ROS", look)
+    return view, findings
 
 
 def _guarded(group: str, check: Callable[[], Iterator[HealthFinding]]) -> Iterator[HealthFinding]:

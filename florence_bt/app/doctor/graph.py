@@ -39,12 +39,24 @@ class GraphView:
     diagnostics: Mapping[str, tuple[int, str]] = field(default_factory=dict)
 
 
-def wanted_nodes() -> list[str]:
-    """The names, without namespace, of the nodes that a running system has (of a simulator only it has)."""
+NAV2 = frozenset({"bt_navigator", "controller_server", "planner_server"})
+"""Nodes of a Nav2 that drives in place of Florence's navigation (``--nav nav2``)."""
+
+
+def absent_groups(view: GraphView) -> set[str]:
+    """The processes that a running system does without, such as the simulator on a robot."""
+    seen = _names(view)
+    absent = {group for group in ("simulator", "navigation", "hardware") if not seen & set(NODES[group])}
+    return absent if seen & NAV2 else absent & {"simulator"}
+
+
+def wanted_nodes(view: GraphView) -> list[str]:
+    """The names, without namespace, of the nodes that such a running system has."""
+    absent = absent_groups(view)
     return [
         name
         for group, names in NODES.items()
-        if group != "simulator"
+        if group not in absent
         for name in names
         if name not in OPTIONAL
     ]
@@ -52,16 +64,30 @@ def wanted_nodes() -> list[str]:
 
 def missing_nodes(view: GraphView) -> list[str]:
     """Those of :func:`wanted_nodes` that a view lacks, in their order."""
-    seen = {name.rsplit("/", 1)[-1] for name in view.nodes}
-    return [name for name in wanted_nodes() if name not in seen]
+    seen = _names(view)
+    return [name for name in wanted_nodes(view) if name not in seen]
+
+
+def _names(view: GraphView) -> set[str]:
+    return {name.rsplit("/", 1)[-1] for name in view.nodes}
+
+
+def why_devices_are_not_used(view: GraphView) -> str | None:
+    """Why the devices of the configuration are no concern of the system that runs; None when they are."""
+    if _names(view) & set(NODES["simulator"]):
+        return "a simulation or rehearsal is running, on devices of its own"
+    if "hardware" in absent_groups(view):
+        return "the base and the sensors of the running system have drivers of their own"
+    return None
 
 
 def is_partial(view: GraphView) -> bool:
     """Whether a system is there of which something has not been seen: looking longer may show it."""
     missing = len(missing_nodes(view))
-    if missing == len(wanted_nodes()):
+    if missing == len(wanted_nodes(view)):
         return False
-    return missing > 0 or view.charge is None or not view.diagnostics
+    silent = view.charge is None or not view.diagnostics
+    return missing > 0 or (silent and "hardware" not in absent_groups(view))
 
 
 def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
@@ -87,7 +113,7 @@ def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
 
 def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     """What a view of the graph means."""
-    wanted, missing = wanted_nodes(), missing_nodes(view)
+    wanted, missing = wanted_nodes(view), missing_nodes(view)
     if len(missing) == len(wanted):
         yield note(GROUP, "system", "is not running", "florence up --sim, or florence up --robot CONFIG")
         return
@@ -98,7 +124,8 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     else:
         yield good(GROUP, "system", f"all {len(wanted)} nodes are there")
     yield from _twice(view)
-    yield _battery(view.charge)
+    if view.charge is not None or "hardware" not in absent_groups(view):
+        yield _battery(view.charge)
     for name, (level, message) in sorted(view.diagnostics.items()):
         severity = _LEVELS.get(level, HealthLevel.PROBLEM)
         well = severity is HealthLevel.OK

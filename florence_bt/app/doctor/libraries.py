@@ -40,6 +40,7 @@ LIBRARIES = (
     Library("numba", (0, 60), "sensors, navigation, people"),
     Library("scipy", (1, 12), "people"),
     Library("opencv-python-headless", (4, 10), "people"),
+    Library("onnxruntime", (1, 20), "people"),
     Library("pyserial", (3, 5), "the base and the laser"),
     Library("pyusb", (1, 2), "tilt, light and accelerometer of the Kinect"),
     Library("xacro", (2,), "the robot's description"),

@@ -137,7 +137,7 @@ class _MissionChecker:
         findings += [f for f in self._library.findings if f.severity == WARNING]
         findings += self._declarations.findings
         flat = _flat(self._options)
-        findings += flat.wrong_hotspots()
+        findings += [*flat.about_map, *flat.wrong_hotspots()]
         findings += lint.check(missions, self._library, self._declarations, flat.for_lint())
         findings += lint.errors_of_called(missions, self._library, self._declarations)
         if self._options.live:
@@ -184,6 +184,7 @@ class _FlatFiles:
         ours: Whether they are those of the flat that is meant; else it may be another one.
         asked: Whether the running system is asked about labels, so that a guess is not needed.
         problem_at: Says what is wrong with a place, if there is a map.
+        about_map: What is probably wrong with the map.
     """
 
     hotspots: Hotspots
@@ -191,6 +192,7 @@ class _FlatFiles:
     ours: bool
     asked: bool
     problem_at: ProblemAt | None
+    about_map: tuple[Finding, ...]
 
     def for_lint(self) -> KnownPlaces:
         shown = (
@@ -216,13 +218,18 @@ class _FlatFiles:
 
 
 def _flat(options: CheckOptions) -> _FlatFiles:
-    problem_at = None
+    problem_at, about_map = None, []
     if options.map_file is not None:
         from florence_bt.app.mission_files.map_places import problem_on_map
 
-        problem_at = problem_on_map(options.map_file)
+        map_file = options.map_file
+        problem_at = problem_on_map(
+            map_file, lambda sentence: about_map.append(Finding(str(map_file), 1, 1, WARNING, sentence))
+        )
     file = options.hotspots or find_data("hotspots", "flat.yaml")
-    return _FlatFiles(load_hotspots(file), file, options.hotspots is not None, options.live, problem_at)
+    return _FlatFiles(
+        load_hotspots(file), file, options.hotspots is not None, options.live, problem_at, tuple(about_map)
+    )
 
 
 def _other_endings(given: Iterable[Path]) -> Iterator[Finding]:

@@ -54,7 +54,7 @@ def export_file(
         return Exchanged("", report, False)
     if out is None:
         return Exchanged(exported.xml, report, True)
-    write_output(out, exported.xml)
+    write_output(out, exported.xml, mark=b"BTCPP_format")
     trees = f"{len(exported.trees)} tree{'s' * (len(exported.trees) != 1)}: {', '.join(exported.trees)}"
     return Exchanged(f"{out} written with {trees}", report, True)
 

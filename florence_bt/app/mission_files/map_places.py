@@ -15,11 +15,14 @@ ROBOT_RADIUS_M = 0.16
 _OCCUPIED_FROM = 65
 
 
-def problem_on_map(map_file: Path) -> Callable[[float, float], str | None]:
+def problem_on_map(
+    map_file: Path, warn: Callable[[str], None] = lambda sentence: None
+) -> Callable[[float, float], str | None]:
     """A function that says what is wrong with a place, None when nothing is.
 
     Args:
         map_file: The YAML file of the map.
+        warn: Told what is probably wrong with the map.
 
     Returns:
         A function of x and y in metres, map frame; its answer completes the sentence "the hotspot is ...".
@@ -27,22 +30,17 @@ def problem_on_map(map_file: Path) -> Callable[[float, float], str | None]:
     Raises:
         ConfigError: The map cannot be read.
     """
-    grid = load_map(map_file)
+    grid = load_map(map_file, warn)
     return lambda x, y: _problem(grid, x, y, map_file.name)
 
 
 def _problem(grid: OccupancyGrid, x: float, y: float, name: str) -> str | None:
+    problem = grid.problem_with_place(x, y)
+    if problem is not None:
+        return problem.replace("the map", f"the map {name}", 1)
     row, column = grid.cell_of(x, y)
-    if not grid.contains(row, column):
-        height, width = (size * grid.resolution for size in grid.cells.shape)
-        span_x = f"x {grid.origin.x:g} to {grid.origin.x + width:g} m"
-        span_y = f"y {grid.origin.y:g} to {grid.origin.y + height:g} m"
-        return f"outside the map {name} ({span_x}, {span_y})"
-    value = int(grid.cells[row, column])
-    if value >= _OCCUPIED_FROM:
+    if grid.cells[row, column] >= _OCCUPIED_FROM:
         return f"in an obstacle of the map {name}"
-    if value < 0:
-        return f"where the map {name} knows nothing"
     reach = int(np.ceil(ROBOT_RADIUS_M / grid.resolution))
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     near = (np.hypot(rows, columns) * grid.resolution) <= ROBOT_RADIUS_M

@@ -108,6 +108,11 @@ class MissionClient:
                 self._loop.remove(node)
                 node.destroy_node()
 
+    def tree_of(self, run_id: str) -> str:
+        """The live tree of a run, of any run without an id; empty while the last message is of another."""
+        head = self.tree.partition("\n")[0].split(" · ")
+        return self.tree if not run_id or f"run {run_id}" in head else ""
+
     def follow_truth(self) -> None:
         """Keep ``truth`` up to date with what the simulator says is really so."""
         self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)

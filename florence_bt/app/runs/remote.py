@@ -61,7 +61,7 @@ def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bo
 
     watch = RunWatch(client, run_id)
     with closing(make_display(console, headless=headless)) as display:
-        client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree))
+        client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree_of(run_id)))
     return watch.result()
 
 

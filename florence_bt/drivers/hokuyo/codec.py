@@ -138,6 +138,9 @@ LONGEST_FRAME = 16384
 
 INFORMATION_COMMANDS = ("VV", "PP", "II")
 
+IDENTIFYING_COMMANDS = ("VV", "II")
+"""Nobody measures with what these tell: a line of theirs that cannot be read costs that line only."""
+
 _COMMAND = (
     rb"(?:VV|PP|II|BM|QT|RS|RT|RB|%SL|TM[012]|SS\d{6}|CR\d\d|HS[01]|DB\d\d|SCIP2\.0"
     rb"|M[DSE]\d{13}|N[DE]\d{13}|G[DSE]\d{10}|H[DE]\d{10})(?:;[ -~]{0,16})?"
@@ -155,18 +158,20 @@ _SWITCHED = [b"SCIP2.0", b"0"]
 
 @dataclass(frozen=True, slots=True)
 class ScipReply:
-    """One complete reply whose checksums all fit.
+    """One complete reply whose checksums all fit; of VV and II those of its :attr:`lines`.
 
     Attributes:
         echo: The request as the sensor repeats it, without the user string.
         status: Two characters; see ``status.py``.
         lines: The lines after the status, without their checksums. Lines of VV, PP and II still hold the
             text before ``;`` only.
+        unreadable: How many further lines of VV or II could not be read.
     """
 
     echo: str
     status: str
     lines: tuple[bytes, ...] = ()
+    unreadable: int = 0
 
     @property
     def command(self) -> str:
@@ -184,6 +189,12 @@ class ScipReply:
             raise FrameError(f"a line of the reply to {self.echo!r} has no colon")
         return {tag: value.strip() for tag, _, value in pairs}
 
+    def identification(self) -> tuple[dict[str, str], int]:
+        """What can be read of a reply to VV or II: the values by tag, and how many lines cannot be read."""
+        pairs = [line.decode("ascii").partition(":") for line in self.lines]
+        fields = {tag: value.strip() for tag, colon, value in pairs if colon}
+        return fields, self.unreadable + sum(not colon for _, colon, _ in pairs)
+
 
 class ReplyParser:
     """Cuts a stream of bytes into replies; keeps what is not complete yet.
@@ -192,11 +203,15 @@ class ReplyParser:
     half a scan) is counted and dropped, but for a whole reply at its end: noise or half a reply before
     a good one does not cost the good one.
 
+    Args:
+        some: Whether a reply to VV or II counts with those of its lines that can be read.
+
     Attributes:
         corrupted: Frames with something wrong so far.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, some: bool = False) -> None:
+        self._some = some
         self._buffer = bytearray()
         self.corrupted = 0
 
@@ -226,14 +241,15 @@ class ReplyParser:
             return parse_frame(lines)
         except (FrameError, ChecksumError):
             self.corrupted += 1
-            return _reply_at_end(lines)
+            return _reply_at_end(lines) or (_identification_in(lines) if self._some else None)
 
 
-def parse_frame(lines: Sequence[bytes]) -> ScipReply:
+def parse_frame(lines: Sequence[bytes], *, some: bool = False) -> ScipReply:
     """Check the lines of one reply.
 
     Args:
         lines: Echo, status and data lines, without LF and without the blank line.
+        some: Whether lines of VV and II that cannot be read are left out.
 
     Raises:
         FrameError: The layout is wrong.
@@ -248,7 +264,30 @@ def parse_frame(lines: Sequence[bytes]) -> ScipReply:
     if not _STATUS.fullmatch(status):
         raise FrameError(f"{status!r} is not a status of two characters")
     check = _information_text if echo in INFORMATION_COMMANDS else _without_sum
-    return ScipReply(echo, status.decode("ascii"), tuple(check(line) for line in lines[2:]))
+    data = lines[2:]
+    if some and echo in IDENTIFYING_COMMANDS:
+        data = [line for line in data if _is_field(line)]
+    texts = tuple(check(line) for line in data)
+    return ScipReply(echo, status.decode("ascii"), texts, len(lines) - 2 - len(data))
+
+
+def _is_field(line: bytes) -> bool:
+    try:
+        return b":" in _information_text(line)
+    except (FrameError, ChecksumError):
+        return False
+
+
+def _identification_in(lines: Sequence[bytes]) -> ScipReply | None:
+    """The last reply to VV or II in a frame with what can be read of it."""
+    for first in range(len(lines) - 2, -1, -1):
+        match = _ECHO_AT_END.search(lines[first])
+        if match is not None and match[0].decode("ascii") in IDENTIFYING_COMMANDS:
+            try:
+                return parse_frame([match[0], *lines[first + 1 :]], some=True)
+            except (FrameError, ChecksumError):
+                return None
+    return None
 
 
 def _reply_at_end(lines: Sequence[bytes]) -> ScipReply | None:

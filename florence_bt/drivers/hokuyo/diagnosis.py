@@ -58,4 +58,6 @@ def diagnose(
         return Diagnosis(
             Severity.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values
         )
+    if sensor is not None and sensor.warnings:
+        return Diagnosis(Severity.WARN, "; ".join(sensor.warnings), values)
     return Diagnosis(Severity.OK, "measuring", values)

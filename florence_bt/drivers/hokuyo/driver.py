@@ -96,7 +96,7 @@ class HokuyoDriver:
         self._parameters = parameters
         self._wanted_rate = self.bit_rate = bit_rate
         self._on_problem = on_problem
-        self._parser = ReplyParser()
+        self._parser = ReplyParser(some=True)
         self._frequency = FrequencyMeter()
         self._clock = ScanClock()
         self._conversation: Conversation | None = None
@@ -261,11 +261,11 @@ class HokuyoDriver:
         sensor: Sensor = conversation.result
         self.sensor = sensor
         self._last_rate = self.bit_rate
-        if not sensor.healthy:
+        if sensor.ill:
             self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY[0]!r}")
             return
         wanted, warnings = plan_measurement(self._parameters, sensor)
-        self._warn(warnings)
+        self._warn((*sensor.warnings, *warnings))
         self._stream(wanted, now)
 
     def _stream(self, wanted: Measurement, now: float) -> None:

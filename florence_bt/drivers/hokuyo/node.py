@@ -44,6 +44,8 @@ class HokuyoNode(FlorenceNode):
     Source: document, section 2.1; REFERENCE 4.9.
     """
 
+    parameter_classes = (HokuyoPortParameters, HokuyoParameters)
+
     def __init__(
         self,
         *,

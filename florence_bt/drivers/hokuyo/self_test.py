@@ -10,7 +10,7 @@ from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.drivers.hokuyo.codec import Measurement, decode_scan
 from florence_bt.drivers.hokuyo.conversation import Ask, Listen, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
-from florence_bt.drivers.hokuyo.start_up import LASER_ON, is_healthy
+from florence_bt.drivers.hokuyo.start_up import LASER_ON, UNKNOWN, is_healthy
 from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status
 
 STREAM_SKIP = 1
@@ -63,7 +63,8 @@ def self_test(geometry: SensorGeometry, scans: int) -> Script:
 
 def _status() -> Script:
     answer = yield Ask("II")
-    stat = answer.reply.information().get("STAT", "unknown")
+    state, _ = answer.reply.identification()
+    stat = state.get("STAT", UNKNOWN)
     return (Severity.OK if is_healthy(stat) else Severity.ERROR), stat
 
 

@@ -29,6 +29,9 @@ SPEED_KEPT = ("03", "04")
 """SS: it has this speed already, or knows no others."""
 
 ATTEMPTS = 3
+UNKNOWN = "unknown"
+IDENTIFIES = {"VV": ("VEND", "PROD", "FIRM", "PROT", "SERI"), "II": ("STAT",)}
+"""What VV and II must tell so that nobody is warned (REFERENCE 4.5); nothing of it is needed to measure."""
 LASER_ON = Ask("BM", (ACCEPTED, "02"), 10)
 
 
@@ -37,31 +40,33 @@ class Sensor:
     """Who the sensor is and what it can do.
 
     Attributes:
-        version: The answer to VV: VEND, PROD, FIRM, PROT, SERI.
+        version: What could be read of the answer to VV: VEND, PROD, FIRM, PROT, SERI.
         parameters: The answer to PP, with MODL.
         geometry: The numbers of PP.
-        state: The answer to II, with STAT.
+        state: What could be read of the answer to II: STAT.
+        warnings: What could not be read of VV and II, for people.
     """
 
     version: Mapping[str, str]
     parameters: Mapping[str, str]
     geometry: SensorGeometry
     state: Mapping[str, str]
+    warnings: tuple[str, ...] = ()
 
     @property
     def stat(self) -> str:
         """The sensor's own statement of its health."""
-        return self.state.get("STAT", "unknown")
+        return self.state.get("STAT", UNKNOWN)
 
     @property
-    def healthy(self) -> bool:
-        """Whether the sensor says that it is well."""
-        return is_healthy(self.stat)
+    def ill(self) -> bool:
+        """Whether the sensor says that it is not well."""
+        return "STAT" in self.state and not is_healthy(self.stat)
 
     @property
     def device_id(self) -> str:
         """Its serial number."""
-        return self.version.get("SERI", "unknown")
+        return self.version.get("SERI", UNKNOWN)
 
 
 def is_healthy(stat: str) -> bool:
@@ -102,7 +107,7 @@ def start_up(bit_rate: int | None = None, rates: Sequence[int] = ()) -> Script:
         rates: Speeds at which the sensor is looked for, see :func:`rates_to_try`; none for such a line.
 
     Returns:
-        The :class:`Sensor`, healthy or not.
+        The :class:`Sensor`, well or ill.
     """
     _, found = yield from _at_some_speed(_greet, rates)
     yield Ask("QT")
@@ -114,17 +119,43 @@ def start_up(bit_rate: int | None = None, rates: Sequence[int] = ()) -> Script:
         answer = yield Ask(serial_speed(bit_rate), (ACCEPTED, *SPEED_KEPT))
         if answer.reply.status == ACCEPTED:
             yield Retune(bit_rate)
-    identity = yield Ask("VV")
-    health = yield Ask("II")
     try:
         parameters = shape.reply.information()
         geometry = SensorGeometry.from_information(parameters)
-        sensor = Sensor(identity.reply.information(), parameters, geometry, health.reply.information())
     except FrameError as error:
         raise DeviceError(str(error)) from error
-    if sensor.healthy:
+    version, problem = yield from _identify("VV")
+    state, another = yield from _identify("II")
+    warnings = tuple(text for text in (problem, another) if text)
+    sensor = Sensor(version, parameters, geometry, state, warnings)
+    if not sensor.ill:
         yield LASER_ON
     return sensor
+
+
+def _identify(command: str) -> Script:
+    """Ask VV or II, again while something of the answer is missing: a line may have been disturbed.
+
+    Returns:
+        What could be read, by its tags; and what is wrong with the answer, for people, else empty.
+    """
+    fields: dict[str, str] = {}
+    problem = ""
+    for _ in range(ATTEMPTS):
+        try:
+            answer = yield Ask(command)
+        except DeviceError as error:
+            problem = str(error)
+            break
+        found, unreadable = answer.reply.identification()
+        fields |= found
+        missing = [tag for tag in IDENTIFIES[command] if tag not in fields]
+        if not missing and not unreadable:
+            return fields, ""
+        problem = f"{unreadable} lines of its answer to {command} cannot be read" if unreadable else ""
+        if missing:
+            problem = f"{problem or f'its answer to {command} is not whole'}; unknown: {', '.join(missing)}"
+    return fields, f"the sensor is not known for sure, but it measures: {problem}"
 
 
 def _greet(attempts: int) -> Script:

@@ -47,7 +47,8 @@ def plan_measurement(wanted: HokuyoParameters, sensor: Sensor) -> tuple[Measurem
     geometry = sensor.geometry
     first, last = geometry.step_at(wanted.min_ang), geometry.step_at(wanted.max_ang)
     warnings: tuple[str, ...] = ()
-    if wanted.intensity and not wanted.allow_unsafe_settings and "UTM-30LX" in sensor.version.get("PROD", ""):
+    names = (sensor.version.get("PROD", ""), sensor.parameters.get("MODL", ""))
+    if wanted.intensity and not wanted.allow_unsafe_settings and any("UTM-30LX" in name for name in names):
         degrees = SAFE_DEGREES_BY_FIRMWARE.get(sensor.version.get("FIRM", ""), SAFE_DEGREES)
         safe = first + int(math.radians(degrees) * max(1, wanted.cluster) / geometry.step_angle)
         if last > safe:

@@ -46,6 +46,8 @@ class KinectNode(FlorenceNode):
     Source: document, section 2.2; REFERENCE 5.4.
     """
 
+    parameter_classes = (KinectParameters,)
+
     def __init__(
         self,
         *,

@@ -18,6 +18,11 @@ GYRO_UNPOWERED = 100
 GYRO_PLAUSIBLE = (425, 575)
 """Counts at rest of a gyro that is well (REFERENCE 1.8)."""
 
+DROPS_FRACTIONS = (
+    "the base counts less way than it was commanded: its firmware drops fractions of a millimetre and of a "
+    "degree at each reading; the odometry goes by the commands within what was counted"
+)
+
 _OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor", "Wall Sensor")
 
 
@@ -65,6 +70,7 @@ def _connection(
         "Refused Readings": str(driver.refused_readings),
         "Refused Commands": str(driver.refused_commands),
         "Charge Resets": str(driver.charge_resets),
+        "Fractions Of Counts": "dropped" if driver.fractions.drops else "kept",
     }
     if port_problem:
         return Diagnosis(Severity.ERROR, port_problem, values)
@@ -72,6 +78,8 @@ def _connection(
         return Diagnosis(Severity.WARN, "STARTING", values)
     if reading.stop_reason is StopReason.NO_RESPONSE:
         return Diagnosis(Severity.ERROR, StopReason.NO_RESPONSE.value, values)
+    if driver.fractions.drops:
+        return Diagnosis(Severity.WARN, DROPS_FRACTIONS, values)
     return Diagnosis(Severity.OK, "RUNNING", values)
 
 

@@ -51,6 +51,12 @@ class DriveControl:
         self.refused = 0
         self.due = -math.inf
 
+    @property
+    def speed(self) -> Twist2:
+        """The velocity that the base was sent last, in m/s and rad/s."""
+        left, right = self._sent.left_mmps / 1000.0, self._sent.right_mmps / 1000.0
+        return Twist2((left + right) / 2.0, (right - left) / self._wheels.wheel_separation)
+
     def command(self, twist: Twist2, now: float) -> None:
         """Take a velocity; it holds until the next one or the time-out."""
         if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):

@@ -21,6 +21,7 @@ from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, 
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
 from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
+from florence_bt.drivers.turtlebot.fractions import FractionWatch
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading, GyroWatch
 from florence_bt.drivers.turtlebot.hazards import (
     ChargeWatch,
@@ -86,6 +87,7 @@ class TurtlebotDriver:
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.
+        fractions: Whether the base drops fractions of what it counts, and what to make of that.
         charge_resets: How often a base that did not charge was reset so far.
         manual_override: Whether a person drives: only manual commands count (:meth:`set_manual_override`).
     """
@@ -112,6 +114,8 @@ class TurtlebotDriver:
             else EncoderTravel(model.metres_per_tick, wheels.wheel_separation)
         )
         self._drive = DriveControl(wheels, self.parameters.cmd_vel_timeout, self.parameters.drive_mode)
+        self.fractions = FractionWatch()
+        self._gyro_rate: float | None = None
         self._charge_watch = ChargeWatch()
         self._gyro_watch = GyroWatch(self.parameters.max_gyro_disagreement)
         self._gyro_lost = False
@@ -399,7 +403,7 @@ class TurtlebotDriver:
         return "and nothing else: is it switched on, and is it the right port?"
 
     def _read(self, values: dict[int, int], stamp: float) -> BaseReading | None:
-        state = self._state = self._measure(values)
+        state = self._state = self._measure(values, stamp)
         self._drive.acknowledgement.look(state, stamp)
         self._judge(state, stamp)
         if not self._first_frame_dropped:
@@ -414,6 +418,7 @@ class TurtlebotDriver:
         except FrameError:
             self.refused_readings += 1
             return None
+        self._gyro_rate = None if motion.gyro is None else motion.gyro.rate
         self._watch_gyro(stamp, motion.gyro, state)
         return BaseReading(stamp, state, motion.odometry, motion.gyro, motion.at_rest, self._stop_reason)
 
@@ -450,14 +455,30 @@ class TurtlebotDriver:
             return StopReason.OVERCURRENT
         return touched or (StopReason.GYRO if self._gyro_lost else None)
 
-    def _measure(self, values: dict[int, int]) -> SensorState:
+    def _measure(self, values: dict[int, int], stamp: float) -> SensorState:
         values.setdefault(STREAM_PACKETS, len(self._packets))
         values[OI_MODE] -= self.parameters.oi_mode_offset if values[OI_MODE] else 0
         state = state_from_values(values, self._outputs_on)
         if self._encoders is None:
-            return state
+            return self._with_fractions(state, stamp)
         distance, angle = self._encoders.update(values[LEFT_ENCODER], values[RIGHT_ENCODER])
         return replace(state, distance=distance, angle=angle)
+
+    def _with_fractions(self, state: SensorState, stamp: float) -> SensorState:
+        """The state with the distance and angle of a base that drops fractions of what it counts."""
+        sent = self._drive.speed
+        speed = 1000.0 * sent.linear, math.degrees(sent.angular)
+        count = round(1000.0 * state.distance), round(math.degrees(state.angle))
+        obeys = state.oi_mode >= OiMode.SAFE and not self._docking and self._stop_reason is None
+        if obeys and not state.bumps_wheeldrops & WHEEL_DROPS:
+            gyro = None if self._gyro_rate is None else math.degrees(self._gyro_rate)
+            self.fractions.look(*count, speed, gyro)
+        else:
+            self.fractions.clear()
+        distance_mm, angle_deg = self.fractions.corrected(stamp, *count, speed if obeys else (0.0, 0.0))
+        if (distance_mm, angle_deg) == count:
+            return state
+        return replace(state, distance=distance_mm / 1000.0, angle=math.radians(angle_deg))
 
     def _judge(self, state: SensorState, stamp: float) -> None:
         """Find out what holds the base, and when it may return to its mode."""

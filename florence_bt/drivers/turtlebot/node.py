@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
 from florence_interfaces.msg import StopReason as StopReasonMsg
@@ -36,7 +37,7 @@ from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
-from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.ros.topics import LAST_OVERRIDE, MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
 DIAGNOSTICS_PERIOD_S = 1.0
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
@@ -61,6 +62,8 @@ class TurtlebotNode(FlorenceNode):
 
     Source: document, section 2.3; REFERENCE 2.1.
     """
+
+    parameter_classes = (TurtlebotNodeParameters, TurtlebotParameters)
 
     def __init__(
         self,
@@ -128,7 +131,9 @@ class TurtlebotNode(FlorenceNode):
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
         self._override_topic = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
+        self._last_override_topic = self.create_publisher(Time, LAST_OVERRIDE, LATCHED)
         self._publish_override()
+        self._publish_last_override()
         self.create_subscription(Bool, SWITCH_OVERRIDE, self._on_override, RELIABLE)
         self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
         self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)
@@ -199,7 +204,7 @@ class TurtlebotNode(FlorenceNode):
     # ---- commands ---------------------------------------------------------------------------------------
 
     def _on_override(self, message: Bool) -> None:
-        """The wheels first, then who listens, then the disk."""
+        """The wheels first, then who listens, then the disk, then who was not there."""
         on = bool(message.data)
         news = on is not self._driver.manual_override
         if on or news:
@@ -217,9 +222,14 @@ class TurtlebotNode(FlorenceNode):
             self._override_file.keep(on)
         except ConfigError as error:
             self.get_logger().error(str(error))
+        if on:
+            self._publish_last_override()
 
     def _publish_override(self) -> None:
         self._override_topic.publish(Bool(data=self._driver.manual_override))
+
+    def _publish_last_override(self) -> None:
+        self._last_override_topic.publish(stamp_to_ros(self._override_file.switched_on))
 
     def _on_command(self, message: Twist) -> None:
         self._command(message, manual=False)

@@ -129,6 +129,8 @@ def tree_from_events(events: Iterable[JournaledEvent]) -> str:
     for event in events:
         if event.kind == EventKind.NODE.value:
             _note(event, latest, stopped)
+        elif event.kind == EventKind.STOP_ASKED.value:
+            stopped.update(path for path, last in latest.items() if last.new == Status.RUNNING.name)
         if event.node:
             order.setdefault(event.node, len(order))
     paths = _parents_first([path for path in order if path in latest], order)

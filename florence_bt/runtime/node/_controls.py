@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import UTC, datetime
 
+from builtin_interfaces.msg import Time
 from florence_interfaces.srv import PauseMission, ReloadMissions, ResumeMission, StopMission
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.answers import Deferred
+from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
-from florence_bt.ros.topics import DOCK, MANUAL_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.ros.topics import DOCK, LAST_OVERRIDE, MANUAL_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import MAX_VALUE, checked_text
@@ -27,6 +30,10 @@ class Controls:
         missions: What runs the missions.
         reload: Reads the mission files again; answers later with its success and a report for people.
         goals: The open goals that use the robot.
+
+    Attributes:
+        last_override: The date at which the manual override was switched on last, None when it never was or
+            nobody has said so yet.
     """
 
     def __init__(
@@ -45,6 +52,9 @@ class Controls:
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
         node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self.last_override: datetime | None = None
+        self._override_heard = False
+        node.create_subscription(Time, LAST_OVERRIDE, self._on_last_override, LATCHED)
         self._dock = node.create_client(SetBool, DOCK)
 
     def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
@@ -113,6 +123,21 @@ class Controls:
             self._node.get_logger().warning("manual override: everything stops, missions are refused")
         elif self._missions.release():
             self._node.get_logger().info("manual override released: missions may start again")
+
+    def missing_override(self) -> list[str]:
+        """What is not known of the override yet, for people; empty for a base whose driver does not tell."""
+        told = self._override_heard or not self._node.count_publishers(LAST_OVERRIDE)
+        return [] if told else ["the word of the base's driver about the manual override"]
+
+    def _on_last_override(self, message: Time) -> None:
+        """End everything, too, when the override was on and released while we hung: only this tells of it."""
+        seconds = stamp_from_ros(message)
+        date = datetime.fromtimestamp(seconds, UTC) if seconds > 0.0 else None
+        news = self._override_heard and date != self.last_override
+        self._override_heard, self.last_override = True, date
+        if news:
+            self._missions.give_up_robot("it was switched on")
+            self._goals.cancel_all()
 
 
 def _id(text: str) -> str | None:

@@ -7,10 +7,11 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.skill import Skill
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.node import FlorenceNode
@@ -34,7 +35,7 @@ from florence_bt.runtime.run import MissionRun, RunIds, utc_stamp
 
 
 @dataclass(frozen=True, slots=True)
-class MissionNodeParameters:
+class MissionNodeParameters(CheckedParameters):
     """Parameters of the mission server.
 
     Attributes:
@@ -49,8 +50,8 @@ class MissionNodeParameters:
     runs_folder: str = "runs"
     mission_folders: tuple[str, ...] = ()
     base_frame: str = "base_footprint"
-    keep_runs: int = 1000
-    recovery_limit: float = FRESH_S
+    keep_runs: Annotated[int, Limits(0)] = 1000
+    recovery_limit: Annotated[float, Limits(0.0)] = FRESH_S
 
 
 class MissionNode(FlorenceNode):
@@ -64,6 +65,8 @@ class MissionNode(FlorenceNode):
         other_actions: Actions that use the robot and that no skill asks: their goals end with ``stop``, too.
         parameters: Overrides of the node's parameters.
     """
+
+    parameter_classes = (MissionNodeParameters,)
 
     def __init__(
         self,
@@ -153,7 +156,7 @@ class MissionNode(FlorenceNode):
         if safety is None:
             self._recovery.begin()
         else:
-            self._recovery.begin(safety.make_safe, self._still_booting)
+            self._recovery.begin(safety.make_safe, self._still_booting, lambda: self._controls.last_override)
 
     def missing(self) -> list[str]:
         """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""
@@ -168,7 +171,7 @@ class MissionNode(FlorenceNode):
 
     def _still_booting(self) -> list[str]:
         """What a mission that goes on after a crash needs; the odometry is part of the pose."""
-        missing = self._missing_servers()
+        missing = [*self._missing_servers(), *self._controls.missing_override()]
         return missing if self._robot_pose() is not None else [*missing, "the robot's pose"]
 
     def close(self) -> None:

@@ -2,13 +2,15 @@
 
 ``abort`` gives the run up, ``restart`` starts the mission again, ``resume`` goes on where the journal ends.
 Nothing is started while it is not certain that the robot stands still, nor before everything has booted, nor
-when the last entry of the journal is old: then nobody expects the robot to drive off.
+when the last entry of the journal is old: then nobody expects the robot to drive off. What a person has
+stopped stays so: the run that had the robot comes back paused when it was paused, and no run comes back that
+was there when the manual override was switched on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from math import inf
 from typing import Protocol
@@ -20,7 +22,7 @@ from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import success
 from florence_bt.core.skill import FinishedRun, SkillRun
 from florence_bt.runtime.events import EventKind
-from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.executor import Executor, RequestRefused
 from florence_bt.runtime.journal import (
     Journal,
     JournalBroken,
@@ -69,6 +71,10 @@ def _nothing_moves() -> SkillRun:
     return FinishedRun(success())
 
 
+def _never() -> None:
+    """Nobody has taken the robot over."""
+
+
 @dataclass(frozen=True, slots=True)
 class LeftRun:
     """A run that the process before left without an end."""
@@ -79,6 +85,18 @@ class LeftRun:
     def has(self, kind: EventKind) -> bool:
         """Whether something of a kind happened in it."""
         return any(event.kind == kind.value for event in self.events)
+
+    @property
+    def paused(self) -> str:
+        """Why it was paused; empty when it was not."""
+        return self.row.reason if self.row.state == RunStatus.PAUSED.value else ""
+
+    def accepted_after(self, date: datetime) -> bool:
+        """Whether it was triggered after a date; not when its own date is damaged."""
+        try:
+            return datetime.fromisoformat(self.row.accepted) > date
+        except (ValueError, TypeError):
+            return False
 
 
 class Recovery:
@@ -121,12 +139,16 @@ class Recovery:
         self._safe_run: SkillRun | None = None
         self._make_safe: MakeSafe = _nothing_moves
         self._missing: Callable[[], Sequence[str]] = tuple
+        self._overridden: Callable[[], datetime | None] = _never
+        self._pause_asked = ""
         self._booting = False
-        self._over = True
         self._boot_until = 0.0
 
     def begin(
-        self, make_safe: MakeSafe = _nothing_moves, missing: Callable[[], Sequence[str]] = tuple
+        self,
+        make_safe: MakeSafe = _nothing_moves,
+        missing: Callable[[], Sequence[str]] = tuple,
+        overridden: Callable[[], datetime | None] = _never,
     ) -> bool:
         """Look for runs without an end; when there are some, make the robot safe and take them up.
 
@@ -135,6 +157,8 @@ class Recovery:
         Args:
             make_safe: Makes the robot safe; not given when nothing can move.
             missing: What the missions need and is still booting, for people; empty when all is there.
+            overridden: When the manual override was switched on last, perhaps while no mission server ran;
+                None when it never was.
 
         Returns:
             Whether there was something to recover.
@@ -142,16 +166,40 @@ class Recovery:
         if not self._something_left():
             return False
         self._executor.block(RECOVERY, "the robot is being made safe after a crash; ask again in a moment")
-        self._make_safe, self._missing = make_safe, missing
+        self._make_safe, self._missing, self._overridden = make_safe, missing, overridden
         self._boot_until = self._steady.now() + BOOT_LIMIT_S
-        self._over = False
+        self._executor.left_runs = self
         self._stop_robot()
         return True
 
     @property
     def going_on(self) -> bool:
         """Whether the robot is being made safe or something still boots: triggers are refused."""
-        return not self._over
+        return self._executor.left_runs is self
+
+    def stop(self, reason: str, run_id: str | None) -> MissionRun | None:
+        """Give up the run with this id, else the one that had the robot; None when there is none."""
+        for past in self._past:
+            if past.row.run_id == run_id or (run_id is None and past.row.started is not None):
+                self._past.remove(past)
+                return self._abort(past, f"it was stopped before it was taken up again: {reason}")
+        return None
+
+    def pause(self, reason: str, run_id: str | None) -> MissionRun:
+        """Let the run that has the robot next come back paused.
+
+        Raises:
+            RequestRefused: Nothing was left that could come back, or not under this id.
+        """
+        for past in self._past:
+            if run_id in (None, past.row.run_id):
+                self._pause_asked = self._paused() or reason
+                return replace(self._run_of(past), paused=self._pause_asked)
+        raise RequestRefused("after a crash there is no such run that could be paused; florence runs has all")
+
+    def _paused(self) -> str:
+        """Why the run that had the robot was paused, or shall be when it comes back; empty when not."""
+        return next((each.paused for each in self._past if each.paused), self._pause_asked)
 
     def _something_left(self) -> bool:
         """Read the journal. One that cannot be read may hide anything: then the robot is made safe too."""
@@ -232,6 +280,9 @@ class Recovery:
             return f"{self._too_old}; {_again(past)}"
         if past.has(EventKind.STOP_ASKED):
             return "it was being stopped"
+        overridden = self._overridden()
+        if overridden is not None and not past.accepted_after(overridden):
+            return "the manual override was switched on meanwhile"
         if past.row.started is None:
             return ""
         mission = self._executor.library.find(past.row.mission)
@@ -241,21 +292,37 @@ class Recovery:
 
     def _recover_runs(self, unsafe: str) -> None:
         """Decide about each run, the one that had the robot first."""
-        self._over = True
+        self._executor.left_runs = None
         self._executor.block(RECOVERY, None)
+        self._pause_asked = self._paused()
         past, self._past = self._past, []
+        # One transaction: after another crash nothing is forgotten, restarted twice, or drives off.
+        with self._journal.together():
+            self._executor.queue_again(self._take_up(past, unsafe))
+            self._stay_paused()
+
+    def _take_up(self, past: Sequence[LeftRun], unsafe: str) -> list[MissionRun]:
+        """Abort, restart or resume each run; gives those that go on waiting for their turn."""
         waiting: list[MissionRun] = []
         for each in sorted(past, key=lambda each: each.row.started is None):
-            self._journal.continue_run(each.row.run_id, each.events[-1].seq if each.events else 0)
             reason = self._given_up(each) or unsafe or self._executor.blocked_by
             if reason:
                 self._abort(each, reason)
             elif each.row.started is None:
-                waiting.append(self._run_of(each))
+                waiting.append(self._continued(each))
                 self._notify(f"{each.row.run_id} waits for its turn again after a crash")
             else:
                 self._by_policy(each)
-        self._executor.queue_again(waiting)
+        return waiting
+
+    def _stay_paused(self) -> None:
+        """Pause the run that has the robot now when the one before was paused: nobody has resumed it."""
+        current = self._executor.current
+        if self._pause_asked and current is not None and current.status is RunStatus.RUNNING:
+            self._executor.pause(self._pause_asked)
+            self._notify(
+                f"{current.run_id} waits for a resume, as the run before the crash: {current.paused}"
+            )
 
     def _by_policy(self, past: LeftRun) -> None:
         if self._executor.library.get(past.row.mission).on_restart == "restart":
@@ -263,12 +330,13 @@ class Recovery:
         else:
             self._resume(past)
 
-    def _abort(self, past: LeftRun, reason: str) -> None:
-        run = self._run_of(past)
+    def _abort(self, past: LeftRun, reason: str) -> MissionRun:
+        run = self._continued(past)
         run.tree = tree_from_events(past.events)
         text = f"the process died during it; {reason}"
         self._executor.close_past(run, RunStatus.ABORTED, Why(run.mission, CRASHED, text))
         self._notify(f"{run.run_id} aborted: {text}")
+        return run
 
     def _restart(self, past: LeftRun) -> None:
         if self._times_restarted(past.row) >= MAX_IN_A_ROW:
@@ -278,14 +346,12 @@ class Recovery:
         request = MissionRequest(
             run.mission, run.inputs, f"{RESTART_OF}{run.run_id}", TriggerPolicy.QUEUE, run.request.priority
         )
-        # One transaction: after another crash the mission is neither forgotten nor restarted twice.
-        with self._journal.together():
-            try:
-                new = self._executor.trigger(request)
-            except FlorenceError as error:
-                self._abort(past, f"it could not be restarted: {error}")
-                return
-            self._abort(past, f"restarted as {new.run_id}")
+        try:
+            new = self._executor.trigger(request)
+        except FlorenceError as error:
+            self._abort(past, f"it could not be restarted: {error}")
+            return
+        self._abort(past, f"restarted as {new.run_id}")
 
     def _times_restarted(self, row: JournaledRun) -> int:
         times = 0
@@ -297,7 +363,7 @@ class Recovery:
         return times
 
     def _resume(self, past: LeftRun) -> None:
-        run = self._run_of(past)
+        run = self._continued(past)
         times = sum(event.kind == EventKind.RECOVERED.value for event in past.events)
         reason = ""
         if times >= MAX_IN_A_ROW:
@@ -326,9 +392,16 @@ class Recovery:
         if done.over is not None:
             self._executor.close_past(done.tree.run, *done.over)
             return
+        done.tree.run.paused = self._pause_asked
         self._executor.resume_recovered(done.tree)
         tip = self._executor.tip()
-        self._notify(f"{run.run_id} goes on after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
+        word = "is still paused" if self._pause_asked else "goes on"
+        self._notify(f"{run.run_id} {word} after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
+
+    def _continued(self, past: LeftRun) -> MissionRun:
+        """The run as it began; what happens in it from now on comes behind what the journal has."""
+        self._journal.continue_run(past.row.run_id, past.events[-1].seq if past.events else 0)
+        return self._run_of(past)
 
     def _run_of(self, past: LeftRun) -> MissionRun:
         """The run as it began, with inputs of the types that its mission declares."""

@@ -135,8 +135,8 @@ class Body:
             14: lambda: faults.overcurrents & 0x1F,
             17: self._infrared,
             18: lambda: faults.buttons & 0xFF,
-            19: self._sensors.take_distance_mm,
-            20: self._sensors.take_angle_deg,
+            19: lambda: self._sensors.take_distance_mm(keep=not faults.drops_fractions),
+            20: lambda: self._sensors.take_angle_deg(keep=not faults.drops_fractions),
             21: lambda: battery.charging_state,
             22: lambda: battery.voltage_mv,
             23: lambda: round(battery.current_ma),
@@ -238,6 +238,8 @@ class CreateFaults:
         gyro_dead: The gyro has no power.
         light_bumps: Create 2: the six signals from left to right, 0 to 4095.
         oi_mode_offset: By how much packet 35 is too high, as some Create 2 firmware does.
+        drops_fractions: Each reading of distance or angle drops what is below a millimetre or degree, as some
+            firmware does.
     """
 
     silent: bool = False
@@ -262,6 +264,7 @@ class CreateFaults:
     gyro_dead: bool = False
     light_bumps: tuple[int, int, int, int, int, int] = (0, 0, 0, 0, 0, 0)
     oi_mode_offset: int = 0
+    drops_fractions: bool = False
 
 
 NOT_CHARGING, RECONDITIONING, FULL_CHARGING, TRICKLE, WAITING, FAULT = range(6)

@@ -150,6 +150,9 @@ class CreateProgram(StandaloneEmulator):
             self.fault("gyro_drift COUNTS", "per second", number(-100.0, 100.0)),
             self.fault("gyro on|off", "its power", lambda words: not switch(words), field="gyro_dead"),
             self.fault("light_bumps SIX NUMBERS", "Create 2: 0 to 4095, left to right", _light_bumps),
+            self.fault(
+                "drops_fractions on|off", "readings drop what is below a millimetre or degree", switch
+            ),
             self.fault("oi_mode_offset NUMBER", "how much too high packet 35 is", integer(0, 252)),
         )
 

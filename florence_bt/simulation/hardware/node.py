@@ -81,6 +81,8 @@ class SimulatorNode(FlorenceNode):
         parameters: Overrides of the node's parameters.
     """
 
+    parameter_classes = (SimulatorParameters,)
+
     def __init__(
         self, make_server: Callable[[], HardwareServer], *, parameters: Mapping[str, Any] | None = None
     ) -> None:

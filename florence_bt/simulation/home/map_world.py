@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.core.text_files import decode, read_bytes
 from florence_bt.simulation.home.flat import Flat, FlatHotspot, Room, Solid
 from florence_bt.skills.navigation.map_server.map_file import load_map
 
@@ -24,8 +25,8 @@ _EDGE = np.ones((3, 3), bool)
 def is_map(file: Path) -> bool:
     """Whether a YAML file describes a map, and not a home."""
     try:
-        return re.search(r"^image\s*:", file.read_text(encoding="utf-8"), re.MULTILINE) is not None
-    except (OSError, UnicodeDecodeError):
+        return re.search(r"^image\s*:", decode(read_bytes(file), file), re.MULTILINE) is not None
+    except ConfigError:
         return False  # reading it as a home reports what is wrong
 
 

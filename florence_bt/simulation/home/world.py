@@ -218,6 +218,18 @@ class SimulatedWorld:
         x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
         return Pose2(x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
 
+    def carry_robot(self, pose: Pose2) -> None:
+        """Put the robot elsewhere, as somebody who lifts it: its wheels do not turn.
+
+        Args:
+            pose: base_footprint in the map frame; the robot has to fit there.
+        """
+        self._data.qpos[:2] = pose.x, pose.y
+        self._data.qpos[3:7] = math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2)
+        self._data.qvel[:6] = 0.0
+        self._still_steps = 0
+        mujoco.mj_forward(self._model, self._data)
+
     def person_pose(self, name: str) -> Pose2:
         """Where a person is and looks, map frame.
 

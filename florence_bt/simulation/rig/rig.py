@@ -65,6 +65,7 @@ class RigSetting:
         config: Parameters by node name.
         people: Who is at home.
         start: Where the robot stands at first, None for the flat's own place.
+        believed: Where it believes to stand at first, None for where it does.
         user_room: Where the user was last seen, empty for unknown.
         seed: Start of every random generator.
         runs_folder: Where the runs leave their folders, None for nowhere.
@@ -77,6 +78,7 @@ class RigSetting:
     config: Config
     people: Sequence[PersonSpec] = ()
     start: Pose2 | None = None
+    believed: Pose2 | None = None
     user_room: str = ""
     seed: int = 0
     runs_folder: Path | None = None
@@ -105,7 +107,7 @@ class Rig:
             setting.config,
             self.clock,
             seed=setting.seed,
-            start=start,
+            start=setting.believed or start,
             on_scan=lambda source, scan: self._base.on_scan(source, scan),
             on_images=lambda depth, colour: self._people.on_images(depth, colour),
             driving=lambda: self._base.active,

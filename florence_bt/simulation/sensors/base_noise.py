@@ -106,14 +106,16 @@ class BaseSensors:
         if elapsed > 0.0 and self._parameters.gyro_bias_walk > 0.0:
             self._offset += self._random.normal(0.0, self._parameters.gyro_bias_walk * math.sqrt(elapsed))
 
-    def take_distance_mm(self) -> int:
-        """Forward travel in whole millimetres since the last call of this."""
-        whole, self._distance_mm = _int16(self._distance_mm)
+    def take_distance_mm(self, *, keep: bool = True) -> int:
+        """Forward travel in whole millimetres since the last call of this; ``keep`` the rest for the next."""
+        whole, rest = _int16(self._distance_mm)
+        self._distance_mm = rest if keep else 0.0
         return whole
 
-    def take_angle_deg(self) -> int:
-        """Turn in whole degrees since the last call of this, counter-clockwise positive."""
-        whole, self._angle_deg = _int16(self._angle_deg)
+    def take_angle_deg(self, *, keep: bool = True) -> int:
+        """Turn in whole degrees since the last call, counter-clockwise positive; ``keep`` the rest."""
+        whole, rest = _int16(self._angle_deg)
+        self._angle_deg = rest if keep else 0.0
         return whole
 
     def gyro_adc(self) -> int:

@@ -52,6 +52,8 @@ class CalibrationNode(FlorenceNode):
         rounds: What was measured.
     """
 
+    parameter_classes = (CalibrationNodeParameters, CalibrationParameters, WallParameters)
+
     def __init__(
         self,
         on_feedback: Callable[[str], None],

@@ -52,6 +52,8 @@ class HomeSensorsNode(FlorenceNode):
         ConfigError: A file is wrong, or paho-mqtt is needed and not installed.
     """
 
+    parameter_classes = (HomeSensorsNodeParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("home_sensors", parameters=parameters)
         use = self.read_parameters(HomeSensorsNodeParameters)

@@ -15,6 +15,7 @@ from pathlib import Path
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlSequence, read_yaml
 from florence_bt.core.settings_file import SettingsReader, ValueReader
+from florence_bt.core.text_files import decode, read_bytes
 from florence_bt.skills.locator.hotspots import Hotspots
 
 ON = frozenset({"true", "on", "1", "yes", "open", "motion", "detected", "occupied"})
@@ -111,11 +112,10 @@ class BrokerSettings:
             return environment[self.password_env]
         if self.password_file is not None:
             try:
-                return self.password_file.read_text(encoding="utf-8").rstrip("\r\n")
-            except (OSError, UnicodeDecodeError) as error:
-                reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
+                return decode(read_bytes(self.password_file), self.password_file).rstrip("\r\n")
+            except ConfigError as error:
                 raise ConfigError(
-                    f"the password of the MQTT broker cannot be read: {reason}", file=self.password_file
+                    f"the password of the MQTT broker: {error.problem}", file=self.password_file
                 ) from error
         return None
 

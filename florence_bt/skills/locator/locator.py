@@ -36,6 +36,9 @@ Before the first goal an actionlib client answers LOST: it has no goal that it c
 
 MAX_AHEAD_S = 10.0
 """How far ahead of the present time a sighting may be."""
+PERSON_SLACK_M = 1.0
+"""So near to something that the map knows a person may be seen (chosen: on a sofa or a balcony that the laser
+of the map did not see, and by a sensor with an error)."""
 MAX_HOTSPOTS = 1000
 """More take so long to write and to read back that other requests would wait too long."""
 
@@ -119,10 +122,16 @@ class Locator:
     def set_user_position(self, pose: Pose2, source: str = SET_POSITION) -> Result:
         """Take over a coordinate from a precise sensor, which sees the user now.
 
-        It always replaces the old one, unless it is not finite or in an obstacle of the map.
+        It always replaces the old one, unless it is not finite, in an obstacle of the map or off it.
         """
         if not pose.is_finite():
             return failure("bad_input", f"the position must be finite, not {pose}")
+        problem = self._off_the_map(pose, PERSON_SLACK_M)
+        if problem is not None:
+            return failure(
+                "bad_input",
+                f"({pose.x:.2f} m, {pose.y:.2f} m) is {problem}; a place on its free floor would be stored",
+            )
         if self._in_obstacle(pose):
             return failure(
                 "bad_input",
@@ -134,6 +143,10 @@ class Locator:
         self._last_seen = LastSeen(source, now, now)
         self._count_room(now)
         return success()
+
+    def _off_the_map(self, pose: Pose2, slack: float = 0.0) -> str | None:
+        """Why the map, if it is known, says nothing about a place, or None."""
+        return None if self.map is None else self.map.problem_with_place(pose.x, pose.y, slack)
 
     def _in_obstacle(self, pose: Pose2) -> bool:
         """Whether the map, if it is known, has an obstacle at a point."""
@@ -270,15 +283,21 @@ class Locator:
 
     def why_not_goto_room(self, label: str) -> str | None:
         """Why the robot cannot be sent to a hotspot now, or None when it can."""
-        return self._override_reason() or (
-            self.hotspots.unknown(label) if self.hotspots.get(label) is None else None
-        )
+        hotspot = self.hotspots.get(label)
+        if hotspot is None:
+            return self._override_reason() or self.hotspots.unknown(label)
+        return self._override_reason() or self._why_no_goal(f"the hotspot {label!r}", hotspot.pose)
 
     def why_not_goto_pose(self, pose: Pose2) -> str | None:
         """Why the robot cannot be sent to a pose now, or None when it can."""
-        return self._override_reason() or (
-            None if pose.is_finite() else f"the goal must be finite, not {pose}"
-        )
+        if not pose.is_finite():
+            return self._override_reason() or f"the goal must be finite, not {pose}"
+        return self._override_reason() or self._why_no_goal("the goal", pose)
+
+    def _why_no_goal(self, what: str, pose: Pose2) -> str | None:
+        """Why navigation and ``florence check --map`` refuse a place of which the map knows nothing."""
+        problem = self._off_the_map(pose)
+        return problem and f"{what} at ({pose.x:.2f} m, {pose.y:.2f} m) is {problem}"
 
     def _override_reason(self) -> str | None:
         if self.override:

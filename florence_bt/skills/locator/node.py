@@ -83,6 +83,8 @@ class LocatorNode(FlorenceNode):
         ConfigError: The hotspot file or the initial room is wrong.
     """
 
+    parameter_classes = (LocatorNodeParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("florenceLocator", parameters=parameters)
         self._use = self.read_parameters(LocatorNodeParameters)
@@ -136,7 +138,7 @@ class LocatorNode(FlorenceNode):
             Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0), "detected_user"
         )
         if not result.succeeded:
-            self.get_logger().warning(f"detected_user: {result.reason}")
+            self.health.count_refused("detected_user", result.reason)
 
     def _on_user_seen(self, message: UserSeen) -> None:
         seen = LastSeen(message.source, stamp_from_ros(message.since), stamp_from_ros(message.stamp))

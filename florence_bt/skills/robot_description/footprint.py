@@ -48,7 +48,9 @@ class Footprint:
         """
         if len(corners) < 3:
             raise ConfigError(
-                f"a footprint of {len(corners)} corners has no area", valid=["three or more corners"]
+                f"a footprint of {len(corners)} corners has no area",
+                valid=["three or more corners"],
+                parameters=["footprint"],
             )
         padded = tuple(
             (x + math.copysign(padding, x or 0.0), y + math.copysign(padding, y or 0.0)) for x, y in corners
@@ -59,6 +61,7 @@ class Footprint:
             raise ConfigError(
                 "the footprint does not go around the origin of base_footprint once, without dents",
                 valid=[f"footprint: {list(FLORENCE_FOOTPRINT)}"],
+                parameters=["footprint"],
             )
         inner = min(_distance_to_edge(*start, *end) for start, end in edges)
         return Footprint(padded, inner, max(math.hypot(x, y) for x, y in padded))
@@ -91,6 +94,7 @@ def corners_from_flat(numbers: Sequence[float]) -> Corners:
         raise ConfigError(
             f"the footprint {list(numbers)} is not a list of x, y, x, y, ...",
             valid=[f"{list(FLORENCE_FOOTPRINT)}"],
+            parameters=["footprint"],
         )
     return tuple(zip(numbers[::2], numbers[1::2], strict=True))
 

@@ -22,6 +22,8 @@ class RobotDescriptionNode(FlorenceNode):
     that is in no message has no frame; one that the description does not know is left out.
     """
 
+    parameter_classes = (DescriptionParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("robot_description", parameters=parameters, namespace=namespace)
         robot = load_description(self.read_parameters(DescriptionParameters).file)

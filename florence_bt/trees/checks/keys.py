@@ -85,7 +85,7 @@ class KeyChecks:
             close = close_matches(key, self._names(before.maybe))
             valid += [f"${name}" for name in close] or [f"a default of {key!r} under keys:"]
             message = f"the key {key!r} is read before any node has written it"
-            self._findings.error(reference.position, message, valid)
+            self._findings.in_vain(reference.position, message, valid)
         elif not before.surely & bit:
             message = f"the key {key!r} may have no value here: not every path writes it"
             self._findings.warning(reference.position, message)

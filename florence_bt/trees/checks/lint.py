@@ -12,6 +12,7 @@ from florence_bt.trees.checks.names import NameChecks
 from florence_bt.trees.checks.places import KnownPlaces, check_places, labels_in
 from florence_bt.trees.checks.reach import ReachChecks
 from florence_bt.trees.checks.structure import check_structure
+from florence_bt.trees.checks.watches import WatchChecks
 from florence_bt.trees.language.analysis import Analysis, callers_among, reachable
 from florence_bt.trees.language.findings import (
     ERROR,
@@ -116,7 +117,7 @@ def written_labels(
 
 
 def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | None) -> list[Finding]:
-    notes = FindingList(mission.file)
+    notes = FindingList(mission.file, imported=bool(mission.imported_from))
     NameChecks(mission, analysis, notes).check()
     if places is not None:
         check_places(mission, analysis, places, notes)
@@ -124,6 +125,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
     # What could not be read may be what writes a key, or what can fail.
     if not has_errors(mission.findings):
         ReachChecks(mission, analysis, notes).check()
+        WatchChecks(mission, analysis, notes).check()
         KeyChecks(mission, analysis, notes).check()
     return [*mission.findings, *notes.findings]
 

@@ -188,7 +188,7 @@ class NameChecks:
             first.setdefault(value, case.position.line)
         if node.default is not None and {(True, True), (True, False)} <= first.keys():
             message = "the default is never reached: there are cases for true and for false"
-            self._findings.error(node.default.position, message, ["leaving out the default"])
+            self._findings.in_vain(node.default.position, message, ["leaving out the default"])
 
     def _check_policy(self, node: model.Parallel) -> None:
         policy, count = node.policy, len(node.children)

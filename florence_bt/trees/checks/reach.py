@@ -1,4 +1,4 @@
-"""Checks of what can never happen: nodes that are never reached, retries and conditions without effect."""
+"""Checks of what can never happen: nodes that are never reached, retries without effect."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
 from florence_bt.trees.language.quantities import guess_value
-from florence_bt.trees.language.vocabulary import IDENTIFIER
-from florence_bt.trees.language.watching import guards_of, is_condition, unwatched
+from florence_bt.trees.language.vocabulary import IDENTIFIER, MAX_QUICK_ROUNDS
 
+MAX_DIGITS = 12
+"""As many digits of a number of rounds are read; more are too many anyway."""
 RENAMED_CODES = {"no_picture": "no_image"}
 """Failure codes of shipped skills as missions may still name them, and what they are called now."""
 
@@ -36,12 +37,10 @@ class ReachChecks:
     def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
         self._known = analysis.of(mission)
-        self._declarations = analysis.declarations
         self._findings = findings
 
     def check(self) -> None:
         """Check all nodes."""
-        self._check_watches()
         for node in self._known.all:
             self._check_guards(node)
             self._check_words(node)
@@ -49,14 +48,12 @@ class ReachChecks:
             match node:
                 case model.Sequence(children=children):
                     self._check_sequence(children)
-                    self._check_restarts(node)
                 case model.Selector(children=children):
                     self._check_selector(children)
                 case model.Parallel():
                     self._check_parallel(node)
                 case model.If():
                     self._check_if(node)
-                    self._check_restarts(node)
                 case model.Switch():
                     self._check_switch(node)
                 case model.Retry():
@@ -78,63 +75,16 @@ class ReachChecks:
         for before, after in pairwise(children):
             if not self._can_succeed(before):
                 message = f"{after.title!r} is never reached: {before.title!r} before it never succeeds"
-                self._findings.error(
+                self._findings.in_vain(
                     after.position, message, [f"{before.title} as the last node of a sequence"]
                 )
                 return
-
-    def _check_restarts(self, node: Node) -> None:
-        """Without memory the first nodes begin again and again while a later one runs."""
-        for child in guards_of(node):
-            match child:
-                case model.RunSkill(skill=skill):
-                    declaration = self._declarations.get(skill)
-                    lasts = declaration is not None and not is_condition(child, declaration)
-                case _:
-                    lasts = isinstance(child, model.Wait | model.Delay)
-            if lasts and not child.guards:
-                message = f"{child.title!r} takes time and begins again whenever a later node runs"
-                valid = ["memory: true", "a condition or a look-up instead of it", f"once: {child.title}"]
-                valid += (
-                    ["every: 10 s, to watch it as a condition"] if isinstance(child, model.RunSkill) else []
-                )
-                self._findings.warning(child.position, message, valid)
-
-    def _check_watches(self) -> None:
-        """A condition that nobody asks again does not guard anything; `every` then has no effect."""
-        tree, skills = self._mission.tree, self._declarations
-        uses = [node for node in self._known.all if isinstance(node, model.RunSkill) and node.skill in skills]
-        # A mission of nothing but conditions may be one where it is called.
-        only_conditions = all(is_condition(node, skills[node.skill]) for node in uses)
-        alone = dict(unwatched(tree)) if tree is not None else {}
-        for node in uses:
-            below = alone.get(node)
-            if (
-                below is not None
-                and not isinstance(below, model.Once)
-                and is_condition(node, skills[node.skill])
-            ):
-                message = (
-                    f"nobody watches {node.title!r}: below {below.default_title!r} it is not asked again"
-                )
-                valid = [
-                    f"{node.title} without {below.default_title}",
-                    f"once: {node.title}, to ask only once",
-                ]
-                self._findings.warning(node.position, message, valid)
-            elif node.every is not None and skills[node.skill].wakes:
-                message = f"'every' has no effect: {node.skill} reports changes and is asked then"
-                self._findings.warning(node.position, message, [f"{node.skill} without every"])
-            elif node.every is not None and node in alone and not only_conditions:
-                message = f"'every' has no effect: nobody asks {node.title!r} again here"
-                valid = ["memory: false, and a node that runs after it", f"{node.skill} without every"]
-                self._findings.warning(node.position, message, valid)
 
     def _check_selector(self, children: tuple[Node, ...]) -> None:
         for before, after in pairwise(children):
             if not self._can_fail(before):
                 message = f"{after.title!r} is never tried: {before.title!r} before it never fails"
-                self._findings.error(
+                self._findings.in_vain(
                     after.position, message, [f"{before.title} as the last node of a selector"]
                 )
                 return
@@ -161,7 +111,7 @@ class ReachChecks:
             self._findings.warning(position, f"if: {shown!r} {always}", ["an expression with a $key"])
         else:
             message = f"{never.title!r} is never reached: {shown!r} {always}"
-            self._findings.error(never.position, message, ["an expression with a $key"])
+            self._findings.in_vain(never.position, message, ["an expression with a $key"])
 
     def _check_switch(self, node: model.Switch) -> None:
         """A value that is always the same leads to the same branch every time."""
@@ -174,29 +124,31 @@ class ReachChecks:
         if never is not None:
             message = f"{never.title!r} is never reached: the value is always {text!r}"
             valid = [f"${text}"] if IDENTIFIER.fullmatch(text) else []
-            self._findings.error(never.position, message, [*valid, "an expression with a $key"])
+            self._findings.in_vain(never.position, message, [*valid, "an expression with a $key"])
 
     # ---- decorators -----------------------------------------------------------------------------------
 
     def _check_retry(self, node: model.Retry) -> None:
         below = self._known.of(node.child)
+        self._check_rounds(node, surely=not below.outcomes.can_succeed)
         if not below.known:
             return
         title = node.child.title
         if not below.outcomes.can_fail:
             message = f"the retry has no effect: {title!r} never fails"
-            self._findings.error(node.position, message, [f"{title} without retry"])
+            self._findings.in_vain(node.position, message, [f"{title} without retry"])
             return
         for code in node.on:
             if code.text not in below.outcomes.codes:
                 message = f"what is retried cannot fail with {code.text!r}"
-                self._findings.error(code.position, message, _most_likely(code.text, below.outcomes.codes))
+                self._findings.in_vain(code.position, message, _most_likely(code.text, below.outcomes.codes))
         if isinstance(node.child, model.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
-            self._findings.error(node.position, message, ["once: {retry: ..., do: ...}"])
+            self._findings.in_vain(node.position, message, ["once: {retry: ..., do: ...}"])
 
     def _check_repeat(self, node: model.Repeat) -> None:
         title = node.child.title
+        self._check_rounds(node, surely=not self._can_fail(node.child))
         if not self._can_succeed(node.child):
             self._findings.warning(node.position, f"there is never a second round: {title!r} never succeeds")
         elif isinstance(node.child, model.Once):
@@ -206,6 +158,35 @@ class ReachChecks:
         elif isinstance(node.child, model.Cooldown):
             message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
             self._findings.warning(node.position, message, ["wait: a pause, after the node"])
+
+    def _check_rounds(self, node: model.Retry | model.Repeat, *, surely: bool) -> None:
+        """A loop of nodes that take no time is ended at some point.
+
+        Args:
+            node: The loop.
+            surely: Whether nothing ends it before its last round.
+        """
+        below = self._known.of(node.child)
+        rounds = self._quick_rounds(node)
+        if not below.known or below.lasting or rounds <= MAX_QUICK_ROUNDS:
+            return
+        message = (
+            f"{node.default_title!r}: nothing below it takes time, and {rounds} rounds are more than the "
+            f"{MAX_QUICK_ROUNDS} that such a loop may have (spinning)"
+        )
+        valid = [f"at most {MAX_QUICK_ROUNDS} rounds", "wait: 1 s, in each round"]
+        report = self._findings.error if surely else self._findings.warning
+        report(node.position, message, valid)
+
+    def _quick_rounds(self, node: Node) -> int:
+        """How often a node has the tree ticked at most, as far as numbers are written; at least once."""
+        below = max((self._quick_rounds(part) for part in node.parts), default=1)
+        match node:
+            case (
+                model.Retry(attempts=model.Literal(text=text)) | model.Repeat(rounds=model.Literal(text=text))
+            ) if text.isdecimal():
+                return int(text[:MAX_DIGITS]) * below
+        return below
 
     # ---- what every node may have ---------------------------------------------------------------------
 

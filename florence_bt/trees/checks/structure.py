@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis, chain_back, too_large
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Mission, Node
-from florence_bt.trees.language.watching import guards_of, is_condition
+from florence_bt.trees.language.watching import guards_of
 
 _ASK_ONCE = "memory: true, to ask only once"
 MAX_CHAIN = 100
@@ -35,21 +35,20 @@ def check_structure(mission: Mission, analysis: Analysis, findings: FindingList)
                 for branch in node.parts[1:]:
                     _check_resources((asked, branch), mission, analysis, findings, _ASK_ONCE)
             case model.Sequence(memory=False) | model.Selector(memory=False):
-                for asked, later in _asked_beside(node, analysis):
-                    _check_resources((asked, later), mission, analysis, findings, _ASK_ONCE)
+                _check_asked_beside(node, mission, analysis, findings)
 
 
-def _asked_beside(node: Node, analysis: Analysis) -> Iterator[tuple[Node, Node]]:
-    """The skills that a node without memory watches, each with the nodes behind it that run meanwhile."""
+def _check_asked_beside(node: Node, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+    """Report skills that a node without memory asks while nodes behind them want the same resource."""
+    known = analysis.of(mission)
     for place, guard in enumerate(guards_of(node), 1):
-        for each in model.walk(guard):
-            declaration = analysis.declarations.get(each.skill) if isinstance(each, model.RunSkill) else None
-            if (
-                isinstance(each, model.RunSkill)
-                and declaration is not None
-                and is_condition(each, declaration)
-            ):
-                yield from ((each, later) for later in node.parts[place:])
+        asked = [each for each in model.walk(guard) if isinstance(each, model.RunSkill | model.CallMission)]
+        for each in asked:
+            for later in node.parts[place:]:
+                for resource in sorted(known.of(each).asked_resources & known.of(later).resources):
+                    one, other = _named(each, resource, analysis), _named(later, resource, analysis)
+                    message = f"{one} and {other} both need the {resource} at the same time"
+                    findings.error(later.position, message, [_ASK_ONCE])
 
 
 def _check_recursion(mission: Mission, analysis: Analysis, findings: FindingList) -> None:

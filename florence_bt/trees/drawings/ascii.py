@@ -104,7 +104,8 @@ def tree_rows(
         status = node.status if stood is None else stood.status
         says = _message(node, known, left)
         rows.append(TreeRow(depth, status, title, says, durations(node), left=stood is not None))
-        todo.extend((child, depth + 1) for child in reversed(node.children))
+        children = node.shown if isinstance(node, Finally) else node.children
+        todo.extend((child, depth + 1) for child in reversed(children))
     return tuple(rows)
 
 

@@ -14,6 +14,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Node
 from florence_bt.trees.language.outcomes import SUCCEEDS, MissionOutcomes, NodeOutcomes
 from florence_bt.trees.language.values import kind_of
+from florence_bt.trees.language.watching import is_condition, passes_on
 
 NOTHING = frozenset[str]()
 
@@ -27,6 +28,11 @@ class NodeFacts:
         resources: What only one skill at a time may use, of all its skills.
         known: Whether every skill and mission below exists.
         lasting: Whether it can be running, because something below takes time.
+        acts: Whether a skill below is no condition but an action, clean-ups apart.
+        asks: Whether something below can be watched as a condition, clean-ups apart.
+        asked_resources: What the skills use that are asked where the node is watched.
+        unwatchable: The first node at or below it that only asks and cannot be watched, with its mission: it
+            has a clean-up, or it is a ``once``.
         depth: The height of the tree in nodes.
         count: How many nodes there are.
     """
@@ -35,6 +41,10 @@ class NodeFacts:
     resources: frozenset[str]
     known: bool
     lasting: bool
+    acts: bool
+    asks: bool
+    asked_resources: frozenset[str]
+    unwatchable: tuple[Mission, Node] | None
     depth: int
     count: int
 
@@ -215,25 +225,40 @@ class _FactsOfMission:
         return called.root.outcomes if called is not None and called.root is not None else None
 
     def _gather(self, node: Node) -> NodeFacts:
-        below = [self._gather(part) for part in node.parts]
-        if node.cleanup is not None:
-            below.append(self._gather(node.cleanup))
-        resources, known = NOTHING, True
+        parts = [self._gather(part) for part in node.parts]
+        resources, known, acts = NOTHING, True, False
+        asks = node.holds is not None or isinstance(node, model.Condition)
+        asks = asks or (isinstance(node, model.If) and isinstance(node.condition, model.Expression))
         lasting = isinstance(node, model.Wait | model.Delay)
         match node:
             case model.RunSkill(skill=skill):
                 declaration = self._analysis.declarations.get(skill)
                 resources, known = (declaration.resources, True) if declaration else (NOTHING, False)
                 lasting = declaration is not None and not declaration.instant
+                asks = declaration is not None and is_condition(node, declaration)
+                acts = not asks
             case model.CallMission(mission=mission):
                 called = self._analysis.called(mission.text)
                 known = called is not None and called.root is not None
-                below += [called.root] if called is not None and called.root is not None else []
+                parts += [called.root] if called is not None and called.root is not None else []
+        below = parts if node.cleanup is None else [*parts, self._gather(node.cleanup)]
+        acts = acts or any(part.acts for part in parts)
+        asks = asks or any(part.asks for part in parts)
+        asked = resources if isinstance(node, model.RunSkill) and asks else NOTHING
+        outcomes = self._outcomes.get(node, SUCCEEDS)
+        kept = not passes_on(node) and outcomes.can_fail
+        cannot = asks and not acts and (node.cleanup is not None or kept)
         gathered = NodeFacts(
-            outcomes=self._outcomes.get(node, SUCCEEDS),
+            outcomes=outcomes,
             resources=resources.union(*(part.resources for part in below)),
             known=known and all(part.known for part in below),
             lasting=lasting or any(part.lasting for part in below),
+            acts=acts,
+            asks=asks,
+            asked_resources=asked.union(*(part.asked_resources for part in parts if passes_on(node))),
+            unwatchable=(self._mission, node)
+            if cannot
+            else next((part.unwatchable for part in parts if part.unwatchable is not None), None),
             depth=1 + max((part.depth for part in below), default=0),
             count=1 + sum(part.count for part in below),
         )

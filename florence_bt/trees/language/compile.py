@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
@@ -26,14 +26,15 @@ from florence_bt.behaviours.decorators import (
     While,
 )
 from florence_bt.behaviours.expressions import CompiledExpression
-from florence_bt.behaviours.keys import KeyStore, is_source, readable
+from florence_bt.behaviours.keys import KeyStore, TextTemplate, is_source, readable
 from florence_bt.behaviours.leaves import Condition, Fail, SetKey
 from florence_bt.behaviours.pacing import Delay, Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.watched_skill import EVERY_S, WatchedSkill
+from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
+from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
-from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
@@ -47,6 +48,8 @@ from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
 from florence_bt.trees.language.vocabulary import FAILED
 from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -106,18 +109,62 @@ def compile_mission(
     Raises:
         ConfigError: The mission, or one that it calls, has an error that a check would have found.
     """
+    parts = _parts_of(library, context.declarations)
     if library.declarations:
         # A skill that is only declared fails with `no_skill` when it is started.
-        context = replace(context, declarations=library.with_declared(context.declarations))
-    analysis = Analysis(library, context.declarations)
-    if not library.fits(mission):
-        for error in too_large(mission, analysis):
+        context = replace(context, declarations=parts.analysis.declarations)
+    if mission not in parts.fitting:
+        for error in too_large(mission, parts.analysis):
             raise error
-        library.note_fitting(mission)
-    context.keys.declare(_declared_keys(mission))
+        parts.fitting.add(mission)
+    context.keys.declare(parts.get(mission, "keys", partial(_declared_keys, mission)))
     context.keys.reset(inputs)
-    builder = _TreeBuilder(mission, analysis, context, (mission.name,))
+    builder = _TreeBuilder(mission, parts, context, (mission.name,))
     return CompiledTree(builder.root(mission.name), mission, context.keys)
+
+
+class _Parts:
+    """What is made of the missions of a library once, for all runs: whatever depends on no run.
+
+    Args:
+        library: The missions.
+        declarations: The skills by name.
+
+    Attributes:
+        given: The skills, as they were.
+        analysis: What is known of all missions and skills.
+        fitting: The missions that are small enough to run, with those that they call.
+    """
+
+    def __init__(self, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self.given = dict(declarations)
+        known = library.with_declared(declarations) if library.declarations else declarations
+        self.analysis = Analysis(library, known)
+        self.fitting: set[Mission] = set()
+        self._made: dict[tuple[int, object], tuple[object, Any]] = {}
+
+    def get(self, source: object, what: object, make: Callable[[], Made]) -> Made:
+        """What is made of a part of a mission.
+
+        Args:
+            source: The part; two parts that look the same are two.
+            what: Which of the things that are made of it.
+            make: Makes it, the first time.
+        """
+        key = (id(source), what)
+        found = self._made.get(key)
+        if found is None:
+            found = self._made[key] = (source, make())  # the source is kept, so its id stays its own
+        made: Made = found[1]
+        return made
+
+
+def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> _Parts:
+    """What was made of a library before, as long as its missions and the skills are the same."""
+    parts = library.compiled
+    if not isinstance(parts, _Parts) or parts.given != declarations:
+        parts = library.compiled = _Parts(library, declarations)
+    return parts
 
 
 class _TreeBuilder:
@@ -128,20 +175,21 @@ class _TreeBuilder:
 
     Args:
         mission: The mission.
-        analysis: What is known of all missions and skills.
+        parts: What was made of the missions before.
         context: The context with the keys of this call.
         callers: The names of the missions from the outermost to this one.
     """
 
     def __init__(
-        self, mission: Mission, analysis: Analysis, context: TreeContext, callers: tuple[str, ...]
+        self, mission: Mission, parts: _Parts, context: TreeContext, callers: tuple[str, ...]
     ) -> None:
         self._mission = mission
-        self._analysis = analysis
+        self._parts = parts
+        self._analysis = parts.analysis
         self._context = context
         self._callers = callers
-        self.watched: list[WatchedSkill] | None = None
-        """The skills that the composite without memory above watches so far; None: nobody watches here."""
+        self.watch: Watch | None = None
+        """The condition that is built now; None: nobody watches here."""
 
     def root(self, default_name: str | None = None) -> Behaviour:
         """Build the tree of the mission.
@@ -164,30 +212,43 @@ class _TreeBuilder:
 
     def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
-        name = _one_step(name or node.title)
+        name = _one_step(name) if name else self._parts.get(node, "title", lambda: _one_step(node.title))
+        if self.watch is not None:
+            self._depend(node, self.watch)
         if node.cleanup is None:
             behaviour = self._while(node, self._bare(node, name, skipped_fails))
         else:
             behaviour = self._finally(node, node.cleanup, name, skipped_fails)
         behaviour = self._start_guard(node, behaviour, skipped_fails)
         if node.reasons is not None:
-            always = node.reasons.always
-            by_code = {code: template_of(text) for code, text in node.reasons.by_code.items()}
-            text = template_of(always) if always is not None else None
+            text, by_code = self._parts.get(node, "because", partial(_texts_of, node.reasons))
             annotations_of(behaviour).because = Because(self._context.keys, text, by_code)
-        annotations_of(behaviour).origin = Origin(self._mission, node)
+        annotations_of(behaviour).origin = self._parts.get(
+            node, "origin", lambda: Origin(self._mission, node)
+        )
         return behaviour
+
+    def _depend(self, node: Node, watch: Watch) -> None:
+        """Have a condition asked again when a key changes that a node of it reads to decide something."""
+        keys = {key for expression in node.expressions for key in expression.keys}
+        if isinstance(node, model.Switch | model.Set | model.CallMission):
+            keys |= {each.key for value in model.values_of(node) for each in model.references(value)}
+        if keys:
+            self._context.keys.watch(keys, Spot(watch, keeps=False).change)
+
+    def _spot(self) -> Spot | None:
+        return Spot(self.watch) if self.watch is not None else None
 
     # ---- guards and clean-ups -------------------------------------------------------------------------
 
     def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
         def make_cleanup(context: TreeContext) -> Behaviour:
             own = context.with_keys(self._context.keys)
-            builder = _TreeBuilder(self._mission, self._analysis, own, self._callers)
+            builder = _TreeBuilder(self._mission, self._parts, own, self._callers)
             return builder._node(cleanup, skipped_fails=False)
 
         body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
-        return Finally(name, self._context, body, make_cleanup)
+        return Finally(name, self._context, body, make_cleanup, self._spot())
 
     def _while(self, node: Node, behaviour: Behaviour) -> Behaviour:
         if node.holds is None:
@@ -216,46 +277,41 @@ class _TreeBuilder:
             case model.Selector(children=children, memory=True):
                 return Selector(name, True, self._children(children, True))
             case model.Sequence():
-                parts, watched = self._watching(node, False)
-                return ReactiveSequence(name, parts, watched) if watched else Sequence(name, False, parts)
+                return ReactiveSequence(name, *self._watching(node, False))
             case model.Selector():
-                parts, watched = self._watching(node, True)
-                return ReactiveSelector(name, parts, watched) if watched else Selector(name, False, parts)
+                return ReactiveSelector(name, *self._watching(node, True))
             case model.Parallel():
                 return self._parallel(node, name)
             case model.If():
-                parts, watched = self._watching(node, skipped_fails)
+                parts, watches = self._watching(node, skipped_fails)
                 asked = node.condition
                 condition = parts.pop(0) if isinstance(asked, Node) else self._condition(asked)
-                return If(name, self._context, condition, *parts, memory=node.memory, watched=watched)
+                watch = watches[0] if watches else None
+                return If(name, self._context, condition, *parts, memory=node.memory, watch=watch)
             case model.Switch():
                 return self._switch(node, name, skipped_fails)
             case model.CallMission():
                 return self._call_mission(node, name)
             case model.Wrapper():
-                outer = self.watched
-                self.watched = outer if passes_on(node) else None
-                child = self._node(node.child, skipped_fails=skipped_fails)
-                self.watched = outer
-                return self._decorator(node, name, child)
+                return self._wrapper(node, name, skipped_fails)
         return self._leaf(node, name)
 
     def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
         return _numbered([self._node(node, skipped_fails=skipped_fails) for node in nodes])
 
-    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[WatchedSkill]]:
-        """Build the children of a node without memory, and find the skills that it is the one to watch.
-
-        Where such nodes are nested, the outermost of which a skill is a condition watches it.
-        """
-        outer, guards = self.watched, set(guards_of(node))
-        watched: list[WatchedSkill] = []
+    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[Watch | None]]:
+        """Build the children of a node without memory, with the watch of each that is a condition."""
+        outer, guards = self.watch, set(guards_of(node))
+        watches: list[Watch] = []
         children = []
         for part in node.parts:
-            self.watched = watched if outer is None and part in guards else outer
+            self.watch = outer
+            if part in guards:
+                self.watch = Watch(self._context, outer)
+                watches.append(self.watch)
             children.append(self._node(part, skipped_fails=skipped_fails))
-        self.watched = outer
-        return _numbered(children), watched
+        self.watch = outer
+        return _numbered(children), [watch if watch.needed else None for watch in watches]
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
         children = self._children(node.children, False)
@@ -291,10 +347,10 @@ class _TreeBuilder:
             raise self._error(node.position, f"the mission {called!r} calls itself: {chain}")
         mission = self._analysis.library.get(called)
         keys = KeyStore()
-        keys.declare(_declared_keys(mission))
+        keys.declare(self._parts.get(mission, "keys", partial(_declared_keys, mission)))
         context = self._context.with_keys(keys)
-        builder = _TreeBuilder(mission, self._analysis, context, (*self._callers, called))
-        builder.watched = self.watched
+        builder = _TreeBuilder(mission, self._parts, context, (*self._callers, called))
+        builder.watch = self.watch
         return CallMission(
             name,
             builder.root(),
@@ -303,12 +359,24 @@ class _TreeBuilder:
             mission.inputs,
             self._inputs(node.inputs, mission.inputs, f"{called} has no input"),
             {output.text: key.text for output, key in node.outputs},
-            watched=self.watched is not None,
+            watched=self.watch is not None,
         )
 
     # ---- decorators and leaves ------------------------------------------------------------------------
 
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour) -> Behaviour:
+    def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
+        outer = self.watch
+        if not passes_on(node):
+            self.watch = None
+        # A cool-down and a delay come before the child, a time-out ends after it.
+        spot = self._spot() if isinstance(node, model.Cooldown | model.Delay) else None
+        child = self._node(node.child, skipped_fails=skipped_fails)
+        self.watch = outer
+        if self.watch is not None and isinstance(node, model.Retry | model.Repeat):
+            self.watch.keep()
+        return self._decorator(node, name, child, spot)
+
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, spot: Spot | None) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child)
@@ -328,11 +396,11 @@ class _TreeBuilder:
             case model.Repeat():
                 behaviour = Repeat(name, child, self._context, argument)
             case model.Timeout():
-                behaviour = Timeout(name, child, self._context, argument)
+                behaviour = Timeout(name, child, self._context, argument, self._spot())
             case model.Cooldown():
-                behaviour = Cooldown(name, child, self._context, argument)
+                behaviour = Cooldown(name, child, self._context, argument, spot)
             case model.Delay():
-                behaviour = Delay(name, Wait("wait", self._context, argument), child)
+                behaviour = Delay(name, Wait("wait", self._context, argument, spot), child)
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
@@ -347,7 +415,7 @@ class _TreeBuilder:
                 return Fail(name, context, self._value(reason, kind), code.text if code else FAILED)
             case model.Wait(duration=duration):
                 seconds = self._value(duration, Kind.DURATION)
-                return self._titled(node, Wait(name, context, seconds), seconds, Kind.DURATION)
+                return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
             case model.Set(values=values):
                 return SetKey(name, context, {key.text: self._set_value(key, value) for key, value in values})
             case model.RunSkill():
@@ -365,13 +433,14 @@ class _TreeBuilder:
             raise self._error(node.position, f"unknown skill {node.skill!r}", known)
         inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
         outputs = {output.text: key.text for output, key in node.outputs}
-        if self.watched is None or not is_condition(node, declaration):
+        if self.watch is None:
             return RunSkill(name, self._context, node.skill, inputs, outputs)
+        spot = Spot(self.watch)
+        if not is_condition(node, declaration):
+            return ConditionAction(name, self._context, node.skill, inputs, outputs, spot)
         keys = {each.key for value in model.values_of(node) for each in model.references(value)}
         every = EVERY_S if node.every is None else node.every
-        skill = WatchedSkill(name, self._context, node.skill, inputs, outputs, keys=keys, every=every)
-        self.watched.append(skill)
-        return skill
+        return WatchedSkill(name, self._context, node.skill, inputs, outputs, spot, keys=keys, every=every)
 
     def _titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""
@@ -390,18 +459,30 @@ class _TreeBuilder:
 
     def _condition(self, expression: Expression) -> CompiledExpression:
         """An expression that is true or false."""
+        return self._parts.get(expression, "condition", lambda: self._make_condition(expression))
+
+    def _make_condition(self, expression: Expression) -> CompiledExpression:
         for problem in check_kinds(expression, self._kinds, Kind.BOOLEAN).problems:
             raise self._error(problem.position, problem.message, problem.valid)
         return compile_expression(expression, self._kinds)
 
     def _value(self, value: Value, kind: Kind | None) -> Any:
         """A value in SI units, or a value source."""
-        return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
+
+        def make() -> Any:
+            return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
+
+        return self._parts.get(value, kind, make)
 
     def _inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
     ) -> dict[str, Any]:
         """The inputs of a skill or a mission, as given."""
+        return self._parts.get(pairs, "inputs", lambda: self._make_inputs(pairs, ports, problem))
+
+    def _make_inputs(
+        self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
+    ) -> dict[str, Any]:
         inputs = {}
         for name, value in pairs:
             port = ports.get(name.text)
@@ -436,6 +517,12 @@ class _TreeBuilder:
     def _error(self, position: Position | None, problem: str, valid: Iterable[str] = ()) -> ConfigError:
         line, column = (position.line, position.column) if position is not None else (None, None)
         return ConfigError(problem, file=self._mission.file, line=line, column=column, valid=valid)
+
+
+def _texts_of(reasons: model.Reasons) -> tuple[TextTemplate | None, dict[str, TextTemplate]]:
+    """The author's words for every failure, and for those with a code."""
+    by_code = {code: template_of(text) for code, text in reasons.by_code.items()}
+    return (template_of(reasons.always) if reasons.always is not None else None), by_code
 
 
 def _declared_keys(mission: Mission) -> dict[str, Port]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port, SkillDeclaration
+from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, read_yaml
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.ports import read_ports
@@ -146,13 +147,18 @@ def _written(declaration: SkillDeclaration) -> dict[str, Any]:
     return written
 
 
+def _pose(pose: Pose2) -> dict[str, str]:
+    parts = {"x": (pose.x, Kind.LENGTH), "y": (pose.y, Kind.LENGTH), "yaw": (pose.yaw, Kind.ANGLE)}
+    return {name: format_value(value, kind) for name, (value, kind) in parts.items()}
+
+
 def port_document(port: Port) -> dict[str, Any]:
     """A port as a mapping of a mission file or a file of skills."""
     written: dict[str, Any] = {"type": port.kind.value}
     limits = {"default": None if port.required else port.default, "min": port.minimum, "max": port.maximum}
     for key, value in limits.items():
         if value is not None:
-            written[key] = format_value(value, port.kind)
+            written[key] = _pose(value) if isinstance(value, Pose2) else format_value(value, port.kind)
     if port.description:
         written["description"] = port.description
     return written

@@ -47,10 +47,12 @@ class FindingList:
 
     Args:
         file: The file, named in the findings.
+        imported: Whether another project's tree became the mission; what it does in vain is only a warning.
     """
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, *, imported: bool = False) -> None:
         self.findings: list[Finding] = []
+        self._imported = imported
         self._file = str(file)
 
     @property
@@ -65,6 +67,10 @@ class FindingList:
     def warning(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Add a warning."""
         self._add(position, WARNING, message, valid)
+
+    def in_vain(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Add what can never work, is never reached or has no effect: an error where we are the authors."""
+        self._add(position, WARNING if self._imported else ERROR, message, valid)
 
     def unknown(
         self,

@@ -37,7 +37,8 @@ class MissionLibrary:
         self._missions: dict[str, Mission] = {}
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
-        self._fitting: set[Mission] = set()
+        self.compiled: object = None
+        """What the compiler has made of these missions; forgotten when one of them changes."""
 
     @property
     def findings(self) -> list[Finding]:
@@ -85,7 +86,7 @@ class MissionLibrary:
             return None
         self._add_skills_of(path.parent)
         self._note_shadow(path)
-        self._fitting.clear()
+        self.compiled = None
         self._unreadable.pop(path.stem, None)
         self._missions.pop(path.stem, None)
         try:
@@ -132,6 +133,7 @@ class MissionLibrary:
             self._findings.append(finding_from_error(error))
             return
         self._findings += declared.findings
+        self.compiled = None
         self.declarations.update(declared.declarations)
 
     def _note_shadow(self, path: Path) -> None:
@@ -144,17 +146,9 @@ class MissionLibrary:
     def put(self, mission: Mission) -> None:
         """Let a mission that was read earlier count instead of what its file says now."""
         name = mission.file.stem
-        self._fitting.clear()
+        self.compiled = None
         self._unreadable.pop(name, None)
         self._missions[name] = mission
-
-    def fits(self, mission: Mission) -> bool:
-        """Whether :meth:`note_fitting` was called with this mission and nothing changed since."""
-        return mission in self._fitting
-
-    def note_fitting(self, mission: Mission) -> None:
-        """Remember that a mission, with those that it calls, is small enough to run."""
-        self._fitting.add(mission)
 
     def unreadable(self) -> dict[str, ConfigError]:
         """The names of the files that could not be read at all, and why."""

@@ -577,6 +577,7 @@ class Mission:
         findings: What was wrong with the file's form.
         lost: Where the form is wrong: the keys that nodes would write, broken nodes included.
         version: Stands for the text of the file: equal versions are equal texts.
+        imported_from: The file of another project that it was imported from; empty for one that is our own.
     """
 
     name: str
@@ -591,6 +592,7 @@ class Mission:
     findings: tuple[Finding, ...] = ()
     lost: frozenset[str] = frozenset()
     version: str = ""
+    imported_from: str = ""
 
     def required_inputs(self) -> tuple[str, ...]:
         """The inputs that a caller must give."""

@@ -74,7 +74,7 @@ class _MissionParser(Reader):
             if key.text not in vocabulary.MISSION_KEYS and not self.full:
                 valid = suggestions.for_section(key.text, vocabulary.MISSION_KEYS)
                 self.error(key.position, f"unknown key of a mission {key.text!r}", valid)
-        description, restart, tree = (source.get(key) for key in ("description", "on_restart", "tree"))
+        restart, tree = (source.get(key) for key in ("on_restart", "tree"))
         inputs, input_positions = read_ports(self, source.get("inputs"), "an input", vocabulary.INPUT_KEYS)
         outputs, output_positions = read_ports(
             self, source.get("outputs"), "an output", vocabulary.OUTPUT_KEYS
@@ -85,7 +85,7 @@ class _MissionParser(Reader):
             self.error(source.position, "the mission has no tree", ["tree: {a node}"])
         return model.Mission(
             name=self._name(source, path),
-            description=(self.text(description, "description") or "") if description is not None else "",
+            description=self._text(source, "description"),
             file=path,
             inputs=inputs,
             outputs=outputs,
@@ -98,7 +98,12 @@ class _MissionParser(Reader):
             findings=tuple(self.findings),
             lost=frozenset(suggestions.written_keys(tree)) if self.findings else frozenset(),
             version=hashlib.sha256(data).hexdigest()[:16],
+            imported_from=self._text(source, "imported_from"),
         )
+
+    def _text(self, mapping: YamlMapping, key: str) -> str:
+        source = mapping.get(key)
+        return (self.text(source, key) or "") if source is not None else ""
 
     def _name(self, mapping: YamlMapping, path: Path) -> str:
         source = mapping.get("mission")

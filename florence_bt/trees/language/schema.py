@@ -415,6 +415,7 @@ DRAFT = "http://json-schema.org/draft-07/schema#"
 _TEXTS = {
     "mission": "the name, equal to the name of the file",
     "description": "what the mission does, for people",
+    "imported_from": "the file of another project whose tree it is",
     "inputs": "what a caller gives; all are keys of the tree",
     "outputs": "keys that are returned to the caller when the mission succeeds",
     "keys": "further keys with their types; a default is the value at the start",
@@ -459,6 +460,7 @@ def make_schema(
     values: dict[str, Schema] = {
         "mission": NAME,
         "description": TEXT,
+        "imported_from": TEXT,
         "inputs": _ports(vocabulary.INPUT_KEYS),
         "outputs": _ports(vocabulary.OUTPUT_KEYS),
         "keys": _ports(vocabulary.KEY_KEYS),

@@ -70,7 +70,7 @@ NEVER_INPUTS = (
 RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
 """Names that no skill can have."""
 
-MISSION_KEYS = ("mission", "description", "inputs", "outputs", "keys", "on_restart", "tree")
+MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
 INPUT_KEYS = ("type", "default", "min", "max", "description")
 KEY_KEYS = INPUT_KEYS
 OUTPUT_KEYS = ("type", "description")
@@ -83,6 +83,9 @@ ON_RESTART = ("abort", "restart", "resume")
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
 """How missions, skills, inputs, outputs, keys and codes are named."""
 
+MAX_QUICK_ROUNDS = 5000
+"""How often a tree may be ticked in a row although nothing outside it has happened: a loop of nodes that take
+no time has no more rounds. Chosen: 2,000 quick rounds are somebody's loop, and 5,000 are over in seconds."""
 FAILED = "failed"
 """The code of ``fail`` when it names none."""
 

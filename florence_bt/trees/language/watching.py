@@ -22,11 +22,8 @@ def guards_of(node: Node) -> tuple[Node, ...]:
 
 
 def passes_on(node: Node) -> bool:
-    """Whether a node that is watched has the nodes below it watched.
-
-    What repeats a node, delays it or keeps its result asks when it means to.
-    """
-    return not isinstance(node, model.Retry | model.Repeat | model.Once | model.Cooldown | model.Delay)
+    """Whether a node that is watched has the nodes below it watched: ``once`` keeps its first result."""
+    return not isinstance(node, model.Once)
 
 
 def is_condition(node: model.RunSkill, declaration: SkillDeclaration) -> bool:
@@ -34,28 +31,25 @@ def is_condition(node: model.RunSkill, declaration: SkillDeclaration) -> bool:
     return declaration.instant or node.every is not None
 
 
-def unwatched(
-    node: Node, *, watched: bool = False, below: Node | None = None
-) -> Iterator[tuple[model.RunSkill, Node | None]]:
+def unwatched(node: Node, *, watched: bool = False) -> Iterator[model.RunSkill]:
     """Every skill of a tree that is not asked again.
 
     Args:
         node: The root.
         watched: Whether a node above it watches it.
-        below: The node above it that keeps it from being watched.
-
-    Yields:
-        The skill; and the node that keeps one further up from watching it, or None.
     """
     if isinstance(node, model.RunSkill) and not watched:
-        yield node, below
+        yield node
     guards = set(guards_of(node))
-    if watched and not passes_on(node):
-        watched, below = False, node
+    watched = watched and passes_on(node)
     for part in node.parts:
-        if part in guards:
-            yield from unwatched(part, watched=True)
-        else:
-            yield from unwatched(part, watched=watched, below=below)
+        yield from unwatched(part, watched=watched or part in guards)
     if node.cleanup is not None:
         yield from unwatched(node.cleanup)
+
+
+def asked_first(node: Node) -> Node:
+    """The node whose answer a condition is, below what only turns, repeats or limits it."""
+    while isinstance(node, model.Wrapper) and passes_on(node) and not node.guards:
+        node = node.child
+    return node

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes, section
+from florence_bt.app.bringup.config import load_config, section
 from florence_bt.core.errors import ConfigError
 
 
@@ -89,7 +89,19 @@ def test_overrides_go_over_the_configuration_and_none_is_no_override():
     assert config == {"navigate": {"speed": 1, "frame": "map"}}
 
 
-def test_an_unknown_node_is_told_with_what_looks_like_it():
-    refuse_unknown_nodes({"navigate": {}}, {"navigate", "localiser"}, "robot.yaml")
-    with pytest.raises(ConfigError, match=r"robot\.yaml: unknown node 'navigat'.*navigate"):
-        refuse_unknown_nodes({"navigat": {}}, {"navigate", "localiser"}, "robot.yaml")
+VALUES = "{mass: 1e-1, tiny: 5e-06, huge: 1e+20, plain: 2, name: 1e, text: '1e-1'}"
+
+
+def test_numbers_with_an_exponent_are_numbers(tmp_path):
+    """YAML 1.1, as PyYAML reads it, takes them for text where there is no point."""
+    file = tmp_path / "robot.yaml"
+    file.write_text(f"n: {VALUES}")
+    expected = {"mass": 0.1, "tiny": 5e-06, "huge": 1e20, "plain": 2, "name": "1e", "text": "1e-1"}
+    assert load_config(file)["n"] == expected
+
+
+def test_a_node_that_is_there_twice_is_told(tmp_path):
+    file = tmp_path / "robot.yaml"
+    file.write_text("navigate: {}\n/navigate: {}\n")
+    with pytest.raises(ConfigError, match=r":2:1: the node 'navigate' is there twice"):
+        load_config(file)

@@ -177,6 +177,33 @@ def test_a_graph_where_all_is_well():
     assert all(f.level is HealthLevel.OK for f in findings) and len(findings) == 3
 
 
+NAV2 = ("/amcl", "/bt_navigator", "/controller_server", "/planner_server")
+
+
+def without(*groups: str) -> tuple[str, ...]:
+    gone = {f"/{name}" for group in groups for name in NODES[group]}
+    return tuple(name for name in everything() if name not in gone)
+
+
+@pytest.mark.parametrize("absent", [("navigation",), ("navigation", "hardware")])
+def test_nav2_and_a_running_base_in_place_of_florences_are_no_problem(absent):
+    charge = None if "hardware" in absent else 0.8
+    view = GraphView((*without(*absent), *NAV2), 0, charge, {"florence_bt: messages": (0, "ok")})
+    assert all(f.level is HealthLevel.OK for f in check_graph(view)) and not is_partial(view)
+    (finding, *_) = check_graph(GraphView(without(*absent), 0, 0.8, {}))
+    assert finding.level is HealthLevel.PROBLEM, "without Nav2 they are missing"
+
+
+@pytest.mark.parametrize(
+    "nodes", [(*everything(), "/simulator"), (*without("navigation", "hardware"), *NAV2)]
+)
+def test_devices_that_the_running_system_does_not_use_are_not_looked_at(monkeypatch, tmp_path, nodes):
+    """A rehearsal has devices of its own; a base that runs already has its own drivers."""
+    monkeypatch.setattr(examination, "_ros", lambda: (GraphView(nodes, 1, 0.8), []))
+    findings = [f for f in examination.examine(None, tmp_path) if f.group in ("ports", "USB", "firmware")]
+    assert [(f.level, f.item) for f in findings] == [(HealthLevel.NOTE, "devices")]
+
+
 def test_no_system():
     (finding,) = check_graph(GraphView(("/somebody_else",)))
     assert finding.level is HealthLevel.NOTE and "florence up" in finding.advice
@@ -229,14 +256,14 @@ def test_a_check_that_breaks_does_not_hide_the_others(monkeypatch, tmp_path):
         yield
 
     monkeypatch.setattr(examination, "check_usb", broken)
-    monkeypatch.setattr(examination, "_ros", lambda: iter((good("ROS", "x", "y"),)))
+    monkeypatch.setattr(examination, "_ros", lambda: (GraphView(), [good("ROS", "x", "y")]))
     findings = list(examination.examine(None, tmp_path))
     assert findings[-1] == good("ROS", "x", "y")
     assert any("ZeroDivisionError: no such thing" in finding.found for finding in findings)
 
 
 def test_a_wrong_configuration_is_a_finding(monkeypatch, tmp_path):
-    monkeypatch.setattr(examination, "_ros", lambda: iter(()))
+    monkeypatch.setattr(examination, "_ros", lambda: (GraphView(), []))
     file = tmp_path / "robot.yaml"
     file.write_text("hokuyo_nod: {port: x}\n")
     findings = [f for f in examination.examine(file, tmp_path, hardware=False) if f.group == "configuration"]

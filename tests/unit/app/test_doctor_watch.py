@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("rclpy")
 
 from florence_bt.app.doctor import graph_watch
-from florence_bt.app.doctor.graph import wanted_nodes
+from florence_bt.app.doctor.graph import GraphView, wanted_nodes
 
 
 class Graph:
@@ -32,7 +32,7 @@ class Graph:
         self._hear[topic] = callback
 
     def get_node_names_and_namespaces(self):
-        return [(name, "/") for name in wanted_nodes()] if self.now > self._in_sight_s else []
+        return [(name, "/") for name in wanted_nodes(GraphView())] if self.now > self._in_sight_s else []
 
     def count_publishers(self, topic):
         return 0

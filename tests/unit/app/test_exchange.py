@@ -135,3 +135,16 @@ def test_a_mission_file_finds_those_beside_it(florence, tmp_path):
     done = florence("export", tmp_path / "outer.yaml")
     assert done.exit_code == OK and '<BehaviorTree ID="inner">' in done.stdout
     assert "wait 1 s" in florence("draw", tmp_path / "outer.yaml", "--expand").stdout
+
+
+def test_export_replaces_an_export_and_nothing_else(florence, tmp_path):
+    out = tmp_path / "tree.xml"
+    for _ in range(2):
+        assert florence("export", "goto_room", "-o", str(out)).exit_code == 0
+    notes, link = tmp_path / "notes.txt", tmp_path / "link.xml"
+    notes.write_text("mine\n")
+    link.symlink_to(out)
+    before = out.read_bytes()
+    for refused in (notes, link, tmp_path):
+        assert florence("export", "goto_room", "-o", str(refused)).exit_code == 2
+    assert notes.read_text() == "mine\n" and link.is_symlink() and out.read_bytes() == before

@@ -98,3 +98,10 @@ def test_that_time_is_bounded(client, monkeypatch):
     client.answers = [SystemNotThere("nobody")]
     with pytest.raises(SystemNotThere, match="went away"):
         RunWatch(client, "T-1").over()
+
+
+def test_the_tree_of_another_run_is_not_shown():
+    """The topic keeps its last message: at the start of a run that is the end of the one before."""
+    text = "goto: RUNNING · 0.1 s · run T-002-goto · asked by x\n[>] goto -- run T-001-goto"
+    for run_id, shown in (("T-002-goto", text), ("T-001-goto", ""), ("T-002-goto_user", ""), ("", text)):
+        assert run_watch.MissionClient.tree_of(SimpleNamespace(tree=text), run_id) == shown

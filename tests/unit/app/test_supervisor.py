@@ -122,6 +122,13 @@ def test_a_child_that_dies_is_reported_with_its_log(tmp_path, supervisor_of):
     assert str(tmp_path / "logs" / "hardware.log") in str(death)
 
 
+def test_the_end_of_a_log_is_of_this_process_and_not_of_an_earlier_bring_up(tmp_path, supervisor_of):
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "base.log").write_text("a failure of yesterday\n")
+    message = str(death_in(supervisor_of({"base": DYING})))
+    assert "the port is gone" in message and "yesterday" not in message
+
+
 def test_what_has_to_be_done_after_a_death_is_done_at_once_and_once(tmp_path, supervisor_of):
     dead = []
 

@@ -56,3 +56,25 @@ def test_a_condition_wakes_the_tree_only_when_its_answer_changes(clock):
     assert not context.wake.take()
     node.tick_once()
     assert node.result.code == "missing_key"
+
+
+def test_what_holds_is_put_into_words_only_when_it_is_read_and_computed_once_for_the_same_values(clock):
+    computed, shown = [], []
+    near = CompiledExpression(
+        "$distance < 1 m",
+        lambda keys: computed.append(1) or keys.read("distance") < 1.0,
+        ("distance",),
+        {"distance": lambda value: shown.append(1) or f"{value} m"},
+    )
+    context = make_context(clock, keys={"distance": 0.5})
+    node = Condition("near", context, near)
+    for _ in range(3):
+        node.tick_once()
+    assert (node.status, len(computed), len(shown)) == (Status.SUCCESS, 1, 0)
+    context.keys.write("distance", 0.75)
+    node.tick_once()
+    assert node.feedback_message == node.feedback_message == "distance is 0.75 m"
+    assert len(shown) == 1
+    context.keys.write("distance", 2.0)
+    node.tick_once()
+    assert node.status is Status.FAILURE and "distance is 2.0 m" in node.feedback_message

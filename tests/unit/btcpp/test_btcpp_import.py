@@ -57,7 +57,7 @@ def test_first_tutorial_becomes_a_mission_that_passes_its_check(exchange):
     ]
     assert only_lacking(library, exchange) == []
     lacking = [f for f in check(mission, library, exchange.declarations) if f.severity == "warning"]
-    assert [f.line for f in lacking] == [7, 9, 10, 12]
+    assert [f.line for f in lacking] == [8, 10, 11, 13]
     assert (
         lacking[0].message
         == "the skill 'check_battery' is declared but not implemented on this robot (no_skill)"
@@ -95,7 +95,7 @@ def test_without_models_the_first_of_several_nodes_writes_a_key(exchange):
         tree('<Sequence><Think text="{w}"/><Say message="{w}"/><Go to="{t}"/></Sequence>')
     )
     text = imported.files["main_tree.yaml"]
-    assert "- think:\n      out: {text: w}" in text and "- say: {message: $w}" in text
+    assert "- think:\n      out: {text: w}" in text and "- skill_say: {message: $w}" in text
     assert "inputs:\n  t: {type: text}" in text
     notices = [f.message for f in imported.findings if f.severity == "notice"]
     assert any("'w' is read or written; taken as written by the first" in message for message in notices)

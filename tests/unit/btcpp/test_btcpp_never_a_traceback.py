@@ -1,5 +1,9 @@
 """Whatever stands in a file: it is imported, or refused with an error that a person understands."""
 
+# ruff: noqa: E501  (XML on one line)
+
+import random
+import re
 import string
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -10,7 +14,7 @@ from hypothesis import strategies as st
 
 from florence_bt.app.bringup.config import load_config
 from florence_bt.btcpp import import_trees
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, FlorenceError
 
 NUMBERS = st.integers(-(10**30), 10**30).map(str) | st.floats().map(str) | st.integers(0, 16**20).map(hex)
 SIGNS = ":= = += -= *= /= + - * / % & | ^ ~ ! && || ( ) ? : ; , == <"
@@ -116,6 +120,84 @@ def test_trees(file, nodes):
 def test_scripts(file, script, condition):
     asked = f"<A p='{{a}}' _skipIf={quoteattr(condition)}/>"
     imported(file, f"<Sequence><Script code={quoteattr(script)}/>{asked}</Sequence>")
+
+
+TREE = """<root BTCPP_format="4" main_tree_to_execute="M"><BehaviorTree ID="M"><Sequence _skipIf="a &gt; 1" name="x">
+<SubTree ID="S" _autoremap="true" k="{k}"/><SubTree ID="S" k="5"/><SetBlackboard output_key="k" value="{j}"/>
+<Fallback><A p="{k}" q="1"/><Inverter><A p="fast" q="{j}"/></Inverter><Timeout msec="{t}"><B out="{k}"/></Timeout></Fallback>
+<Switch2 variable="{k}" case_1="1" case_2="b"><A/><B/><A p="1;2;3"/></Switch2><Script code="i := i + 1; j = k ? 'a' : 2"/>
+<PipelineSequence><RateController hz="1"><A p="{j}"/></RateController><B/></PipelineSequence></Sequence></BehaviorTree>
+<BehaviorTree ID="S"><RetryUntilSuccessful num_attempts="{k}"><IfThenElse><C v="{k}"/><SetBlackboard output_key="k" value="1"/>
+<Repeat num_cycles="3"><SubTree ID="L"/></Repeat></IfThenElse></RetryUntilSuccessful></BehaviorTree>
+<BehaviorTree ID="L"><Parallel success_count="1"><D/><LoopInt queue="1;2" value="{v}"><A p="{v}"/></LoopInt></Parallel></BehaviorTree>
+<TreeNodesModel><Action ID="A"><input_port name="p" type="int" default="{p}"/><inout_port name="q"/></Action>
+<SubTree ID="S"><inout_port name="k" default="{k}"/><output_port name="v"/></SubTree></TreeNodesModel></root>"""
+PIECES = re.findall(r"<[^<>]*>", TREE)
+ATTRIBUTES = re.findall(r"""[\w]+="[^"]*\"""", TREE)
+
+
+def mutant(dice):
+    """The tree after some accidents: pieces lost, doubled, moved, nested; attributes exchanged; the end cut off."""
+    text = TREE.replace('BTCPP_format="4"', dice.choice(['BTCPP_format="4"', "", 'BTCPP_format="3"']))
+    for _ in range(dice.randint(1, 6)):
+        one, other = dice.choice(PIECES), dice.choice(PIECES)
+        match dice.randint(0, 6):
+            case 0:
+                text = text.replace(one, other, dice.choice([1, -1]))
+            case 1:
+                text = text.replace(one, "", 1)
+            case 2:
+                text = text.replace(one, one + other, 1)
+            case 3:
+                text = text.replace(dice.choice(ATTRIBUTES), dice.choice(ATTRIBUTES), 1)
+            case 4:
+                name, depth = (
+                    dice.choice(["Inverter", "Sequence", "A", "SubTree"]),
+                    dice.choice([3, 39, 200, 300]),
+                )
+                text = text.replace("<D/>", f"<{name}>" * depth + "<D/>" + f"</{name}>" * depth)
+            case 5:
+                value = dice.choice(
+                    ["", "{}", "{@k}", "((((", "9" * 50, "{" * 20, "a" * 9_000, "+".join("a" * 500), "\0"]
+                )
+                text = re.sub(
+                    re.escape(dice.choice(ATTRIBUTES)), f'p{dice.randint(0, 9)}="{value}"', text, count=1
+                )
+            case 6 if dice.random() < 0.2:
+                text = text[: dice.randint(0, len(text))]
+    return text
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_files_after_accidents(tmp_path, seed):
+    dice = random.Random(seed)
+    (tmp_path / "t.xml").write_text("<root><BehaviorTree ID='Other'><A/></BehaviorTree></root>")
+    for number in range(40):
+        broken = tmp_path / f"{number % 3}" / "t.xml"
+        broken.parent.mkdir(exist_ok=True)
+        broken.write_text(mutant(dice), encoding="utf-8")
+        for path in (broken, tmp_path):
+            try:
+                done = import_trees(path, {})
+            except FlorenceError as error:
+                assert path == broken and str(error)
+            else:
+                assert done.files or any(finding.severity == "error" for finding in done.findings)
+
+
+def test_long_chains_of_trees(tmp_path):
+    chain = [
+        f'<BehaviorTree ID="T{n}"><SubTree ID="T{n + 1}" _autoremap="true"/></BehaviorTree>'
+        for n in range(1200)
+    ]
+    file = tmp_path / "t.xml"
+    for last in (
+        '<BehaviorTree ID="T1200"><A p="{x}"/></BehaviorTree>',
+        '<BehaviorTree ID="T1200"><SubTree ID="T0"/></BehaviorTree>',
+    ):
+        file.write_text(f'<root BTCPP_format="4">{"".join(chain)}{last}</root>')
+        done = import_trees(file, {})
+        assert done.files or any("calls itself" in finding.message for finding in done.findings)
 
 
 @settings(max_examples=150, deadline=None)

@@ -38,3 +38,20 @@ def test_directions_of_beams_are_those_of_their_angles():
     assert np.array_equal(scan.directions(), np.stack([np.cos(scan.angles()), np.sin(scan.angles())], axis=1))
     turned = LaserScan(0.0, "laser", 1.0, -0.5, 0.1, 5.0, ranges)
     assert np.array_equal(turned.directions(), scan.directions()[::-1])
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "slack", "problem"),
+    [
+        (-0.9, 2.1, 0.0, None),
+        (0.2, 2.2, 0.0, "where the map knows nothing"),
+        (0.2, 2.2, 0.5, None),
+        (9.0, 2.2, 0.0, "outside the map (x -1 to 0.5 m, y 2 to 3 m)"),
+        (9.0, 2.2, 1.0, "outside the map (x -1 to 0.5 m, y 2 to 3 m)"),
+        (-9.0, -9.0, 1.0, "outside the map (x -1 to 0.5 m, y 2 to 3 m)"),
+        (-1.4, 2.2, 0.5, None),
+        (float("nan"), 2.2, 0.5, "not finite"),
+    ],
+)
+def test_whether_the_map_knows_a_place(x, y, slack, problem):
+    assert GRID.problem_with_place(x, y, slack) == problem

@@ -139,11 +139,12 @@ def frames():
 
 def test_a_loop_above_the_two_frames_does_no_harm(frames):
     """The localiser needs odom to base_footprint in order to publish the transform that mends odom."""
-    frames.set_moving("base_footprint", "odom", 1.1, Pose2(5.0, 5.0, 0.0))
+    frames.set_moving("odom", "base_footprint", 1.0, Pose2(0.0, 2.0, 0.0), own=True)
+    frames.set_moving("base_footprint", "odom", 1.1, Pose2(5.0, 5.0, 0.0), own=True)
     assert frames.lookup_pose("odom", "base_footprint") == Pose2(0.0, 2.0, 0.0)
     with pytest.raises(TransformUnavailable, match="form a loop"):
         frames.lookup_pose("map", "base_footprint")
-    frames.set_moving("map", "odom", 1.2, Pose2(1.0, 0.0, 0.0))
+    frames.set_moving("map", "odom", 1.2, Pose2(1.0, 0.0, 0.0), own=True)
     assert frames.lookup_pose("map", "base_footprint") == Pose2(1.0, 2.0, 0.0)
 
 
@@ -165,3 +166,77 @@ def test_a_static_frame_that_is_set_again_is_looked_up_again():
     assert buffer.lookup_pose("odom", "camera") == Pose2(6.0, 2.0)
     buffer.set_moving("odom", "base", 1.0, Pose2(2.0, 0.0))
     assert buffer.lookup_pose("odom", "camera") == Pose2(7.0, 2.0)
+
+
+def test_what_moves_wins_over_what_is_static_whichever_comes_first(frames):
+    assert "which moves below 'map'" in frames.set_static("map", "odom", Transform3.from_pose2(Pose2(9.0)))
+    assert frames.lookup_pose("map", "odom") == Pose2(1.0, 0.0, 0.0)
+    frames.set_static("map", "early", Transform3.from_pose2(Pose2(9.0)))
+    assert frames.lookup_pose("map", "early").x == 9.0
+    assert "'early' is not used any more" in frames.set_moving("map", "early", 1.0, Pose2(2.0))
+    assert frames.lookup_pose("map", "early").x == 2.0
+
+
+def test_a_second_parent_has_to_wait_until_the_first_one_is_silent(frames):
+    assert "second parent" in frames.set_moving("world", "odom", 1.5, Pose2(9.0))
+    assert frames.lookup_pose("map", "odom").x == 1.0
+    assert frames.set_moving("world", "odom", 2.1, Pose2(9.0)) is None
+    assert frames.lookup_pose("world", "odom").x == 9.0
+    frames.set_static("base_footprint", "laser", Transform3.identity())
+    assert "second parent" in frames.set_static("map", "laser", Transform3.identity())
+
+
+def test_a_loop_is_refused(frames):
+    assert "a loop of frames" in frames.set_moving("base_footprint", "map", 1.0, Pose2(5.0))
+    assert "a loop of frames" in frames.set_static("base_footprint", "map", Transform3.identity())
+    assert frames.lookup_pose("map", "base_footprint") == Pose2(1.0, 2.0, 0.0)
+
+
+WRONG = Transform3.from_pose2(Pose2(50.0, 50.0))
+FOREIGN = {
+    "a sample ahead": lambda b: b.set_moving("map", "odom", 9.0, Pose2(50.0)),
+    "a sample of now": lambda b: b.set_moving("odom", "base_footprint", 1.05, Pose2(50.0)),
+    "a second parent": lambda b: b.set_moving("map", "base_footprint", 8.0, Pose2(50.0)),
+    "a static one": lambda b: b.set_static("map", "odom", WRONG),
+    "a static second parent": lambda b: b.set_static("map", "laser", WRONG),
+    "a moving sensor": lambda b: b.set_moving("map", "laser", 8.0, Pose2(50.0)),
+    "a loop": lambda b: b.set_moving("base_footprint", "map", 1.0, Pose2(50.0)),
+    "a static loop": lambda b: b.set_static("laser", "map", WRONG),
+}
+
+
+@pytest.mark.parametrize("foreign_first", [False, True])
+@pytest.mark.parametrize("what", FOREIGN)
+def test_what_others_say_of_florences_own_frames_has_no_effect(what, foreign_first):
+    buffer = TransformBuffer()
+    if foreign_first:
+        FOREIGN[what](buffer)
+    for stamp in (1.0, 1.1):
+        buffer.set_moving("map", "odom", stamp, Pose2(1.0, 0.0), own=True)
+        buffer.set_moving("odom", "base_footprint", stamp, Pose2(0.0, 2.0), own=True)
+        buffer.set_static("base_footprint", "laser", Transform3.identity(), own=True)
+    assert FOREIGN[what](buffer) and FOREIGN[what](buffer), "each is told"
+    for stamp in (1.1, None):
+        assert buffer.lookup_pose("map", "laser", stamp) == Pose2(1.0, 2.0, 0.0)
+        assert buffer.lookup_pose("laser", "map", stamp) == Pose2(-1.0, -2.0, 0.0)
+
+
+def test_what_everybody_hears_of_florences_own_static_frames_is_no_contradiction():
+    buffer = TransformBuffer()
+    for own in (False, True, False):
+        assert buffer.set_static("base", "laser", WRONG, own=own) is None
+
+
+def test_a_sample_that_lies_on_the_motion_says_the_same_and_any_other_does_not():
+    buffer = TransformBuffer()
+    for step in range(3):
+        buffer.set_moving("odom", "base", 10.0 + step, Pose2(0.4 * step, 0.0, 0.1 * step), own=True)
+    assert buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.0, 0.1))
+    assert buffer.agrees("odom", "base", 10.5, Pose2(0.21, 0.0, 0.05)), "the copy of a sample that was lost"
+    assert buffer.agrees("odom", "base", 9.0, Pose2(7.0, 0.0, 0.0)), (
+        "before the first sample nothing is known"
+    )
+    assert buffer.agrees("odom", "base", 22.0, Pose2(7.0, 0.0, 0.0)), "nor long after the last one"
+    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.5, 0.0, 0.1))
+    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.0, 0.5))
+    assert not buffer.agrees("map", "base", 11.0, Pose2(0.4, 0.0, 0.1))

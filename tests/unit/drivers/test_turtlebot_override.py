@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,17 @@ def test_the_file_keeps_the_override(tmp_path: Path) -> None:
     kept.keep(False)
     kept.keep(False)
     assert not kept.is_on()
+
+
+def test_when_it_was_switched_on_last_outlives_the_release_and_restarts(tmp_path: Path) -> None:
+    kept = OverrideFile(tmp_path / "override")
+    assert kept.switched_on == 0.0
+    before = time.time()
+    kept.keep(True)
+    kept.keep(False)
+    for each in (kept, OverrideFile(tmp_path / "override")):
+        # A file's date may be of the tick before (ext4: 4 ms).
+        assert before - 0.1 <= each.switched_on <= time.time()
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"off", b"x" * 100_000])

@@ -16,7 +16,7 @@ from florence_bt.core.skill import Skill
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.run import MissionRun, RunIds
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.trees.language.loader import MissionLibrary
 from tests.scripted_skill import ScriptedSkill
 
@@ -69,6 +69,7 @@ class Bench:
             (folder / f"{name}.yaml").write_text(
                 "\n".join(line[8:] for line in text.strip("\n").splitlines())
             )
+        self.folder = folder
         self.clock = ManualClock(100.0)
         self.drive = ScriptedSkill(DRIVE, self.clock, [Step(after=2.0)])
         self.work = ScriptedSkill(WORK, self.clock, [Step(success(pay=7), after=1.0)])
@@ -94,6 +95,15 @@ class Bench:
     def script_work(self, *steps: Step) -> None:
         """Let work follow other steps."""
         self.work = self.skills["work"] = ScriptedSkill(WORK, self.clock, steps)
+
+    def run_text(self, text: str) -> MissionRun:
+        """Run a mission that is only written here, for at most ten seconds."""
+        file = self.folder / "own.yaml"
+        file.write_text(f"mission: own\n{text}\n")
+        self.executor.library.add_file(file)
+        run = self.executor.trigger(MissionRequest("own"))
+        self.clock.advance(10.0)
+        return run
 
     def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         self.events.append(event)

@@ -125,6 +125,7 @@ class Process:
         speak=None,
         late=None,
         missing=tuple,
+        overridden=lambda: None,
         **options,
     ):
         self.clock = ManualClock(start)
@@ -154,7 +155,7 @@ class Process:
         self.recovering = (
             self.recovery.begin(missing=missing)
             if make_safe is None
-            else self.recovery.begin(make_safe, missing)
+            else self.recovery.begin(make_safe, missing, overridden)
         )
 
     def past(self, run_id):

@@ -3,11 +3,12 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.outcome import failure
+from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
+from florence_bt.trees.language.vocabulary import MAX_QUICK_ROUNDS
 
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 
@@ -137,7 +138,7 @@ def test_the_tree_of_a_stopped_run_shows_where_it_was(bench):
     bench.clock.advance(2.5)
     bench.executor.stop("enough")
     bench.clock.advance(1.0)
-    assert "[+] drive" in run.tree and "[>] work" in run.tree
+    assert "[+] drive" in run.tree and "[-] work" in run.tree
 
 
 def test_a_second_trigger_is_refused_by_default(bench):
@@ -227,6 +228,32 @@ def test_a_tree_that_wakes_itself_for_ever_is_failed(bench):
     bench.on_tick = lambda run: bench.executor.wake()
     bench.clock.advance(0.5)
     assert run.status is RunStatus.FAILED and run.code == "spinning" and bench.drive.active == 0
+
+
+@pytest.fixture(params=[0.0, 1e-4], ids=["as tests run", "as robots run"])
+def either_bench(make_bench, request):
+    """An executor for which time stands still between two ticks, as in tests, or goes on, as on a robot."""
+    bench = make_bench(call_soon=lambda todo: bench.clock.call_at(bench.clock.now() + request.param, todo))
+    return bench
+
+
+def test_a_loop_that_takes_no_time_may_have_two_thousand_rounds(either_bench):
+    run = either_bench.run_text("tree: {repeat: 2000, do: {sequence: [{wait: 0 s}, {set: {x: 1}}]}}")
+    assert run.status is RunStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize("inner", ["{set: {x: 1}}", "{wait: 0 s}", "{succeed: {fail: no}}"])
+def test_an_endless_loop_that_takes_no_time_ends_and_names_the_node(either_bench, inner):
+    run = either_bench.run_text(f"tree: {{sequence: [{{name: count, repeat: 1000000, do: {inner}}}]}}")
+    assert (run.status, run.code) == (RunStatus.FAILED, "spinning")
+    assert run.why.path.endswith("/count") and "count goes on without end" in run.reason
+    assert run.ticks <= MAX_QUICK_ROUNDS + 1
+
+
+def test_a_loop_that_takes_time_never_spins(either_bench):
+    either_bench.script_work(Step(success(pay=7), after=0.001))
+    run = either_bench.run_text("tree: {repeat: 6000, do: {work: }}")
+    assert run.status is RunStatus.SUCCEEDED
 
 
 def test_a_skill_that_raises_fails_the_run_and_not_the_executor(bench):

@@ -206,7 +206,7 @@ def test_a_paused_run_can_be_stopped(bench, cancel_takes, wait):
     bench.executor.stop("enough")
     bench.clock.advance(1.0)
     assert run.status is RunStatus.STOPPED and bench.drive.active == 0 and len(bench.drive.runs) == 1
-    assert "[>] drive" in run.tree
+    assert "[-] drive" in run.tree
     assert kinds(bench).count(EventKind.SKILL_ENDED) == 1
 
 

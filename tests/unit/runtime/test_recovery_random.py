@@ -18,7 +18,7 @@ from tests.scripted_skill import ScriptedSkill
 from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
 
 SEEDS = (
-    *(38, 122, 131, 156, 167, 262, 337, 361, 393, 399),
+    *(38, 131, 156, 167, 262, 337, 361, 393, 399),
     *(480, 484, 507, 521, 561, 572, 577, 604, 669, 673, 1018),
 )
 """Runs that die with a clean-up beside the tree, or soon after a skill was cancelled."""

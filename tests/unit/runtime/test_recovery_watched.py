@@ -80,3 +80,40 @@ def test_a_random_run_with_watched_skills_is_taken_up(tmp_path, seed):
     _, executor, told = process(tmp_path, seed, start=5000.0, name="B")
     assert "aborted" not in " ".join(told), told
     assert (executor.current or executor.last).run_id == run.run_id
+
+
+@pytest.mark.parametrize("slow", [0.0, 0.13, 2.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_run_that_went_on_after_a_pause_is_taken_up(tmp_path, seed, slow):
+    """After the pause the question comes first, and the work when it is answered."""
+    clock, skills, first, _ = guarded(
+        tmp_path, start=0.0, name="A", late=seed, answers=[Step(success(), after=slow)]
+    )
+    run = first.trigger(MissionRequest("m"))
+    clock.advance(5.3 + seed * 0.21)
+    for later in (0.05, 1.0, 4.0):
+        first.pause("a visitor")
+        clock.advance(3.0)
+        first.resume()
+        clock.advance(later)
+    clock, skills, second, told = guarded(tmp_path, start=900.0, name="B", answers=[Step()])
+    assert second.current is not None and second.current.run_id == run.run_id, told
+    clock.advance(10.0)
+    assert second.current.status is RunStatus.RUNNING and len(skills["work"].runs) == 1
+
+
+def test_a_run_that_died_before_its_condition_had_answered_after_a_pause_is_taken_up(tmp_path):
+    answers = [Step()] * 6 + [Step(success(), after=5.0)]
+    clock, skills, first, _ = guarded(tmp_path, start=0.0, name="A", answers=answers)
+    first.trigger(MissionRequest("m"))
+    clock.advance(5.3)
+    first.pause("a visitor")
+    first.resume()
+    clock.advance(1.0)
+    assert len(skills["work"].runs) == 1, "it is not known whether it may go on"
+    clock, skills, second, told = guarded(
+        tmp_path, start=900.0, name="B", answers=[Step(failure("broken", "the battery is low"))]
+    )
+    assert second.current is not None, told
+    clock.advance(1.0)
+    assert second.last.reason == "the battery is low" and not skills["work"].runs

@@ -225,6 +225,12 @@ def test_a_turn_has_a_time_allowance() -> None:
     assert now == pytest.approx(2.0, abs=0.15)
 
 
+def test_an_allowance_of_zero_is_no_limit() -> None:
+    """As in Nav2."""
+    total, _, code = turn_to_its_end(Spin(6.0, SpinParameters(), 0.0, 0.0))
+    assert code == "ok" and total == pytest.approx(6.0, abs=0.1)
+
+
 def test_a_turn_that_would_hit_does_not_begin() -> None:
     costmap = local((0.18, 0.22), (0.14, 0.26))
     clearance = Clearance(costmap, Pose2(), None, None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from florence_bt.core.diagnosis import Severity
@@ -80,3 +81,47 @@ def test_the_diagnosis_says_how_well_the_place_is_known() -> None:
     localiser.lose()
     assert "lost" in diagnosis_of(localiser).message
     assert drive(world, localiser, Twist2(0.1, 0.5), 0.5)
+
+
+@pytest.mark.parametrize("off", [Pose2(100.0, 30.0), Pose2(-100.0)])
+def test_a_place_off_the_map_is_doubtful_and_then_lost(off: Pose2) -> None:
+    """Nothing contradicts there; nothing supports it, either."""
+    world, localiser = resumed(Pose2(1.0, 1.0, 0.4))
+    localiser.set_pose(off @ world.pose, (0.1, 0.1, 0.05))
+    localiser.believe(world.odom)
+    take(world, localiser)
+    told = [np.sqrt(localiser.covariance.diagonal())]
+    assert diagnosis_of(localiser).level == Severity.WARN
+    assert not localiser.lost
+    driven = 0.0
+    while not localiser.lost:
+        world.pose, world.odom = world.pose @ Pose2(0.1, 0.0, 0.1), world.odom @ Pose2(0.1, 0.0, 0.1)
+        take(world, localiser)
+        told.append(np.sqrt(localiser.covariance.diagonal()))
+        driven += 0.1
+        assert driven < 5.0
+    assert driven > 0.5
+    assert told[-2][0] > told[0][0] + 0.1
+    # And on it goes until it is found.
+    for _ in range(40):
+        world.pose, world.odom = world.pose @ Pose2(0.02, 0.0, 0.2), world.odom @ Pose2(0.02, 0.0, 0.2)
+        take(world, localiser)
+    assert not localiser.lost
+    assert error(world, localiser) < 0.1
+    assert diagnosis_of(localiser).level == Severity.OK
+    assert np.sqrt(localiser.covariance.diagonal())[0] < 0.1
+
+
+@pytest.mark.parametrize("step", [0.1, 0.5])
+def test_how_soon_a_place_off_the_map_is_lost_counts_in_metres_not_in_scans(step: float) -> None:
+    world, localiser = resumed(Pose2(1.0, 1.0, 0.0))
+    localiser.set_pose(Pose2(100.0, 100.0), (0.1, 0.1, 0.05))
+    driven, way = 0.0, 1.0
+    while not localiser.lost:
+        way = -way if not 0.5 < world.pose.x + way * step < 3.4 else way
+        world.pose = world.pose @ Pose2(way * step)
+        world.odom = world.odom @ Pose2(way * step)
+        take(world, localiser)
+        driven += step
+        assert driven < 6.0
+    assert 2.0 < driven < 4.5

@@ -95,9 +95,25 @@ def test_a_place_in_an_obstacle_of_the_map_is_refused_and_changes_nothing(locato
     assert refused.code == "bad_input"
     assert "obstacle at (1.25 m, 0.75 m)" in refused.reason and "free floor" in refused.reason
     assert locator.user == Pose2(0.25, 0.25)
-    for free in (Pose2(0.75, 0.75), Pose2(1.75, 1.75), Pose2(9.0, -9.0)):
-        assert locator.set_user_position(free).succeeded, "free, unknown, and outside of the map"
+    for free in (Pose2(0.75, 0.75), Pose2(1.75, 1.75), Pose2(2.5, 1.0)):
+        assert locator.set_user_position(free).succeeded, "free, unknown, and just outside of the map"
         assert locator.user == free
+    for sources in ("setUserPosXYPhi", "detected_user"):
+        refused = locator.set_user_position(Pose2(9.0, -9.0), sources)
+        assert refused.code == "bad_input" and "outside the map (x 0 to 2 m, y 0 to 2 m)" in refused.reason
+    assert locator.user == free
+
+
+def test_the_robot_is_not_sent_where_the_map_knows_nothing(locator: Locator) -> None:
+    cells = np.zeros((4, 4), np.int8)
+    cells[3, 3] = UNKNOWN
+    assert locator.why_not_goto_pose(Pose2(9.0, 9.0)) is None, "nothing is known without a map"
+    locator.map = OccupancyGrid(0.5, Pose2(), cells)
+    assert locator.why_not_goto_pose(Pose2(0.25, 0.25)) is None
+    assert "where the map knows nothing" in (locator.why_not_goto_pose(Pose2(1.75, 1.75)) or "")
+    assert "outside the map" in (locator.why_not_goto_pose(Pose2(9.0, 9.0)) or "")
+    locator.set_hotspot("kitchen", Pose2(9.0, 9.0))
+    assert "the hotspot 'kitchen'" in (locator.why_not_goto_room("kitchen") or "")
 
 
 def test_the_initial_room_must_exist() -> None:

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import resource
+import struct
+import threading
+import zlib
 from pathlib import Path
 
 import cv2
@@ -94,7 +99,14 @@ def test_noise_is_a_frame_error_or_an_image(data: bytes) -> None:
     [
         ("image: m.pgm\n", "", ":1:", "'image' is missing"),
         ("0.05", "zero", ":2:13:", "must be a finite number"),
-        ("0.05", "-0.05", ":2:13:", "above zero"),
+        *[
+            ("0.05", wrong, ":2:13:", "would have worked: 0.001 to 1 (metres a cell)")
+            for wrong in ("-0.05", "0", "1e300", "1e-30", "1e-9", "5", "1e6")
+        ],
+        ("[-1.0, 2.0, 0.0]", "[1e308, 2.0, 0.0]", ":3:9:", "within 10000 m"),
+        ("[-1.0, 2.0, 0.0]", "[0, 0, 1e9]", ":3:9:", "a yaw in radians"),
+        ("free_thresh: 0.196", "free_thresh: -0.1", ":6:14:", "thresholds"),
+        ("occupied_thresh: 0.65", "occupied_thresh: 65", ":6:14:", "thresholds"),
         ("0.05", ".nan", ":2:13:", "must be a finite number"),
         ("[-1.0, 2.0, 0.0]", "[-1.0]", ":3:9:", "list of x, y and yaw"),
         ("[-1.0, 2.0, 0.0]", "[-1.0, 2.0]", ":3:9:", "list of x, y and yaw"),
@@ -246,3 +258,153 @@ def test_no_obstacle_of_a_turned_map_is_lost_or_moved(yaw: float, seed: int) -> 
         if around.shape == (3, 3) and (around == 0).all():
             x, y = turned.origin.apply(0.1 * (u + 0.5), 0.1 * (v + 0.5))
             assert upright.cells[upright.cell_of(x, y)] == 0
+
+
+def huge_png(side: int) -> bytes:
+    """A PNG image of one colour and some kB: what it has decoded, nobody wants to hold."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = zlib.compressobj(9)
+    data = b"".join(rows.compress(bytes(1 + (side + 7) // 8)) for _ in range(side)) + rows.flush()
+    header = struct.pack(">IIBBBBB", side, side, 1, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        huge_png(30_000),
+        b"P5\n30000 30000\n255\n",
+        b"P2\n999999999 999999999\n255\n1",
+        b"BM" + bytes(12) + struct.pack("<Iii", 40, 30_000, -30_000),
+        b"BM" + bytes(12) + struct.pack("<IHH", 12, 30_000, 30_000) + bytes(8),
+    ],
+)
+def test_an_image_with_too_many_pixels_is_refused_before_it_is_decoded(tmp_path: Path, image: bytes) -> None:
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(ConfigError, match="at most 25000000 are read"):
+        load_map(write(tmp_path, image=image))
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000, "kB"
+
+
+def test_a_long_image_that_is_turned_is_refused(tmp_path: Path) -> None:
+    image = b"P5\n1000000 1\n255\n" + bytes(1_000_000)
+    text = GOOD.replace("0.05", "0.001").replace("2.0, 0.0]", "2.0, 0.7]")
+    with pytest.raises(ConfigError, match="the yaw 0"):
+        load_map(write(tmp_path, text, image))
+
+
+@pytest.mark.parametrize("what", ["the description", "the image", "a link to the image"])
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path, what: str) -> None:
+    path = write(tmp_path)
+    pipe = path if what == "the description" else tmp_path / "m.pgm"
+    pipe.unlink()
+    if what == "a link to the image":
+        pipe.symlink_to(tmp_path / "pipe")
+        pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    errors: list[ConfigError] = []
+
+    def load() -> None:
+        with pytest.raises(ConfigError) as caught:
+            load_map(path)
+        errors.append(caught.value)
+
+    reader = threading.Thread(target=load, daemon=True)
+    reader.start()
+    reader.join(30.0)
+    assert errors and "it is a pipe" in str(errors[0])
+
+
+def test_a_device_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="it is a device"):
+        load_map(write(tmp_path, GOOD.replace("m.pgm", "/dev/zero")))
+
+
+def told(path: Path) -> tuple[OccupancyGrid, list[str]]:
+    sentences: list[str] = []
+    return load_map(path, sentences.append), sentences
+
+
+def room(unknown: int = 205, free: int = 254, walls: int = 0) -> np.ndarray:
+    """An image of which 60 % are free, 10 % walls and 30 % unknown, 10 x 10."""
+    return np.repeat(np.array([free] * 6 + [walls] + [unknown] * 3, np.uint8)[:, None], 10, axis=1)
+
+
+def test_unknown_stays_unknown_with_the_thresholds_of_nav2s_saver(tmp_path: Path) -> None:
+    as_saved = GOOD.replace("0.196", "0.25")
+    grid, sentences = told(write(tmp_path, as_saved, encode_pgm(room())))
+    assert [(grid.cells == value).sum() for value in (0, 100, -1)] == [60, 10, 30]
+    assert len(sentences) == 1 and "30 % of the cells" in sentences[0]
+    negated = as_saved.replace("negate: 0", "negate: 1")
+    grid, sentences = told(write(tmp_path, negated, encode_pgm(255 - room())))
+    assert [(grid.cells == value).sum() for value in (0, 100, -1)] == [60, 10, 30]
+    assert len(sentences) == 1
+    assert told(write(tmp_path, GOOD, encode_pgm(room())))[1] == []
+
+
+@pytest.mark.parametrize(("opacity", "part"), [(255, "stay unknown"), (0, "without it 60 % would be free")])
+def test_opacity_that_changes_what_is_free_is_told(tmp_path: Path, opacity: int, part: str) -> None:
+    grey = room()
+    image = encode_image(grey, np.full_like(grey, opacity), "png")
+    grid, sentences = told(write(tmp_path, GOOD, image))
+    assert not (grid.cells[:3] == 0).any(), "what is unknown is the bottom of the image"
+    assert part in " ".join(sentences).replace("Without", "without")
+
+
+def test_a_map_with_hardly_a_free_cell_is_told(tmp_path: Path) -> None:
+    _, sentences = told(write(tmp_path, GOOD.replace("negate: 0", "negate: 1"), encode_pgm(room())))
+    assert len(sentences) == 1 and "negate: 1" in sentences[0] and "60 %" in sentences[0]
+
+
+def small_grid() -> OccupancyGrid:
+    return OccupancyGrid(0.05, Pose2(), np.zeros((4, 5), np.int8))
+
+
+@pytest.mark.parametrize("there", ["yaml", "pgm", "yaml link", "pgm link", "pgm pipe", "yaml folder"])
+def test_saving_replaces_no_file_that_is_not_this_map(tmp_path: Path, there: str) -> None:
+    ending, _, kind = there.partition(" ")
+    victim, target = tmp_path / "hotspots.yaml", tmp_path / f"new.{ending}"
+    victim.write_text("hotspots: {}\n")
+    if kind == "link":
+        target.symlink_to(victim)
+    elif kind == "pipe":
+        os.mkfifo(target)
+    elif kind == "folder":
+        target.mkdir()
+    else:
+        target.write_text("something of somebody\n")
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises(ConfigError):
+        save_map(small_grid(), tmp_path / "new.yaml")
+    assert sorted(tmp_path.iterdir()) == before
+    assert victim.read_text() == "hotspots: {}\n"
+    assert kind or target.read_text() == "something of somebody\n"
+
+
+def test_a_map_is_replaced_by_another_one_whole(tmp_path: Path) -> None:
+    save_map(small_grid(), tmp_path / "m.yaml")
+    save_map(OccupancyGrid(0.1, Pose2(), np.full((6, 7), 100, np.int8)), tmp_path / "m.yaml")
+    grid = load_map(tmp_path / "m.yaml")
+    assert grid.resolution == 0.1 and grid.cells.shape == (6, 7)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["m.pgm", "m.yaml"]
+
+
+def test_a_disk_without_room_leaves_the_old_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_map(small_grid(), tmp_path / "m.yaml")
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    fsync = os.fsync
+    calls: list[int] = []
+
+    def full(descriptor: int) -> None:
+        calls.append(descriptor)
+        if len(calls) == 2:
+            raise OSError(28, "No space left on device")
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(ConfigError, match="No space left"):
+        save_map(OccupancyGrid(0.1, Pose2(), np.full((6, 7), 100, np.int8)), tmp_path / "m.yaml")
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,7 +17,13 @@ from florence_bt.skills.people.user_tracker import detector
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
-from florence_bt.skills.people.user_tracker.person_network import POSTURES, NetworkOutput, Pixels, infer
+from florence_bt.skills.people.user_tracker.person_network import (
+    FILE,
+    POSTURES,
+    NetworkOutput,
+    Pixels,
+    infer,
+)
 
 OPTICAL_IN_BASE = Transform3.from_xyz_rpy((-0.087, 0.0, 0.54), (-math.pi / 2, 0.0, -math.pi / 2))
 
@@ -60,6 +69,47 @@ def test_the_network_answers_for_every_second_pixel() -> None:
     assert answer.middle.shape == (60, 80, 2)
     np.testing.assert_allclose(answer.posture.sum(axis=-1), 1.0, atol=1e-5)
     assert ((answer.person >= 0.0) & (answer.person <= 1.0)).all()
+
+
+def test_another_runtime_gives_the_same_answer() -> None:
+    depth = np.random.default_rng(1).uniform(0.6, 4.0, (120, 160)).astype(np.float32)
+    image = picture(160)
+    pixels = Pixels.of(DepthImage(0.0, "optical", image.camera, depth), OPTICAL_IN_BASE)
+    network = cv2.dnn.readNetFromONNX(str(FILE))
+    network.setInput(pixels.as_input()[None])
+    output = network.forward()[0]
+    answer = infer(pixels)
+    np.testing.assert_allclose(answer.person, 1.0 / (1.0 + np.exp(-output[0])), atol=1e-4)
+    np.testing.assert_allclose(answer.middle, np.moveaxis(output[1:3], 0, -1), atol=1e-3)
+
+
+def test_the_network_is_loaded_when_it_is_asked_first() -> None:
+    module = "florence_bt.skills.people.user_tracker.node"
+    code = f"import sys, {module}; sys.exit('onnxruntime' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+_ANSWER = """
+import hashlib
+import numpy as np
+from florence_bt.core.sensing import CameraModel, DepthImage
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.people.user_tracker.person_network import Pixels, infer
+
+depth = np.random.default_rng(2).uniform(0.6, 4.0, (120, 160)).astype(np.float32)
+camera = CameraModel(160, 120, 131.25, 131.25, 79.5, 59.5)
+answer = infer(Pixels.of(DepthImage(0.0, "", camera, depth), Transform3.identity()))
+said = (answer.person, answer.middle, answer.posture)
+print(hashlib.sha256(b"".join(array.tobytes() for array in said)).hexdigest())
+"""
+
+
+def test_a_picture_has_one_answer_in_every_process() -> None:
+    answers = {
+        subprocess.run([sys.executable, "-c", _ANSWER], check=True, capture_output=True).stdout
+        for _ in range(2)
+    }
+    assert len(answers) == 1
 
 
 class Said:

@@ -110,6 +110,20 @@ def test_numbers_that_are_not_finite_are_refused_and_counted(bad):
     assert velocity_filter.step(0.25).linear == pytest.approx(0.15)
 
 
+@pytest.mark.parametrize("first", ["the command", "the step"])
+def test_a_command_that_waited_for_a_process_that_was_held_up_does_not_count(first):
+    """The person, or navigation, may have sent it long ago."""
+    velocity_filter = VelocityFilter()
+    velocity_filter.command(Twist2(0.4, 0.0), 0.0)
+    run(velocity_filter, 0.0, 10)
+    if first == "the step":
+        velocity_filter.step(5.0)
+    assert not velocity_filter.command(Twist2(0.4, 0.0), 5.001)
+    assert velocity_filter.step(5.002) == STANDSTILL
+    assert velocity_filter.command(Twist2(0.4, 0.0), 5.02)
+    assert velocity_filter.step(5.02).linear == pytest.approx(0.02)
+
+
 def test_hard_stop_is_at_once_and_holds_until_a_command_after_the_release():
     velocity_filter = VelocityFilter()
     velocity_filter.command(Twist2(0.5, 1.0), 0.0)

@@ -16,7 +16,8 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.checks.report import report_text
 library = MissionLibrary.load()
 check(library, library, collect_declarations())
-heavy = {"numpy", "numba", "scipy", "cv2", "mujoco", "matplotlib", "rclpy", "pydantic", "asyncio"}
+heavy = {"numpy", "numba", "scipy", "cv2", "onnxruntime"}
+heavy |= {"mujoco", "matplotlib", "rclpy", "pydantic", "asyncio"}
 print(sorted(heavy & set(sys.modules)))
 """
 
@@ -35,7 +36,8 @@ try:
     app(["check", sys.argv[1]], prog_name="florence")
 except SystemExit as end:
     assert end.code == 0, end.code
-heavy = {"numpy", "numba", "scipy", "cv2", "mujoco", "matplotlib", "rclpy", "pydantic", "asyncio", "rich"}
+heavy = {"numpy", "numba", "scipy", "cv2", "onnxruntime"}
+heavy |= {"mujoco", "matplotlib", "rclpy", "pydantic", "asyncio", "rich"}
 print(sorted(heavy & set(sys.modules)))
 """
 

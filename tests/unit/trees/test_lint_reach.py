@@ -100,19 +100,24 @@ def test_errors(workshop, tree, at, problem):
         ("{repeat: 3, do: {cooldown: 5 s, do: TURN}}", "repeat", "fails at once with 'cooling_down'"),
         ("{wait: 1 s, finally: {fail: x}}", "fail", "finally: 'fail' never succeeds"),
         ("{parallel: [{fail: x}, TURN]}", "fail", "the parallel never succeeds, because 'fail' never does"),
-        ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and begins again"),
-        ("{sequence: [{wait: 2 s}, TURN], memory: false}", "wait", "'wait 2 s' takes time and begins again"),
+        ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and is done only once"),
+        (
+            "{sequence: [{wait: 2 s}, TURN], memory: false}",
+            "wait",
+            "'wait 2 s' takes time and is done only once",
+        ),
         (
             "{if: {look_for_user: }, then: TURN, memory: false}",
             "look_for_user",
-            "'look for user' takes time and begins again",
+            "'look for user' takes time and is done only once",
         ),
-        ("{fail: x, because: {no_path: y}}", "no_path", "because: 'fail' cannot fail with 'no_path'"),
         (
-            "{sequence: [{retry: 2, do: HOTSPOT}, TURN], memory: false}",
-            "get_hotspot",
-            "nobody watches 'get hotspot': below 'retry up to 2 times' it is not asked",
+            "{sequence: [{retry: 2, do: {look_for_user: }}, TURN], memory: false}",
+            "look_for_user",
+            "'look for user' takes time and is done only once",
         ),
+        ("{repeat: 6000, do: {condition: 1 < $x}}", "repeat", "nothing below it takes time"),
+        ("{fail: x, because: {no_path: y}}", "no_path", "because: 'fail' cannot fail with 'no_path'"),
         (
             "{sequence: [{get_hotspot: {label: a}, every: 2 s}, TURN]}",
             "get_hotspot",
@@ -140,7 +145,10 @@ def test_warnings(workshop, tree, at, problem):
     "tree",
     [
         "{sequence: [HOTSPOT, TURN], memory: false}",
-        "{sequence: [{once: HOTSPOT}, TURN], memory: false}",
+        "{sequence: [HOTSPOT, {once: {stop_tracker: }}, TURN], memory: false}",
+        "{sequence: [{retry: 2, do: HOTSPOT}, TURN], memory: false}",
+        "{sequence: [{cooldown: 5 s, do: HOTSPOT}, TURN], memory: false}",
+        "{selector: [{sequence: [HOTSPOT, TURN], finally: {stop_tracker: }}, {wait: 1 s}], memory: false}",
         "{sequence: [{look_for_user: , every: 10 s}, TURN], memory: false}",
         "{selector: [{invert: {sequence: [HOTSPOT, {if: $b, then: HOTSPOT}]}}, TURN], memory: false}",
         "{if: {look_for_user: , every: 10 s}, then: TURN, memory: false}",
@@ -152,6 +160,46 @@ def test_conditions_that_are_watched_are_no_problem(workshop, tree):
     head = "inputs: {b: {type: boolean}}\n"
     tree = tree.replace("TURN", TURN).replace("HOTSPOT", HOTSPOT)
     assert [line for line in workshop.lines(f"tree: {tree}\n" + head) if "input 'b'" not in line] == []
+
+
+@pytest.mark.parametrize(
+    ("tree", "at", "problem"),
+    [
+        (
+            "{sequence: [{is_charged: , finally: {stop_tracker: }}, TURN], memory: false}",
+            "stop_tracker",
+            "finally",
+        ),
+        (
+            "{selector: [{invert: {is_charged: , finally: {wait: 1 s}}}, TURN], memory: false}",
+            "wait",
+            "finally",
+        ),
+        (
+            "{if: {is_charged: , finally: {stop_tracker: }}, then: TURN, memory: false}",
+            "stop_tracker",
+            "finally",
+        ),
+        ("{sequence: [{condition: 1 < $x, finally: {wait: 1 s}}, TURN], memory: false}", "wait", "finally"),
+        ("{sequence: [{run: asks}, TURN], memory: false}", "run", "(in "),
+        ("{sequence: [{once: {is_charged: }}, TURN], memory: false}", "once", "asked only once"),
+        ("{sequence: [{retry: 2, do: {once: HOTSPOT}}, TURN], memory: false}", "once", "asked only once"),
+        ("{repeat: 6000, do: {set: {x: 1}}}", "repeat", "(spinning)"),
+        ("{repeat: 100, do: {repeat: 100, do: {set: {x: 1}}}}", "repeat: 100, do: {repeat", "10000 rounds"),
+        ("{retry: 6000, do: {fail: no}}", "retry", "(spinning)"),
+    ],
+)
+def test_errors_of_what_cannot_be_watched_or_never_ends(workshop, tree, at, problem):
+    workshop.write("tree: {sequence: [{is_charged: }], finally: {stop_tracker: }}\n", "asks")
+    head = "inputs: {x: {type: integer, default: 2}}\n"
+    text = f"tree: {tree.replace('TURN', TURN).replace('HOTSPOT', HOTSPOT)}\n"
+    lines = [line for line in workshop.lines(text + head) if " error " in line and problem in line]
+    assert [line.split(" ")[0] for line in lines[:1]] == [place_of(text.removeprefix("tree: "), at)]
+
+
+def test_a_loop_that_takes_time_may_have_any_number_of_rounds(workshop):
+    tree = "{repeat: 1000000, do: {sequence: [HOTSPOT, {wait: 1 s}]}}".replace("HOTSPOT", HOTSPOT)
+    assert workshop.lines(f"tree: {tree}\n") == []
 
 
 @pytest.mark.parametrize("kind", ["sequence", "selector"])

@@ -202,12 +202,14 @@ def test_each_round_asks_anew(tmp_path):
     assert asked(play) == [0.0, 0.5, 1.0]
 
 
-def test_loops_below_a_condition_ask_when_they_mean_to(tmp_path):
-    # The retry is not a condition that is watched: it asks twice at 0 s and no more.
+def test_a_retry_in_a_condition_gives_each_question_its_attempts(tmp_path):
+    # 0: away, home; 1: home; 2: away, home; 3: away, away, away
     tree = "tree: {sequence: [{retry: 3, do: {is_home: }}, work: ], memory: false}"
-    play = Play(tmp_path, tree, is_home=[takes(0.0, AWAY), takes(0.0)], work=[ENDLESS])
-    play.at(5.0)
-    assert asked(play) == [0.0, 0.0]
+    no, yes = takes(0.0, AWAY), takes(0.0)
+    play = Play(tmp_path, tree, is_home=[no, yes, yes, no, yes, no, no, no], work=[ENDLESS])
+    assert play.run() == "away"
+    assert asked(play) == [0.0, 0.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0]
+    assert play.started.count((0.0, "work")) == 1 and len(play.skills["work"].runs) == 1
 
 
 def test_a_question_that_is_never_answered_fails_the_condition(tmp_path):

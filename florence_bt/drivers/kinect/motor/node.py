@@ -37,6 +37,8 @@ class KinectMotorNode(FlorenceNode):
     Source: document, table 4; REFERENCE 5.5, 5.6.
     """
 
+    parameter_classes = (MotorParameters,)
+
     def __init__(
         self,
         *,

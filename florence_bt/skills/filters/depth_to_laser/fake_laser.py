@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError
-from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
+from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative, Positive, check_order
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
-from florence_bt.skills.filters.depth_to_laser._kernels import nearest_per_column
+from florence_bt.skills.filters.depth_to_laser._kernels import nearest_per_beam
 
 EMPTY_MARGIN_M = 1.0
 """An empty direction reads range_max plus this (REFERENCE 6.1)."""
@@ -41,8 +41,8 @@ class FakeLaserParameters(CheckedParameters):
             near to be measured, or beside the view, is not wiped from a costmap. False is the old behaviour.
     """
 
-    min_height: float = -0.15
-    max_height: float = 0.15
+    min_height: Finite = -0.15
+    max_height: Finite = 0.15
     angle_min: Annotated[float, Limits(-math.pi, math.pi)] = -math.pi / 2
     angle_max: Annotated[float, Limits(-math.pi, math.pi)] = math.pi / 2
     angle_increment: Positive = math.pi / 360
@@ -108,16 +108,16 @@ class FakeLaser:
         """
         parameters = self.parameters
         rays = self._rays_for(image)
-        width = image.camera.width
-        nearest, seen = np.empty(width), np.empty(width, np.bool_)
-        nearest_per_column(
-            image.depth,
+        empty = parameters.range_max + EMPTY_MARGIN_M
+        ranges = nearest_per_beam(
+            np.ascontiguousarray(image.depth),
             rays.rise_per_metre,
+            rays.range_per_metre,
             rays.nearest_allowed,
-            parameters.min_height,
-            parameters.max_height,
-            nearest,
-            seen,
+            rays.beams,
+            (float(parameters.min_height), float(parameters.max_height)),
+            parameters.unseen_as_nan,
+            np.full(parameters.beam_count, empty),
         )
         return LaserScan(
             stamp=image.stamp,
@@ -126,23 +126,9 @@ class FakeLaser:
             angle_increment=parameters.angle_increment,
             range_min=parameters.range_min,
             range_max=parameters.range_max,
-            ranges=self._beams_from_columns(nearest * rays.range_per_metre, seen, rays.beams),
+            ranges=ranges,
             scan_time=parameters.scan_time,
         )
-
-    def _beams_from_columns(
-        self, column_ranges: NDArray[np.float64], seen: NDArray[np.bool_], beams: NDArray[np.int64]
-    ) -> NDArray[np.float32]:
-        """The nearest range per beam, from the nearest range per picture column."""
-        count = self.parameters.beam_count
-        ranges = np.full(count, self.parameters.range_max + EMPTY_MARGIN_M)
-        inside = beams >= 0
-        np.minimum.at(ranges, beams[inside], column_ranges[inside])
-        if self.parameters.unseen_as_nan:
-            beam_seen = np.zeros(count, np.bool_)
-            beam_seen[beams[inside & seen]] = True
-            ranges[~beam_seen] = np.nan
-        return ranges.astype(np.float32)
 
     def _rays_for(self, image: DepthImage) -> _Rays:
         camera = image.camera

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from florence_bt.core.limits import CheckedParameters, NotNegative, Positive, check_order
+from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Positive, check_order
 from florence_bt.core.sensing import DepthImage, LaserScan
+from florence_bt.skills.filters.depth_to_laser._kernels import without_feet
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     EMPTY_MARGIN_M,
     FakeLaser,
@@ -39,7 +38,7 @@ class LowObstacleParameters(CheckedParameters):
             their feet along: it is left out. Metres.
     """
 
-    low_min_height: float = 0.0
+    low_min_height: Finite = 0.0
     low_range_min: Positive = 0.85
     low_range_max: Positive = 1.9
     low_apart: NotNegative = 0.3
@@ -87,12 +86,13 @@ class LowObstacles:
             be the foot of something tall; ``low_range_max + 1`` where there is none.
         """
         scan = self._laser.project(image)
-        ranges = np.minimum(scan.ranges, self._use.low_range_max + EMPTY_MARGIN_M)
-        hidden = np.minimum(ranges, self._use.low_range_max) > self._nearest_tall(tall) - self._use.low_apart
-        return replace(scan, ranges=np.where(hidden, np.float32(np.nan), ranges))
-
-    def _nearest_tall(self, tall: LaserScan) -> np.ndarray:
-        """The nearest tall thing in each direction and beside it, shape (n,), metres."""
-        known = np.where(np.isnan(tall.ranges), np.inf, tall.ranges)
-        padded = np.pad(known, self._beside, constant_values=np.inf)
-        return np.lib.stride_tricks.sliding_window_view(padded, 2 * self._beside + 1).min(axis=1)
+        most = float(self._use.low_range_max)
+        ranges = without_feet(
+            scan.ranges,
+            tall.ranges,
+            self._beside,
+            most,
+            most + EMPTY_MARGIN_M,
+            float(self._use.low_apart),
+        )
+        return replace(scan, ranges=ranges)

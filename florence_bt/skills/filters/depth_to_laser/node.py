@@ -35,6 +35,8 @@ class FakeLaserNode(FlorenceNode):
     Works only while there is a subscriber, as the old nodelet did (REFERENCE 6.1).
     """
 
+    parameter_classes = (FakeLaserParameters, LowObstacleParameters, OverhangParameters, ThrottleParameters)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("kinect_laser", parameters=parameters, namespace=namespace)
         tall, low = self.read_parameters(FakeLaserParameters), self.read_parameters(LowObstacleParameters)

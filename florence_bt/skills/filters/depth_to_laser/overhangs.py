@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
+from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Positive
 from florence_bt.core.sensing import DepthImage, LaserScan
+from florence_bt.skills.filters.depth_to_laser._kernels import what_hangs_over
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     EMPTY_MARGIN_M,
     FakeLaser,
@@ -33,7 +32,7 @@ class OverhangParameters(CheckedParameters):
             and a person, does not. Metres.
     """
 
-    overhang_min_height: float = 1.0
+    overhang_min_height: Finite = 1.0
     overhang_range_min: Positive = 1.2
     overhang_apart: NotNegative = 0.1
 
@@ -68,11 +67,11 @@ class Overhangs:
             ``overhang_range_min``, and where nothing was measured; ``range_max + 1`` where there is none.
         """
         above, below = self._above.project(image), self._below.project(image)
-        hangs_over = above.ranges < below.ranges - self._use.overhang_apart
-        ranges = np.where(hangs_over, above.ranges, np.float32(above.range_max + EMPTY_MARGIN_M))
-        unknown = np.isnan(above.ranges) | (above.ranges < self._use.overhang_range_min)
-        return replace(
-            above,
-            range_min=self._use.overhang_range_min,
-            ranges=np.where(unknown, np.float32(np.nan), ranges),
+        ranges = what_hangs_over(
+            above.ranges,
+            below.ranges,
+            float(self._use.overhang_range_min),
+            above.range_max + EMPTY_MARGIN_M,
+            float(self._use.overhang_apart),
         )
+        return replace(above, range_min=self._use.overhang_range_min, ranges=ranges)

@@ -23,6 +23,8 @@ from florence_bt.skills.filters.laser_combinator.merge import CombinatorParamete
 class LaserCombinatorNode(FlorenceNode):
     """Combines whenever a Kinect scan comes and both scans are fresh."""
 
+    parameter_classes = (CombinatorParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("laser_combinator", parameters=parameters, namespace=namespace)
         self._combinator = LaserCombinator(self.read_parameters(CombinatorParameters))

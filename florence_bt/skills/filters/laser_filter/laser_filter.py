@@ -8,10 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.sensing import LaserScan
+from florence_bt.skills.filters.laser_filter._kernels import filter_ranges
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,22 +54,17 @@ class LaserFilter:
         # Limits in messages are float32: compared with doubles, a range equal to its limit would not be.
         low, high = np.float32(scan.range_min), np.float32(scan.range_max)
         radius = np.float32(self.parameters.robot_radius)
-        ranges = scan.ranges.astype(np.float32, copy=True)
-        if self.parameters.legacy_sequential:
-            ranges[ranges < radius] = 0.0
-            ranges[_out_of_range(ranges, low, high)] = self._far(high)
-        else:
-            far = _out_of_range(ranges, low, high)
-            ranges[np.isneginf(ranges) | (~far & (ranges < radius))] = np.nan
-            ranges[far & ~np.isnan(ranges)] = self._far(high)
+        ranges = filter_ranges(
+            np.ascontiguousarray(scan.ranges, np.float32),
+            low,
+            high,
+            radius,
+            self._far(high),
+            self.parameters.legacy_sequential,
+        )
         return replace(scan, ranges=ranges)
 
     def _far(self, high: np.float32) -> np.float32:
         far = np.float32(float(high) - self.parameters.far_epsilon)
         # For a huge range_max the difference rounds away, and the beam would be invalid again.
         return min(far, np.nextafter(high, np.float32(0.0)))
-
-
-def _out_of_range(ranges: NDArray[np.float32], low: np.float32, high: np.float32) -> NDArray[np.bool_]:
-    result: NDArray[np.bool_] = (ranges >= high) | (ranges <= low)
-    return result

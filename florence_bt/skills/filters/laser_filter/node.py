@@ -43,6 +43,8 @@ class LaserFilterTopics:
 class LaserFilterNode(FlorenceNode):
     """Filters every scan as it comes."""
 
+    parameter_classes = (LaserFilterParameters, LaserFilterTopics)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("laser_filter", parameters=parameters, namespace=namespace)
         self._filter = LaserFilter(self.read_parameters(LaserFilterParameters))

@@ -16,6 +16,9 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 HELD_UP_S = 1.0
 """When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
 (docs/runtime.md): the next step begins at standstill."""
+WAITED_S = 0.01
+"""How long after that commands are refused: those that waited for this process, nobody knows how long, are
+served within milliseconds. Chosen below the period of the steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +67,7 @@ class VelocityFilter:
         self._wanted = STANDSTILL
         self._commanded_at = -math.inf
         self._stepped_at = math.inf
+        self._held_up_at = -math.inf
         self._steps_at_rest = 0
 
     @property
@@ -80,13 +84,14 @@ class VelocityFilter:
             now: The time in seconds.
 
         Returns:
-            Whether it counts: not with a NaN or an infinity in it (the last good command then ages on), and
-            not while a hard stop holds.
+            Whether it counts: not with a NaN or an infinity in it (the last good command then ages on), not
+            while a hard stop holds, and not when the process was held up: it may be old.
         """
         if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
             self.rejected += 1
             return False
-        if self.stopped:
+        held_up = not self.idle and now - self._stepped_at >= HELD_UP_S
+        if self.stopped or held_up or 0.0 <= now - self._held_up_at < WAITED_S:
             return False
         self._wanted, self._commanded_at = twist, now
         self._steps_at_rest = 0
@@ -117,6 +122,7 @@ class VelocityFilter:
             self._wanted = STANDSTILL
         if now - self._stepped_at >= HELD_UP_S:
             self.output = STANDSTILL
+            self._held_up_at = now
         self._stepped_at = now
         brakes = self._wanted.is_zero()
         linear = p.max_linear_braking if brakes else p.max_linear_acc

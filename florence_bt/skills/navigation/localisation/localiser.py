@@ -27,6 +27,9 @@ _MIN_POINTS = 10
 _FOUND_DEVIATIONS = (0.1, 0.1, 0.06)
 _FOUND_SHARE = 0.8
 """How far around a better place nearby (metres, radians) which part of the particles is drawn again."""
+_UNFIT_DEVIATIONS = np.array((0.1, 0.1, 0.03))
+"""What is told of how sure the place is grows by so much (metres, radians) for each metre in which nothing
+fits. Chosen: ten times the drift of the laser odometry, as nobody knows whether the place is right at all."""
 
 
 class Localiser:
@@ -40,7 +43,7 @@ class Localiser:
 
     Attributes:
         pose: base_footprint in the map at the last update, None before the first; a guess while lost.
-        covariance: Shape (3, 3), of x, y, yaw.
+        covariance: Shape (3, 3), of x, y, yaw; the longer nothing fits, the greater.
         fit: The part of the newest scan that ended near surfaces of the map, from where the robot was
             believed to be.
         map_from_odom: The place of the odometry frame in the map; None before the first update or
@@ -65,6 +68,7 @@ class Localiser:
         self._counted: Pose2 | None = None
         self._counted_odom = self._there = Pose2()
         self._resting = self._resumed = False
+        self._unfit_m, self._was_carried = 0.0, False
         self.fit = 0.0
         self.pose: Pose2 | None = None
         self.covariance: NDArray[np.float64] = np.diag(np.square(INITIAL_DEVIATIONS))
@@ -97,6 +101,7 @@ class Localiser:
         self._relocaliser.reset()
         self._given = self._there = pose
         self._counted, self._resumed = None, False
+        self._unfit_m, self._was_carried = 0.0, False
         self.covariance = np.diag(np.square(standard_deviations))
 
     def resume(
@@ -132,6 +137,11 @@ class Localiser:
         """Whether the scans do not fit the estimated pose, and the robot was not found elsewhere."""
         return self._relocaliser.lost
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether hardly anything of the newest scan fits the map at the estimated pose (``lost_fit``)."""
+        return self._counted is not None and self.fit < self._parameters.lost_fit
+
     def believe(self, odom_pose: Pose2) -> None:
         """Take the pose of :meth:`set_pose` for true until a scan says better.
 
@@ -162,6 +172,7 @@ class Localiser:
         self._laser.update(points, odom_pose, len(scan.ranges))
         if self._laser.broken:
             self._relocaliser.unconfirm()
+            self._was_carried = True
         motion = (self._counted or self._laser.pose).inverse() @ self._laser.pose
         self.pose = self._there @ motion
         if self._counts(motion):
@@ -213,37 +224,49 @@ class Localiser:
             if found is None:
                 return self._there @ motion
             self._filter.set_pose(found.pose, _FOUND_DEVIATIONS)
-            self.covariance = found.covariance
+            self._fitted(found)
             return found.pose
         self._filter.move(motion)
         self._filter.weigh(evenly(points, self._parameters.laser_max_beams), range_max)
-        pose, self.covariance = self._estimate_and_resample(points)
-        return pose
+        return self._estimate_and_resample(points, motion)
 
-    def _estimate_and_resample(self, points: NDArray[np.float64]) -> tuple[Pose2, NDArray[np.float64]]:
+    def _estimate_and_resample(self, points: NDArray[np.float64], motion: Pose2) -> Pose2:
         p = self._parameters
         mean, covariance = self._filter.estimate()
         self._filter.resample()
         if not p.refine:
-            return mean, covariance
+            self.covariance = covariance
+            return mean
         # The cloud has seen this scan already and may be surer than it should be: it only guides the fit.
         floor = np.diag(np.square([p.match_prior_d, p.match_prior_d, p.match_prior_a]))
         match = self._fit(points, mean, covariance + floor)
         self.fit = match.near_fraction
         if self._resumed and match.near_fraction < p.relocalise_fit:
             self.lose()
-            return mean, covariance
+            return mean
         self._resumed = False
-        found = self._relocaliser.look(points, match)
+        found = self._relocaliser.look(points, match, motion)
         if found:
             wider = found.covariance + np.diag(np.square(_FOUND_DEVIATIONS))
             self._filter.inject(found.pose, wider, _FOUND_SHARE)
-            return found.pose, found.covariance
+            return self._fitted(found)
         fits = match.near_fraction >= p.match_min_near
         if not fits or _moved(mean, match.pose, p.match_max_shift, p.match_max_turn):
-            return mean, covariance
+            self._unfit_m += math.hypot(motion.x, motion.y)
+            self.covariance = covariance + self._doubt()
+            return mean
         self._filter.inject(match.pose, match.covariance, p.match_inject)
-        return match.pose, match.covariance
+        return self._fitted(match)
+
+    def _fitted(self, match: Match) -> Pose2:
+        self.fit, self.covariance = match.near_fraction, match.covariance
+        self._unfit_m, self._was_carried = 0.0, False
+        return match.pose
+
+    def _doubt(self) -> NDArray[np.float64]:
+        """What is added to the covariance while nothing fits: somebody may have carried the robot."""
+        carried = np.square(INITIAL_DEVIATIONS) * self._was_carried
+        return np.diag(carried + np.square(self._unfit_m * _UNFIT_DEVIATIONS))
 
 
 def _moved(start: Pose2, end: Pose2, distance: float, angle: float) -> bool:

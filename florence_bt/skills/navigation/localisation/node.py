@@ -47,6 +47,9 @@ from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 DIAGNOSTICS_PERIOD_S = 1.0
 ODOMETRY_PERIOD_S = 0.04
 """At the latest after this long the next odometry comes, when the robot stands."""
+INITIAL_POSE = "initialpose"
+INITIAL_SLACK_M = 1.0
+"""So near to something that the map knows the robot may be believed (chosen: it was put down by a mouse)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +91,8 @@ class LocaliserNodeParameters(CheckedParameters):
 class LocaliserNode(FlorenceNode):
     """Feeds the localiser and publishes where the robot is."""
 
+    parameter_classes = (LocaliserParameters, LocaliserNodeParameters)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("localiser", parameters=parameters, namespace=namespace)
         self._settings = self.read_parameters(LocaliserParameters)
@@ -95,6 +100,7 @@ class LocaliserNode(FlorenceNode):
         self._start = Pose2(p.initial_x, p.initial_y, p.initial_yaw)
         self._deviations = (p.initial_deviation_xy, p.initial_deviation_xy, p.initial_deviation_yaw)
         self._pose_set = False
+        self._told_pose: tuple[Pose2, tuple[float, float, float]] | None = None
         self._localiser: Localiser | None = None
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._queue.clear)
@@ -105,7 +111,7 @@ class LocaliserNode(FlorenceNode):
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
-        self.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, RELIABLE)
+        self.create_subscription(PoseWithCovarianceStamped, INITIAL_POSE, self._on_initial_pose, RELIABLE)
         if self._settings.refine:
             self.create_service(Empty, "reinitialize_global_localization", self._on_lose)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
@@ -120,6 +126,8 @@ class LocaliserNode(FlorenceNode):
     def _on_map(self, message: OccupancyGridMsg) -> None:
         before, self._grid = self._localiser, grid_from_ros(message)
         self._localiser = Localiser(self._grid, self._settings, self._p.seed)
+        if self._take_given_pose():
+            return
         saved = self._load_pose(self._grid) if before is None else None
         if saved is not None:
             self._localiser.resume(saved, self._deviations)
@@ -158,18 +166,29 @@ class LocaliserNode(FlorenceNode):
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         pose, frame = pose_from_ros(message.pose.pose), frame_from_ros(message.header.frame_id)
-        variances = np.array(message.pose.covariance)[[0, 7, 35]]
-        if frame not in ("", self._p.map_frame) or not pose.is_finite() or not np.isfinite(variances).all():
-            self.get_logger().warning(
-                f"initialpose ignored: a finite pose in the frame {self._p.map_frame!r} is needed"
-            )
+        if frame not in ("", self._p.map_frame):
+            problem = f"a pose in the frame {frame!r} (would have worked: {self._p.map_frame!r})"
+            self.health.count_refused(INITIAL_POSE, problem)
             return
+        variances = np.array(message.pose.covariance)[[0, 7, 35]]
         x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
         given = (float(x), float(y), float(yaw))
-        self._start, self._deviations = pose, given if any(given) else INITIAL_DEVIATIONS
-        self._pose_set = True
-        if self._localiser is not None:
-            self._localiser.set_pose(self._start, self._deviations)
+        self._told_pose = pose, given if any(given) else INITIAL_DEVIATIONS
+        self._take_given_pose()
+
+    def _take_given_pose(self) -> bool:
+        """Begin at the pose that was given last, if the map knows that place; False when there is none."""
+        if self._told_pose is None or self._localiser is None or self._grid is None:
+            return False
+        (pose, deviations), self._told_pose = self._told_pose, None
+        problem = self._grid.problem_with_place(pose.x, pose.y, INITIAL_SLACK_M)
+        if problem is not None:
+            told = f"({pose.x:.2f} m, {pose.y:.2f} m) is {problem} (would have worked: a place on its floor)"
+            self.health.count_refused(INITIAL_POSE, told)
+            return False
+        self._start, self._deviations, self._pose_set = pose, deviations, True
+        self._localiser.set_pose(pose, deviations)
+        return True
 
     def _on_lose(self, _request: Empty.Request, response: Empty.Response) -> Empty.Response:
         if self._localiser is not None:

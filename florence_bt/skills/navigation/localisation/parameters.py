@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
+from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative, Positive, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +51,8 @@ class LocaliserParameters(CheckedParameters):
     particles: Annotated[int, Limits(10)] = 800
     laser_max_beams: Annotated[int, Limits(4)] = 90
     match_max_beams: Annotated[int, Limits(4)] = 240
-    laser_min_range: float = 0.25
-    laser_max_range: float = 0.0
+    laser_min_range: NotNegative = 0.25
+    laser_max_range: NotNegative = 0.0
     alpha1: NotNegative = 0.004
     alpha2: NotNegative = 0.002
     alpha3: NotNegative = 0.003
@@ -69,13 +69,13 @@ class LocaliserParameters(CheckedParameters):
     refine: bool = True
     match_sigma: Positive = 0.05
     match_independent_beams: Positive = 60.0
-    match_min_near: float = 0.6
-    match_prior_d: float = 0.1
-    match_prior_a: float = 0.05
-    match_inject: float = 0.2
-    match_max_shift: float = 0.4
-    match_max_turn: float = 0.25
-    surface_offset: float = 0.5
+    match_min_near: NotNegative = 0.6
+    match_prior_d: NotNegative = 0.1
+    match_prior_a: NotNegative = 0.05
+    match_inject: NotNegative = 0.2
+    match_max_shift: NotNegative = 0.4
+    match_max_turn: NotNegative = 0.25
+    surface_offset: Finite = 0.5
     relocalise_fit: Annotated[float, Limits(0.0, 1.0)] = 0.65
     relocalise_gain: Annotated[float, Limits(0.0, 1.0)] = 0.15
     lost_fit: Annotated[float, Limits(0.0, 1.0)] = 0.35

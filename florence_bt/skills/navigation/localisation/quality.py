@@ -9,7 +9,7 @@ from florence_bt.skills.navigation.localisation.localiser import Localiser
 
 
 def diagnosis_of(localiser: Localiser) -> Diagnosis:
-    """What a localiser knows; a warning while there is no pose."""
+    """What a localiser knows; a warning while there is no pose, or hardly a scan fits there."""
     x, y, yaw = (math.sqrt(max(0.0, variance)) for variance in localiser.covariance.diagonal().tolist())
     values = {
         "part of the scan that fits the map": f"{localiser.fit:.2f}",
@@ -20,4 +20,8 @@ def diagnosis_of(localiser: Localiser) -> Diagnosis:
         return Diagnosis(Severity.WARN, "lost: searching the whole map for the robot", values)
     if localiser.map_from_odom is None:
         return Diagnosis(Severity.WARN, "no scan has confirmed yet where the robot is", values)
+    if localiser.doubtful:
+        return Diagnosis(
+            Severity.WARN, "hardly anything of the scan fits the map at the estimated pose", values
+        )
     return Diagnosis(Severity.OK, "the place is known", values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -17,8 +18,12 @@ _CONTRADICTED = 0.1
 """When fewer of the beams go through walls, what does not fit has met people or moved chairs."""
 _CONFIRMED_AFTER = 5
 """A pose is confirmed by this many scans that fit."""
-_LOST_AFTER, _LOST_AFTER_UNCONFIRMED = 40, 5
-"""After this many scans that fit badly, more than there are of others, the robot is lost."""
+_LOST_AFTER_M, _LOST_AFTER_UNCONFIRMED_M = 4.0, 0.5
+"""After so many metres with scans that fit badly, more than there are with others, the robot is lost. A
+radian counts as a metre, as ``update_min_a`` and ``update_min_d`` do."""
+_NOTHING_FITS_M, _NOTHING_FITS_UNCONFIRMED_M = 10.0, 3.0
+"""And after so many metres in which nothing fitted, also where nothing contradicts: off the map, or where it
+knows nothing. Rooms that the first half of the log from Freiburg has not seen come to 7.1 m at most."""
 _KEPT, _KEEP_M, _KEEP_RAD, _BEAMS_KEPT = 32, 0.25, 0.25, 60
 """This many scans of the way are matched together: the last 8 m."""
 _LEAST_KEPT, _SEARCH_EVERY = 5, 2
@@ -53,11 +58,16 @@ class Relocaliser:
 
     def reset(self) -> None:
         """The pose was set."""
-        self._poor, self._fitting, self.lost = 0, 0, False
+        self._fitting, self.lost, self._carried = 0, False, False
+        self._forget_poor()
+
+    def _forget_poor(self) -> None:
+        self._poor_m = self._unfit_m = 0.0
 
     def unconfirm(self) -> None:
         """The robot may have been carried: earlier scans are forgotten."""
         self._fitting = self._since_search = 0
+        self._carried = True
         self._kept.clear()
         self._candidate = None
 
@@ -66,45 +76,69 @@ class Relocaliser:
         self.unconfirm()
         self.lost = True
 
-    def look(self, points: NDArray[np.float64], believed: Match) -> Match | None:
+    def look(self, points: NDArray[np.float64], believed: Match, motion: Pose2) -> Match | None:
         """Check with a scan whether the estimated pose is right.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame, metres.
             believed: How it fits at the estimated pose.
+            motion: Of the base since the scan before.
 
         Returns:
             A better pose nearby; None when the estimated one fits, or nothing better was found.
         """
         fit = believed.near_fraction
         if fit >= self._p.relocalise_fit:
-            self._poor = 0
+            self._forget_poor()
             self._fitting += 1
+            self._carried &= self._unconfirmed
             return None
         contradicted = self._search.contradicted_part(points, believed.pose)
-        if contradicted < _CONTRADICTED:
-            self._poor = max(0, self._poor - 1)
-            return None
-        found = self._search.around(points, believed.pose, _NEAR_M, _NEAR_RAD)
-        better = found is not None and found.near_fraction >= max(
-            self._p.relocalise_fit, fit + self._p.relocalise_gain
-        )
-        if found and better and self._search.contradicted_part(points, found.pose) <= contradicted / 2.0:
-            self._poor = 0
-            return found
-        unconfirmed = self._fitting < _CONFIRMED_AFTER
-        poor = fit < (self._p.relocalise_fit if unconfirmed else self._p.lost_fit)
-        self._poor = max(0, self._poor + (1 if poor else -1))
-        if self._poor > (_LOST_AFTER_UNCONFIRMED if unconfirmed else _LOST_AFTER):
-            if fit >= self._p.lost_fit and not self._fits_better_elsewhere(points, fit):
-                self._poor = 0
-            else:
-                self.lose()
+        if contradicted >= _CONTRADICTED:
+            found = self._look_nearby(points, believed, contradicted)
+            if found is not None:
+                self._forget_poor()
+                return found
+        self._count(fit, motion, contradicts=contradicted >= _CONTRADICTED)
+        if self._is_lost(points, fit, contradicts=contradicted >= _CONTRADICTED):
+            self.lose()
         return None
+
+    @property
+    def _unconfirmed(self) -> bool:
+        return self._fitting < _CONFIRMED_AFTER
+
+    def _look_nearby(self, points: NDArray[np.float64], believed: Match, contradicted: float) -> Match | None:
+        found = self._search.around(points, believed.pose, _NEAR_M, _NEAR_RAD)
+        least = max(self._p.relocalise_fit, believed.near_fraction + self._p.relocalise_gain)
+        if found is None or found.near_fraction < least:
+            return None
+        return found if self._search.contradicted_part(points, found.pose) <= contradicted / 2.0 else None
+
+    def _count(self, fit: float, motion: Pose2, *, contradicts: bool) -> None:
+        """Add what was travelled to that with scans that fit badly, or take it off."""
+        way = math.hypot(motion.x, motion.y)
+        # Without a break, what contradicts nothing has met people.
+        worst = self._p.relocalise_fit if self._unconfirmed else self._p.lost_fit
+        poor = fit < worst and (contradicts or self._carried)
+        self._poor_m = max(0.0, self._poor_m + (1.0 if poor else -1.0) * (way + abs(motion.yaw)))
+        # What fits a little counts less.
+        self._unfit_m = max(0.0, self._unfit_m + way * min(1.0, 1.0 - fit / self._p.lost_fit))
+
+    def _is_lost(self, points: NDArray[np.float64], fit: float, *, contradicts: bool) -> bool:
+        if self._unfit_m > (_NOTHING_FITS_UNCONFIRMED_M if self._unconfirmed else _NOTHING_FITS_M):
+            return True
+        if self._poor_m <= (_LOST_AFTER_UNCONFIRMED_M if self._unconfirmed else _LOST_AFTER_M):
+            return False
+        if (contradicts and fit < self._p.lost_fit) or self._fits_better_elsewhere(points, fit):
+            return True
+        self._poor_m = 0.0
+        return False
 
     def _fits_better_elsewhere(self, points: NDArray[np.float64], fit: float) -> bool:
         found = self._search.everywhere(points)
-        return bool(found) and found[0].near_fraction >= fit + self._p.relocalise_gain
+        least = max(self._p.relocalise_fit, fit + self._p.relocalise_gain)
+        return bool(found) and found[0].near_fraction >= least
 
     def look_everywhere(self, points: NDArray[np.float64], track: Pose2) -> Match | None:
         """Look for the robot with a scan and those of the last metres.

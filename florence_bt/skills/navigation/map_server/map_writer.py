@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.core.text_files import refuse_to_replace, replace_files
 from florence_bt.skills.navigation.map_server.image import FORMATS, encode_image
-from florence_bt.skills.navigation.map_server.map_file import MODES
+from florence_bt.skills.navigation.map_server.map_file import MODES, UNKNOWN_GREY, read_description
 
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-_WHITE, _BLACK, _GREY = 254, 0, 205
+_WHITE, _BLACK = 254, 0
 
 
 def save_map(
@@ -25,7 +26,9 @@ def save_map(
     occupied_thresh: float = OCCUPIED_THRESH,
     free_thresh: float = FREE_THRESH,
 ) -> Path:
-    """Write a map: the YAML file and, beside it, the image of the same name.
+    """Write a map: the YAML file and, beside it, the image of the same name; both or none.
+
+    Only new files are written, or another map of this name is replaced.
 
     Args:
         grid: The map.
@@ -40,7 +43,7 @@ def save_map(
         The YAML file.
 
     Raises:
-        ConfigError: A choice is unknown, or the files cannot be written.
+        ConfigError: A choice is unknown, there is something else than a map, or the files cannot be written.
 
     Source:
         REFERENCE 7.8.
@@ -64,11 +67,27 @@ def save_map(
     )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        image.write_bytes(encode_image(grey, opacity, form))
-        path.write_text(description, encoding="utf-8")
+        _refuse_what_is_no_map(path, image)
+        replace_files({image: encode_image(grey, opacity, form), path: description.encode()})
     except OSError as error:
         raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
     return path
+
+
+def _refuse_what_is_no_map(path: Path, image: Path) -> None:
+    """Refuse to replace a file that is not the description, or the image, of the map of this name."""
+    for file in (path, image):
+        refuse_to_replace(file)
+    is_map = False
+    if path.exists():
+        try:
+            is_map = read_description(path).image.parent.resolve() == path.parent.resolve()
+        except ConfigError as error:
+            raise ConfigError("there is a file that is no map", file=path, valid=["a new name"]) from error
+    if image.exists() and not is_map:
+        raise ConfigError(
+            "there is a file that belongs to no map of this name", file=image, valid=["a new name"]
+        )
 
 
 def _check(path: Path, mode: str, form: str, occupied_thresh: float, free_thresh: float) -> None:
@@ -100,7 +119,7 @@ def _pixels(cells: NDArray[np.int8], mode: str, occupied: float, free: float) ->
         grey = np.rint(255.0 * (1.0 - occupancy))
         grey = np.where(cells == FREE, 255, np.where(cells == OCCUPIED, 0, grey))
         return np.clip(grey, 0, 255).astype(np.uint8)
-    grey = np.full(cells.shape, _GREY, np.uint8)
+    grey = np.full(cells.shape, UNKNOWN_GREY, np.uint8)
     grey[(cells >= 0) & (cells <= 100.0 * free)] = _WHITE
     grey[cells >= 100.0 * occupied] = _BLACK
     return grey

@@ -5,8 +5,11 @@ Source: document, section 3.3.1; REFERENCE 7.8, 7.9.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+import threading
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +21,15 @@ from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import grid_from_ros, grid_to_ros
-from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.node import FlorenceNode, failed
 from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.navigation.map_server.map_file import load_map, read_cells, read_description
 from florence_bt.skills.navigation.map_server.map_writer import FREE_THRESH, OCCUPIED_THRESH, save_map
 
 MAP = "map"
 _MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
+MAX_SHOWN = 200
+"""Characters of a path that a message repeats."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +40,13 @@ class MapServerParameters:
         map_file: The YAML file of the map.
         frame_id: The frame of the map.
         save_map_timeout: How long the saver waits for a map on another topic, seconds.
+        save_folder: The folder below which the saver writes; empty: it saves nothing.
     """
 
     map_file: str
     frame_id: str = "map"
     save_map_timeout: float = 2.0
+    save_folder: str = ""
 
     def __post_init__(self) -> None:
         """Refuse an empty name.
@@ -60,23 +67,56 @@ def file_of_url(url: str) -> Path:
     path = Path(url.removeprefix("file://"))
     if not path.is_absolute() or "\0" in url:
         raise ConfigError(
-            f"{url!r} is not the absolute path of a map", valid=["file:///home/me/maps/flat.yaml"]
+            f"{url[:MAX_SHOWN]!r} is not the absolute path of a map", valid=["file:///home/me/maps/flat.yaml"]
         )
     return path
+
+
+def file_to_save(url: str, folder: str) -> Path:
+    """The file that a ``map_url`` of the saver names: below a folder, also through links.
+
+    Args:
+        url: An absolute path, or one that starts from the folder.
+        folder: The folder of saved maps; empty when there is none.
+
+    Raises:
+        ConfigError: It lies elsewhere, or there is no folder.
+    """
+    if not folder:
+        raise ConfigError(
+            "no folder is configured for saved maps", valid=["map_server: {save_folder: /home/me/maps}"]
+        )
+    inside = Path(folder).resolve()
+    path = inside / url.removeprefix("file://")
+    try:
+        where = path.parent.resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise ConfigError(f"{url[:MAX_SHOWN]!r} is no path", valid=[str(inside / "flat.yaml")]) from error
+    if not path.name or not where.is_relative_to(inside):
+        raise ConfigError(
+            f"{url[:MAX_SHOWN]!r} is not below the folder of saved maps", valid=[str(inside / "flat.yaml")]
+        )
+    return where / path.name
 
 
 class MapServerNode(FlorenceNode):
     """Serves one map at a time, and saves maps.
 
+    Files are read and written on a thread of their own, one request at a time: a slow disk or a large map
+    must not hold up the other nodes of the process, which drive the robot.
+
     Attributes:
         grid: The published map.
     """
+
+    parameter_classes = (MapServerParameters,)
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("map_server", parameters=parameters, namespace=namespace)
         self._p = self.read_parameters(MapServerParameters)
         self._publisher = self.create_publisher(OccupancyGridMsg, MAP, LATCHED)
-        self._publish_map(load_map(self._p.map_file))
+        self._busy = False
+        self._publish_map(load_map(self._p.map_file, self._warn))
         for name in ("static_map", "~/map"):
             self.create_service(GetMap, name, self._get_map)
         self.create_service(LoadMap, "~/load_map", self._load_map)
@@ -91,20 +131,66 @@ class MapServerNode(FlorenceNode):
         response.map = self._message
         return response
 
-    def _load_map(self, request: LoadMap.Request, response: LoadMap.Response) -> LoadMap.Response:
+    def _load_map(self, request: LoadMap.Request, response: LoadMap.Response) -> LoadMap.Response | Deferred:
         response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
-        try:
+
+        def read() -> OccupancyGrid:
             path = file_of_url(request.map_url)
-            if path.is_file():
+            if os.path.isfile(path):  # False also for a name that is too long
                 response.result = LoadMap.Response.RESULT_INVALID_MAP_METADATA
             description = read_description(path)
             response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
-            self._publish_map(read_cells(description))
-        except FlorenceError as error:
-            self.get_logger().warning(f"the map stays as it was: {error}")
+            return read_cells(description, lambda sentence: self.call_soon(partial(self._warn, sentence)))
+
+        def publish(grid: OccupancyGrid) -> LoadMap.Response:
+            self.before_long_work()
+            self._publish_map(grid)
+            response.result, response.map = LoadMap.Response.RESULT_SUCCESS, self._message
             return response
-        response.result, response.map = LoadMap.Response.RESULT_SUCCESS, self._message
-        return response
+
+        return self._in_background(read, publish, response, "the map stays as it was")
+
+    def _in_background(
+        self, work: Callable[[], Any], answer: Callable[[Any], Any], refusal: Any, what_then: str
+    ) -> Any:
+        """Do something slow off the executor's thread, and answer when it is done.
+
+        Args:
+            work: What is slow.
+            answer: Makes the answer of what it gave, on the executor's thread.
+            refusal: The answer when it raised a FlorenceError, or when other work goes on.
+            what_then: What a refusal means, for people.
+        """
+        if self._busy:
+            self._warn(f"{what_then}: another map is being read or written")
+            return refusal
+        self._busy = True
+        later = Deferred()
+
+        def end(outcome: Any) -> None:
+            self._busy = False
+            try:
+                if isinstance(outcome, FlorenceError):
+                    self._warn(f"{what_then}: {outcome}")
+                elif isinstance(outcome, Exception):
+                    raise outcome
+                later.answer(refusal if isinstance(outcome, Exception) else answer(outcome))
+            except Exception as error:
+                later.answer(failed(type(refusal), f"the node {self.get_name()} failed: {error!r}"))
+                raise
+
+        def run() -> None:
+            try:
+                outcome = work()
+            except Exception as error:
+                outcome = error
+            self.call_soon(partial(end, outcome))
+
+        threading.Thread(target=run, name="map files", daemon=True).start()
+        return later
+
+    def _warn(self, sentence: str) -> None:
+        self.get_logger().warning(sentence)
 
     def _save_map(self, request: SaveMap.Request, response: SaveMap.Response) -> SaveMap.Response | Deferred:
         name = request.map_topic or MAP
@@ -126,7 +212,11 @@ class MapServerNode(FlorenceNode):
                 self.get_logger().warning(f"map not saved: none came on {topic}")
                 later.answer(response)
             else:
-                later.answer(self._save(grid, request, response))
+                saved = self._save(grid, request, response)
+                if isinstance(saved, Deferred):
+                    saved.send_with(later.answer)
+                else:
+                    later.answer(saved)
 
         timer = self.steady.call_at(self.steady.now() + self._p.save_map_timeout, lambda: end(None))
         subscription = self.create_subscription(
@@ -134,22 +224,22 @@ class MapServerNode(FlorenceNode):
         )
         return later
 
-    def _save(
-        self, grid: OccupancyGrid, request: SaveMap.Request, response: SaveMap.Response
-    ) -> SaveMap.Response:
+    def _save(self, grid: OccupancyGrid, request: SaveMap.Request, response: SaveMap.Response) -> Any:
         given = bool(request.free_thresh or request.occupied_thresh)
-        try:
-            written = save_map(
+
+        def write() -> Path:
+            return save_map(
                 grid,
-                file_of_url(request.map_url),
+                file_to_save(request.map_url, self._p.save_folder),
                 mode=request.map_mode or "trinary",
                 form=request.image_format or "pgm",
                 occupied_thresh=round(request.occupied_thresh, 6) if given else OCCUPIED_THRESH,
                 free_thresh=round(request.free_thresh, 6) if given else FREE_THRESH,
             )
-        except FlorenceError as error:
-            self.get_logger().warning(f"map not saved: {error}")
+
+        def answer(written: Path) -> SaveMap.Response:
+            self.get_logger().info(f"map saved: {written}")
+            response.result = True
             return response
-        self.get_logger().info(f"map saved: {written}")
-        response.result = True
-        return response
+
+        return self._in_background(write, answer, response, "map not saved")

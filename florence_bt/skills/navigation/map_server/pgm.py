@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import FrameError
 
 # A number after any white space and comments ("#" to the end of the line).
-_NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*(\d+)")
+_NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*(\d{1,9})(?!\d)")
 _COMMENT = re.compile(rb"#[^\n]*")
 
 
@@ -30,16 +31,7 @@ def decode_pgm(data: bytes) -> NDArray[np.uint8]:
         Netpbm, pgm(5).
     """
     magic = data[:2]
-    if magic not in (b"P5", b"P2"):
-        raise FrameError("the image does not begin with P5 or P2")
-    position, header = 2, []
-    for name in ("width", "height", "greatest value"):
-        match = _NUMBER.match(data, position)
-        if match is None:
-            raise FrameError(f"the image's {name} is missing")
-        header.append(int(match[1]))
-        position = match.end()
-    width, height, greatest = header
+    (width, height, greatest), position = _header(data)
     if width == 0 or height == 0 or not 0 < greatest < 65536:
         raise FrameError(f"an image of {width} x {height} pixels with values to {greatest} cannot be read")
     pixels = _binary(data, position, width * height, greatest) if magic == b"P5" else _plain(data, position)
@@ -57,6 +49,31 @@ def decode_pgm(data: bytes) -> NDArray[np.uint8]:
     )
 
 
+def size_of_pgm(data: bytes) -> tuple[int, int]:
+    """Width and height that a graymap says it has, in pixels.
+
+    Raises:
+        FrameError: As :func:`decode_pgm`.
+    """
+    (width, height, _), _ = _header(data)
+    return width, height
+
+
+def _header(data: bytes) -> tuple[tuple[int, int, int], int]:
+    """Width, height and greatest value, and where the header ends."""
+    if data[:2] not in (b"P5", b"P2"):
+        raise FrameError("the image does not begin with P5 or P2")
+    position, numbers = 2, []
+    for name in ("width", "height", "greatest value"):
+        match = _NUMBER.match(data, position)
+        if match is None:
+            raise FrameError(f"the image's {name} is missing")
+        numbers.append(int(match[1]))
+        position = match.end()
+    width, height, greatest = numbers
+    return (width, height, greatest), position
+
+
 def _binary(data: bytes, position: int, count: int, greatest: int) -> NDArray[np.int64]:
     # Exactly one white space stands between the header and the pixels.
     width = 1 if greatest < 256 else 2
@@ -65,10 +82,12 @@ def _binary(data: bytes, position: int, count: int, greatest: int) -> NDArray[np
 
 
 def _plain(data: bytes, position: int) -> NDArray[np.int64]:
-    try:
-        return np.array(_COMMENT.sub(b"", data[position:]).split(), dtype="S8").astype(np.int64)
-    except ValueError as error:
-        raise FrameError(f"a pixel is not a number: {error}") from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)  # how NumPy says that a text is no number
+        try:
+            return np.fromstring(_COMMENT.sub(b"", data[position:]), np.int64, sep=" ")
+        except (DeprecationWarning, ValueError) as error:
+            raise FrameError("a pixel is not a number") from error
 
 
 def encode_pgm(image: NDArray[np.uint8]) -> bytes:

@@ -8,12 +8,58 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from florence_bt.skills.navigation.navigate._ray_kernels import move_points, to_cells
+
 Cells = NDArray[np.uint8]
 LETHAL, INSCRIBED, UNKNOWN_COST = 254, 253, 255
 CLEARABLE = 250
 """In the marks of a camera: what is above something that the laser sees, and is cleared with it. One less for
 each laser scan in a row that has seen nothing there."""
 _LEFT_AFTER = 5
+
+
+@njit(cache=True)
+def take_rays(
+    marks: Cells,
+    frame: tuple[float, float, float],
+    sensor: tuple[float, float],
+    ends: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    cleared: tuple[float, float],
+    marked_below: float,
+    feet: NDArray[np.float64],
+    feet_near: float,
+) -> None:
+    """Clear along the rays of a sensor, then mark their ends, in place.
+
+    Args:
+        marks: Shape (rows, columns), of this sensor.
+        frame: x and y of the outer corner of cell [0, 0], and the side of a cell, metres.
+        sensor: Its x and y, metres.
+        ends: Shape (n, 2), metres.
+        ranges: Shape (n,), lengths of the rays, metres.
+        cleared: From where to where a ray clears, metres; nothing when that is empty.
+        marked_below: A ray that is shorter than this marks, metres.
+        feet: Shape (m, 2), metres: ends near them are marked as above feet (:func:`mark_above`).
+        feet_near: Feet are so near to what is above them, metres; 0 marks everything as lethal.
+    """
+    origin_x, origin_y, resolution = frame
+    cells = to_cells(ends, frame)
+    if cleared[0] < cleared[1]:
+        clear_rays(
+            marks,
+            (sensor[0] - origin_x) / resolution,
+            (sensor[1] - origin_y) / resolution,
+            cells,
+            ranges < cleared[1],
+            cleared[0] / resolution,
+            cleared[1] / resolution,
+        )
+    wanted = ranges < marked_below
+    if feet_near > 0.0:
+        mark_above(marks, cells, wanted, to_cells(feet, frame), feet_near / resolution)
+    else:
+        mark_points(marks, cells, wanted)
 
 
 @njit(cache=True)
@@ -188,6 +234,28 @@ def _what_laser_sees(
 
 
 @njit(cache=True)
+def clear_outline(
+    marks: Cells,
+    frame: tuple[float, float, float],
+    outline: NDArray[np.float64],
+    x: float,
+    y: float,
+    yaw: float,
+) -> None:
+    """Set every cell whose centre lies under the robot to free, in place.
+
+    Args:
+        marks: Shape (rows, columns).
+        frame: x and y of the outer corner of cell [0, 0], and the side of a cell, metres.
+        outline: Shape (n, 2), corners of the robot in its own frame, metres.
+        x: The robot, metres.
+        y: The robot, metres.
+        yaw: Its heading, radians.
+    """
+    clear_polygon(marks, to_cells(move_points(outline, x, y, yaw), frame))
+
+
+@njit(cache=True)
 def clear_polygon(marks: Cells, corners: NDArray[np.float64]) -> None:
     """Set every cell whose centre lies in a convex polygon to free, in place.
 
@@ -211,6 +279,15 @@ def clear_polygon(marks: Cells, corners: NDArray[np.float64]) -> None:
                 right |= side < 0.0
             if not (left and right):
                 marks[v, u] = 0
+
+
+@njit(cache=True)
+def add_marks(master: Cells, marks: Cells) -> None:
+    """Make every cell lethal that a sensor has marked, in place; both of shape (rows, columns)."""
+    rows, columns = master.shape
+    for v in range(rows):
+        for u in range(columns):
+            master[v, u] = LETHAL if marks[v, u] > 0 else master[v, u]
 
 
 @njit(cache=True)

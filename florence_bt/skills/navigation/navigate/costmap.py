@@ -23,6 +23,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import (
     UNKNOWN_COST,
     Cells,
 )
+from florence_bt.skills.navigation.navigate._ray_kernels import beam_ends, move_points, to_cells
 from florence_bt.skills.navigation.navigate.proxemics import add_proxemics
 from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 
@@ -166,6 +167,7 @@ BODY_REACH_M = {"depth": 0.2, "overhangs": _FEET_M}
 is carried hangs over further."""
 CLEARED_FROM = {"low": 1.3}
 """Source -> nearer than this its rays clear nothing, metres: the camera looks over what lies there."""
+_NO_POINTS = np.empty((0, 2))
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -178,11 +180,15 @@ def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
     Source:
         REFERENCE 6.2 (laser_geometry).
     """
-    valid = scan.valid()
-    ranges = scan.ranges[valid].astype(float)
-    flat = ranges[:, None] * scan.directions()[valid]
+    ends, ranges = beam_ends(
+        np.ascontiguousarray(scan.ranges, np.float32),
+        scan.directions(),
+        np.float32(scan.range_min),
+        np.float32(scan.range_max),
+        np.ascontiguousarray(sensor_in_frame.rotation),
+        sensor_in_frame.translation,
+    )
     x, y, _ = sensor_in_frame.translation.tolist()
-    ends = flat @ sensor_in_frame.rotation[:2, :2].T + sensor_in_frame.translation[:2]
     return Rays(x, y, ends, ranges, float(scan.range_min), float(scan.range_max) - _FAR_M)
 
 
@@ -199,8 +205,10 @@ def moved_rays(rays: Rays, motion: Pose2) -> Rays:
 
 def moved_points(points: NDArray[np.float64], motion: Pose2) -> NDArray[np.float64]:
     """Points of a frame, shape (n, 2), in another one in which that frame has the pose ``motion``."""
-    c, s = math.cos(motion.yaw), math.sin(motion.yaw)
-    return points @ np.array([[c, s], [-s, c]]) + np.array([motion.x, motion.y])
+    moved: NDArray[np.float64] = move_points(
+        np.ascontiguousarray(points, np.float64), motion.x, motion.y, motion.yaw
+    )
+    return moved
 
 
 class Costmap:
@@ -254,6 +262,11 @@ class Costmap:
         self.origin_y = (math.floor(y / self.resolution) - rows // 2) * self.resolution
 
     @property
+    def _frame(self) -> tuple[float, float, float]:
+        """The outer corner of cell [0, 0], x and y, and the side of a cell, metres."""
+        return self.origin_x, self.origin_y, self.resolution
+
+    @property
     def shape(self) -> tuple[int, int]:
         """(rows, columns)."""
         return self._static.shape[0], self._static.shape[1]
@@ -264,12 +277,12 @@ class Costmap:
         if self._master is None:
             master = self._static.copy()
             for marks in self._layers.values():
-                master[marks > 0] = LETHAL
+                _cells.add_marks(master, marks)
             _cells.inflate(master, self._reach, self._table)
-            use, frame = self._parameters, (self.origin_x, self.origin_y, self.resolution)
+            use = self._parameters
             add_proxemics(
                 master,
-                frame,
+                self._frame,
                 self._people,
                 use.proxemic_amplitude,
                 use.proxemic_covariance,
@@ -318,26 +331,20 @@ class Costmap:
         marks = self._layers.get(source)
         if marks is None:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
-        offset = np.array([self.origin_x, self.origin_y])
-        ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
         use = self._of_source(source)
-        hits = rays.ranges < use.raytrace_range
-        if clear and use.clearing:
-            _cells.clear_rays(
-                marks,
-                (rays.x - self.origin_x) / self.resolution,
-                (rays.y - self.origin_y) / self.resolution,
-                ends,
-                hits,
-                max(rays.nearest, CLEARED_FROM.get(source, 0.0)) / self.resolution,
-                use.raytrace_range / self.resolution,
-            )
-        wanted = (rays.ranges < min(use.obstacle_range, rays.farthest)) & use.marking
-        if self._feet is None or source not in BODY_REACH_M:
-            _cells.mark_points(marks, ends, wanted)
-        else:
-            feet = (self._feet - offset) / self.resolution
-            _cells.mark_above(marks, ends, wanted, feet, _FEET_M / self.resolution)
+        clears = clear and use.clearing
+        feet = self._feet if source in BODY_REACH_M else None
+        _cells.take_rays(
+            marks,
+            self._frame,
+            (rays.x, rays.y),
+            rays.ends,
+            rays.ranges,
+            (max(rays.nearest, CLEARED_FROM.get(source, 0.0)), float(use.raytrace_range) if clears else 0.0),
+            float(min(use.obstacle_range, rays.farthest)) if use.marking else 0.0,
+            _NO_POINTS if feet is None else feet,
+            0.0 if feet is None else _FEET_M,
+        )
         self.clear_footprint(robot)
 
     def update_feet(self, laser: Rays, known: NDArray[np.bool_] | None = None) -> None:
@@ -352,9 +359,9 @@ class Costmap:
         """
         are_feet = np.ones(len(laser.ends), bool) if known is None else ~known
         self._feet = laser.ends[are_feet]
-        offset = np.array([self.origin_x, self.origin_y])
-        ends = np.ascontiguousarray((laser.ends - offset) / self.resolution)
-        origin_u, origin_v = (np.array([laser.x, laser.y]) - offset) / self.resolution
+        ends = to_cells(laser.ends, self._frame)
+        origin_u = (laser.x - self.origin_x) / self.resolution
+        origin_v = (laser.y - self.origin_y) / self.resolution
         reach = self._parameters.raytrace_range / self.resolution
         for source, near_m in BODY_REACH_M.items():
             if source in self._layers:
@@ -364,11 +371,9 @@ class Costmap:
 
     def clear_footprint(self, robot: Pose2) -> None:
         """Set what the sensors marked under the robot to free, but for what it touches: it stands there."""
-        corners = moved_points(self._true_footprint, robot) - np.array([self.origin_x, self.origin_y])
-        corners /= self.resolution
         for source, marks in self._layers.items():
             if source != CONTACTS:
-                _cells.clear_polygon(marks, corners)
+                _cells.clear_outline(marks, self._frame, self._true_footprint, robot.x, robot.y, robot.yaw)
         self._master = None
 
     def clear_disc(
@@ -405,8 +410,7 @@ class Costmap:
         points = moved_points(_BUMPER_ARC, robot)
         self._last_contact = now
         marks = self._layers.setdefault(CONTACTS, np.zeros(self._static.shape, np.uint8))
-        cells = (points - np.array([self.origin_x, self.origin_y])) / self.resolution
-        _cells.mark_points(marks, np.ascontiguousarray(cells), np.ones(len(cells), bool))
+        _cells.mark_points(marks, to_cells(points, self._frame), np.ones(len(points), bool))
         self._master = None
 
     def forget_contacts(self, before: float) -> None:

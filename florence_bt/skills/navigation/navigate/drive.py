@@ -110,6 +110,13 @@ class Drive:
             result = self._give_up()
         return command if result is None else STANDSTILL, feedback, result
 
+    def resume(self, now: float) -> None:
+        """Go on after the robot did not know where it was: nothing of before counts as lost time."""
+        self._progress.reset(now)
+        self._lost = LostTime(self._p.recovery, now)
+        self._last_plan = self._last_control = self._next_plan = now
+        self._narrow = self._came_near = self._looked = False
+
     def _on(self, event: DriveEvent) -> None:
         if (self.state, event) != (DriveState.BACKING_OFF, DriveEvent.TOUCHED):
             self.state = TRANSITIONS[self.state, event]

@@ -40,7 +40,8 @@ class Unmapped:
 
     def __init__(self, costmaps: Costmaps) -> None:
         self._costmap: Costmap = costmaps.global_costmap
-        self._known = binary_dilation(costmaps.static == LETHAL, iterations=_MAP_MARGIN_CELLS)
+        known = binary_dilation(costmaps.static == LETHAL, iterations=_MAP_MARGIN_CELLS)
+        self._known = known.astype(np.uint8)
 
     def unknown(self, points: NDArray[np.float64], map_from_odom: Pose2) -> NDArray[np.float64]:
         """The points that are at nothing of the map.
@@ -53,13 +54,7 @@ class Unmapped:
 
     def is_known(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points (map frame) are at something of the map, or outside of it; shape (n,)."""
-        costmap = self._costmap
-        cells = np.floor((points - [costmap.origin_x, costmap.origin_y]) / costmap.resolution).astype(int)
-        rows, columns = self._known.shape
-        inside = ((cells >= 0) & (cells < [columns, rows])).all(axis=1)
-        known: NDArray[np.bool_] = np.logical_not(inside)
-        known[inside] = self._known[cells[inside, 1], cells[inside, 0]]
-        return known
+        return self._costmap.costs_at(points, self._known) > 0
 
 
 def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, float]) -> Place | None:

@@ -19,6 +19,7 @@ from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGo
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped
@@ -44,6 +45,11 @@ _CONTACTS_KEPT_S = 600.0
 Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | Follow | Approach
 _BY_ODOMETRY = (Spin, StraightDrive, Approach)
 """Goals that do not need to know where the robot is in the map."""
+_INTERRUPTED = (Drive, ThroughDrive, PathDrive)
+"""Goals that end when they get nowhere for some time."""
+_FOUND_ELSEWHERE_M = 0.5
+"""A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
+localiser's largest correction of a place that is right is 0.4 m."""
 
 
 class Freshness:
@@ -69,16 +75,12 @@ class Freshness:
         self._scans[source] = stamp
         self._arrived[source] = arrived
 
-    def missing(
-        self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None, *, needs_map: bool
-    ) -> tuple[str, str] | None:
+    def missing(self, now: float, odometry: Odometry | None) -> tuple[str, str] | None:
         """What is missing, as (code, reason); None when all is there."""
         if odometry is None or not odometry.pose.is_finite():
             return "no_pose", "the base publishes no odometry"
         if abs(now - odometry.stamp) > self._timeout:
             return "no_pose", f"the odometry is older than {self._timeout:g} s"
-        if needs_map and (map_from_odom is None or not map_from_odom.is_finite()):
-            return "no_pose", "the robot does not know where it is in the map"
         for source in self._required:
             stamp = self._scans.get(source)
             if stamp is None:
@@ -138,6 +140,8 @@ class Navigator:
         self._goal: Goal | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
+        self._finding: FindPlace | None = None
+        self._map_from_odom: Pose2 | None = None
         self._feedback = Feedback()
         self.base_stop = BaseStop()
         self.speed_limit = 0.0
@@ -183,6 +187,7 @@ class Navigator:
         if not odom_pose.is_finite():
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
+        self._forget_what_was_elsewhere(odom_pose, map_from_odom)
         self._clear_where_people_were(map_from_odom)
         in_base = rays_of(scan, sensor_in_base)
         known = None
@@ -200,6 +205,13 @@ class Navigator:
                 costmap.update_feet(moved_rays(in_base, robot), known)
             else:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
+
+    def _forget_what_was_elsewhere(self, odom_pose: Pose2, map_from_odom: Pose2 | None) -> None:
+        if map_from_odom is None:
+            return
+        before, self._map_from_odom = self._map_from_odom, map_from_odom
+        if before and (before @ odom_pose).distance_to(map_from_odom @ odom_pose) > _FOUND_ELSEWHERE_M:
+            self.global_costmap.reset_outside(0.0, 0.0, 0.0)
 
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
         """What the camera marked where somebody was who has walked on was that person."""
@@ -323,6 +335,9 @@ class Navigator:
             return failure("bad_input", f"the start {start} is not finite")
         if self.cost_at(start.x, start.y) == LETHAL:
             return failure("start_occupied", f"({start.x:.2f}, {start.y:.2f}) lies in an obstacle")
+        problem = self._problem_with(goal)
+        if problem is not None and problem[0] == "goal_outside" and tolerance <= 0.0:
+            return failure(*problem)
         return plan_path(self.global_costmap, start, goal, self._p.planner, tolerance=tolerance)
 
     def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
@@ -331,10 +346,10 @@ class Navigator:
         Args:
             angle: Relative to the heading at the first step, by odometry.
             now: Seconds.
-            time_allowance: Seconds the turn may take.
+            time_allowance: Seconds the turn may take; 0 is no limit.
         """
         self._begin(now)
-        if not math.isfinite(angle) or not math.isfinite(time_allowance) or time_allowance <= 0.0:
+        if not math.isfinite(angle) or not math.isfinite(time_allowance):
             reason = f"a turn by {angle} rad in {time_allowance} s cannot be done"
             self._end = failure("bad_input", reason, server_code=SPIN_SERVER_CODES["bad_input"])
         else:
@@ -446,7 +461,7 @@ class Navigator:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
         self._goal = self._end = None
-        self._missing_since = None
+        self._missing_since = self._finding = None
         self._feedback = Feedback(text="starting")
 
     def _problem_with(self, goal: Pose2) -> tuple[str, str] | None:
@@ -457,6 +472,8 @@ class Navigator:
         if cell is None:
             return "goal_outside", f"the goal {place} lies outside of the map"
         cost = self._costmaps.static[cell]
+        if cost == UNKNOWN_COST:
+            return "goal_outside", f"the goal {place} is where the map knows nothing"
         if INSCRIBED <= cost < UNKNOWN_COST:
             return "goal_occupied", f"the robot does not fit at {place}: an obstacle of the map is too near"
         if self._walls.touches(goal):
@@ -483,14 +500,17 @@ class Navigator:
             return self._stand_still(self._goal, now)
         if self.base_stop.holds_all:
             return self._finish(self.base_stop.failure())
-        needs_map = not isinstance(self._goal, _BY_ODOMETRY)
-        missing = self._fresh.missing(now, odometry, map_from_odom, needs_map=needs_map)
+        missing = self._fresh.missing(now, odometry)
         if missing is not None:
             return self._wait(now, *missing)
         self._missing_since = None
         assert odometry is not None
         state = self._state_at(now, odometry, map_from_odom)
-        command, result = self._advance(state)
+        if state.localised or isinstance(self._goal, _BY_ODOMETRY):
+            self._go_on(now)
+            command, result = self._advance(state)
+        else:
+            command, result = self._find(state)
         if result is not None:
             return self._finish(result)
         limit = self.speed_limit
@@ -508,12 +528,28 @@ class Navigator:
         self.local_costmap.roll_to(pose)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
-        followed = (self._goal.user_id, self._goal.person) if isinstance(self._goal, Follow) else ()
+        localised = map_from_odom is not None
+        # Who lost its place keeps its distance to everybody.
+        goal = self._goal if localised else None
+        followed = (goal.user_id, goal.person) if isinstance(goal, Follow) else ()
         people = self._people.people(now, *followed)
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
-        place, localised = map_from_odom or Pose2(), map_from_odom is not None
+        place = map_from_odom or Pose2()
         return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
+
+    def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
+        """Nobody knows where the robot is, and the goal needs it."""
+        if self._finding is None:
+            self._finding = FindPlace(self._costmaps, self._p, state.now)
+        self._feedback = replace(self._feedback, text=f"waiting: {LOOKING_FOR_PLACE}")
+        return self._finding.step(state)
+
+    def _go_on(self, now: float) -> None:
+        """The place is known: a goal that was interrupted begins to count its time anew."""
+        if self._finding is not None and self._finding.moved and isinstance(self._goal, _INTERRUPTED):
+            self._goal.resume(now)
+        self._finding = None
 
     def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
         goal = self._goal

@@ -32,6 +32,7 @@ from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
@@ -81,7 +82,7 @@ SendGoal = NavigateToPose.Impl.SendGoalService
 
 
 @dataclass(frozen=True, slots=True)
-class NavigationNodeParameters:
+class NavigationNodeParameters(CheckedParameters):
     """Frames and periods of the node.
 
     Attributes:
@@ -96,15 +97,16 @@ class NavigationNodeParameters:
     map_frame: str = "map"
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
-    active_scan_period: float = 0.1
-    idle_scan_period: float = 0.5
-    costmap_publish_period: float = 1.0
+    active_scan_period: NotNegative = 0.1
+    idle_scan_period: NotNegative = 0.5
+    costmap_publish_period: Positive = 1.0
 
 
 class NavigationNode(FlorenceNode):
     """Serves goals one at a time; works only while one is active."""
 
     replaced_parameters = REPLACED_PARAMETERS
+    parameter_classes = (*NavigatorParameters.CLASSES, NavigationNodeParameters)
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("navigate", parameters=parameters, namespace=namespace)

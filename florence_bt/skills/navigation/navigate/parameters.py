@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
@@ -13,6 +13,7 @@ from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
 from florence_bt.skills.navigation.navigate.spin import SpinParameters
+from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,11 @@ class RecoveryParameters(CheckedParameters):
         movement_time_allowance: ... in this many seconds.
         approach_time_allowance: It must get nearer to the goal in this many seconds.
         oscillation_timeout: A drive that does not in this many seconds tries a recovery behaviour.
+        find_place_time: A robot with a goal that does not know where it is turns and drives a little for so
+            many seconds before the goal fails; 0: it stands still for ``sensor_patience``.
+        find_place_turn_speed: rad/s, as fast as was tried by hand.
+        find_place_distance: How far it drives at most before it chooses another direction, in metres.
+        find_place_speed: m/s.
 
     Source:
         REFERENCE 7.1, 7.3, 7.9.
@@ -60,6 +66,10 @@ class RecoveryParameters(CheckedParameters):
     movement_time_allowance: Positive = 10.0
     approach_time_allowance: Positive = 40.0
     oscillation_timeout: Positive = 15.0
+    find_place_time: NotNegative = 60.0
+    find_place_turn_speed: Positive = 0.7
+    find_place_distance: Positive = 1.5
+    find_place_speed: Annotated[float, Limits(SLOWEST_MPS)] = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +174,23 @@ class ApproachParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class NavigatorParameters:
-    """All parameters of navigation."""
+    """All parameters of navigation.
+
+    Attributes:
+        CLASSES: The class of each part, in their order.
+    """
+
+    CLASSES: ClassVar[tuple[type[Any], ...]] = (
+        CycleParameters,
+        CostmapParameters,
+        PlannerParameters,
+        ControllerParameters,
+        RecoveryParameters,
+        SpinParameters,
+        FollowParameters,
+        ApproachParameters,
+        PeopleParameters,
+    )
 
     cycle: CycleParameters = field(default_factory=CycleParameters)
     costmap: CostmapParameters = field(default_factory=CostmapParameters)
@@ -179,17 +205,7 @@ class NavigatorParameters:
     @staticmethod
     def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:
         """Fill every part with one reader of parameter dataclasses; all names are different."""
-        return NavigatorParameters(
-            cycle=read(CycleParameters),
-            costmap=read(CostmapParameters),
-            planner=read(PlannerParameters),
-            controller=read(ControllerParameters),
-            recovery=read(RecoveryParameters),
-            turn=read(SpinParameters),
-            follow=read(FollowParameters),
-            approach=read(ApproachParameters),
-            people=read(PeopleParameters),
-        )
+        return NavigatorParameters(*map(read, NavigatorParameters.CLASSES))
 
 
 _BACKING_UP = "a robot that is stuck backs up as a recovery behaviour: back_up_distance, back_up_speed"

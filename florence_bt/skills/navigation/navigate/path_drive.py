@@ -46,6 +46,11 @@ class PathDrive:
         self._progress.reset(now)
         self._last_control = now
 
+    def resume(self, now: float) -> None:
+        """Go on after the robot did not know where it was: nothing of before counts as lost time."""
+        self._progress.reset(now)
+        self._last_control = now
+
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         """One cycle: the velocity, the feedback, and the result when the drive is over."""
         odom_from_map = state.map_from_odom.inverse()

@@ -77,6 +77,13 @@ class People:
         rows[:, 4] = np.clip(at_goal, 0.0, rows[:, 4])
         return replace(self, rows=rows)
 
+    def anybody_beside(self, pose: Pose2) -> bool:
+        """Whether somebody is nearer than the robot may come to them: a turn would be too near, too."""
+        if not len(self.rows):
+            return False
+        away = np.hypot(self.rows[:, 0] - pose.x, self.rows[:, 1] - pose.y)
+        return bool((away < self.rows[:, 4]).any())
+
     def slowed(self, pose: Pose2, command: Twist2) -> Twist2:
         """The same arc, driven as fast as people allow.
 

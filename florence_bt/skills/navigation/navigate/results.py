@@ -27,7 +27,7 @@ TOUCH_FAILURES = {
 NAVIGATE_FAILURES = {
     "no_path": "no way leads to the goal",
     "goal_occupied": "the robot does not fit at the goal",
-    "goal_outside": "the goal lies outside of the map",
+    "goal_outside": "the goal lies outside of the map, or where it knows nothing",
     "start_outside": "the robot is outside of the map",
     "blocked": "something stands in the way, and waiting, turning and looking for another way did not help",
     "no_progress": "the robot does not get any nearer",

@@ -59,7 +59,7 @@ class Spin:
     def __init__(self, angle: float, parameters: SpinParameters, now: float, time_allowance: float) -> None:
         self._angle = angle
         self._parameters = parameters
-        self._deadline = now + time_allowance
+        self._deadline = now + time_allowance if time_allowance > 0.0 else math.inf
         self._last_yaw: float | None = None
         self._phase = _Phase.READY
         self.travelled = 0.0

@@ -42,6 +42,10 @@ class ThroughDrive:
         """The path to the next pose, shape (n, 2) in the map frame, or None."""
         return self._drive.path
 
+    def resume(self, now: float) -> None:
+        """Go on after the robot did not know where it was."""
+        self._drive.resume(now)
+
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         """One cycle: the velocity, the feedback, and the result when the drive is over."""
         command, feedback, result = self._drive.step(state)

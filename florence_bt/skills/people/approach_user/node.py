@@ -45,6 +45,8 @@ class ApproachNode(FlorenceNode):
         parameters: Overrides of the node's parameters.
     """
 
+    parameter_classes = (ApproachNodeParameters,)
+
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("approach_user", parameters=parameters)
         self._use = self.read_parameters(ApproachNodeParameters)

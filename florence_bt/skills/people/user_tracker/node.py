@@ -109,6 +109,14 @@ class UserTrackerNode(FlorenceNode):
             installed.
     """
 
+    parameter_classes = (
+        UserTrackerNodeParameters,
+        DetectorParameters,
+        ColourParameters,
+        TrackerParameters,
+        LookParameters,
+    )
+
     def __init__(
         self,
         *,

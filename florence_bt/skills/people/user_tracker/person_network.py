@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
+from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -116,15 +116,21 @@ class NetworkOutput:
 
 
 @cache
-def _network() -> cv2.dnn.Net:
-    return cv2.dnn.readNetFromONNX(str(FILE))
+def _network() -> Any:
+    import onnxruntime  # here: it is slow to load, and a process may never need the network
+
+    options = onnxruntime.SessionOptions()
+    # One thread adds in one order: the same picture gives the same answer, bit for bit. A second one would
+    # take a core from the rest of the robot.
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
+    return onnxruntime.InferenceSession(str(FILE), options, providers=["CPUExecutionProvider"])
 
 
 def infer(pixels: Pixels) -> NetworkOutput:
     """Run the network; takes some milliseconds on one core."""
     network = _network()
-    network.setInput(pixels.as_input()[None])
-    output = network.forward()[0]
+    output = network.run(None, {network.get_inputs()[0].name: pixels.as_input()[None]})[0][0]
     odds = np.exp(output[3:] - output[3:].max(axis=0))
     return NetworkOutput(
         person=1.0 / (1.0 + np.exp(-output[0])),
