@@ -41,7 +41,8 @@ APPROACH = """\
                 [ ] repeat 200 times
                     [ ] sequence
                         [ ] look for user
-                        [ ] distance($now, $user) < 0.6 m
+                        [ ] if distance($now, $user) >= 0.6 m
+                            [ ] fail
                         [ ] when $posture == "lying"
                             [ ] set place"""
 """Within a run of approach_user, before it begins."""
@@ -124,6 +125,7 @@ RUNNING = with_called("""\
                                         [>] repeat a look without images
                                             [>] look for user
                                 [ ] stop tracker
+            [ ] set met
             [ ] run meet_user
                 [ ] sequence (finally)
                     [ ] sequence
@@ -145,7 +147,8 @@ RUNNING = with_called("""\
                                                         [ ] run detect_user
                                                             DETECT
                                                         [ ] start tracker
-                                            [ ] distance($user, $seen_at) < 1 m
+                                            [ ] if distance($user, $seen_at) >= 1 m
+                                                [ ] fail
                                     [ ] go after who moves on
                                         [ ] if $chase == 1
                                             [ ] within 90 s
@@ -168,10 +171,24 @@ RUNNING = with_called("""\
                                 [ ] see whether they have moved on (sequence)
                                     [ ] set now
                                     [ ] selector
-                                        [ ] look for user
-                                        [ ] not plan to
-                                            [ ] plan to
-                                    [ ] distance($now, $user) < 0.5 m
+                                        [ ] last look
+                                        [ ] look again from further away (sequence)
+                                            [ ] selector
+                                                [ ] not plan to
+                                                    [ ] plan to
+                                                [ ] fail
+                                            [ ] get robot pose
+                                            [ ] try drive back
+                                                [ ] drive back
+                                            [ ] get robot pose (2)
+                                            [ ] selector (2) (selector)
+                                                [ ] look from further away
+                                                [ ] fail
+                                            [ ] when distance($back, $stood) > 5 cm
+                                                [ ] return to before them
+                                                    [ ] drive straight
+                                    [ ] if distance($now, $user) >= 0.5 m
+                                        [ ] fail
                     [ ] stop tracker""")  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""
 
@@ -194,7 +211,7 @@ def test_a_search_from_nearby(robot):
     play = robot.start("goto_user")
     robot.run_until("look from nearby/look_for_user")
     assert "[+] find the user (selector)\n" in play.tree
-    assert "[+] distance($user, $seen_at)" not in play.tree
+    assert "[+] if distance($user, $seen_at)" not in play.tree
     assert "[-] watch whether they walk on\n" in play.tree
 
 

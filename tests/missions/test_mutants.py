@@ -14,6 +14,7 @@ NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
 ROUND_SEARCH = """with: {window: $window, looks: $looks}
                     out: {user: user, distance: distance, user_id: user_id}
 """
+LOOK_AGAIN = 'x: "${distance($back, $user)}"'
 STORE = """          - succeed:
               set_user_position: {user: $user}
 """
@@ -162,8 +163,8 @@ MUTANTS = [
         "pose_occupied, no_user_seen",
         "no_more_views",
     ),
-    ("goto_user", "pose_occupied, no_user_seen, not_so", "pose_occupied, not_so", "goto_user is FAILED"),
-    ("goto_user", "no_user_seen, not_so,", "no_user_seen,", "'not_so', not 'no_more_views'"),
+    ("goto_user", "pose_occupied, no_user_seen,", "pose_occupied,", "goto_user is FAILED"),
+    ("goto_user", "user_moved_on, user_lost,", "user_lost,", "'user_moved_on', not 'no_more_views'"),
     ("goto_user", "no_path, goal_occupied,", "goal_occupied,", "no_more_views"),
     (
         "goto_user",
@@ -191,8 +192,7 @@ MUTANTS = [
         "",
         "'meet_user' with safe_distance=0.8 was started never",
     ),
-    ("goto_user", "not_so, user_lost,", "not_so,", "'user_lost', not 'no_more_views'"),
-    ("goto_user", "user_lost, inverted,", "user_lost,", "'inverted', not 'no_more_views'"),
+    ("goto_user", "user_moved_on, user_lost,", "user_moved_on,", "'user_lost', not 'no_more_views'"),
     ("meet_user", "$distance > 1.6 m", "$distance >= 1.6 m", "was started twice, not once"),
     ("meet_user", "$distance > 1.6 m", "$distance > 1.7 m", "was started once, not twice"),
     (
@@ -210,8 +210,8 @@ MUTANTS = [
     ("meet_user", ", limit: 45 s", "", "'make sure from nearby/**/navigate_to' was started "),
     ("meet_user", "{user: user, user_id: id}", "{user_id: id}", "'set_user_position' with user=(x 3.50 m"),
     ("meet_user", "{user: user, user_id: id}", "{user: user}", "'follow_user' with user_id=8 was not called"),
-    ("meet_user", "$seen_at) < 1 m", "$seen_at) < 0.4 m", "'set_user_position' with user=(x 3.50 m"),
-    ("meet_user", "$seen_at) < 1 m", "$seen_at) < 2 m", "'follow_user'"),
+    ("meet_user", "$seen_at) >= 1 m", "$seen_at) >= 0.4 m", "'set_user_position' with user=(x 3.50 m"),
+    ("meet_user", "$seen_at) >= 1 m", "$seen_at) >= 2 m", "'follow_user'"),
     ("meet_user", STORE, "", "'set_user_position' is a skill that meet_user does not use"),
     (
         "meet_user",
@@ -229,11 +229,18 @@ MUTANTS = [
         "meet_user",
         "{user: $user, user_id: $id, safe_distance: $safe_distance}",
         "{user: $user, safe_distance: $safe_distance}",
-        "the output user is {x: 3 m, y: 2 m",
+        "'drive_back' was started twice, not once",
     ),
-    ("meet_user", "$user) < 0.5 m", "$user) <= 0.5 m", "'follow_user' was started never, not once"),
-    ("meet_user", "      on: [not_so, inverted]\n", "      on: [inverted]\n", "meet_user is FAILED"),
-    ("meet_user", "      on: [not_so, inverted]\n", "      on: [not_so]\n", "meet_user is FAILED"),
+    ("meet_user", "$user) >= 0.5 m", "$user) > 0.5 m", "'follow_user' was started never, not once"),
+    ("meet_user", "      on: [user_moved_on]\n", "      on: [user_lost]\n", "meet_user is FAILED"),
+    ("meet_user", LOOK_AGAIN, LOOK_AGAIN.replace("$back", "$stood"), "'look from further away'"),
+    ("meet_user", "drive_back: {distance: 0.4 m,", "drive_back: {distance: 0.3 m,", "'drive_back'"),
+    (
+        "meet_user",
+        "when: distance($back, $stood) > 5 cm",
+        "when: distance($back, $stood) > 5 m",
+        "drive_straight",
+    ),
     ("meet_user", "timeout: 90 s", "timeout: 10 min", "not 'timed_out'"),
     (
         "meet_user",
@@ -263,7 +270,7 @@ MUTANTS = [
     ("meet_user", "on: [no_user_seen]", "on: [no_image]", "meet_user is FAILED"),
     ("meet_user", "if: $look == 1", "if: $look <= 2", "meet_user is FAILED"),
     ("meet_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker'"),
-    ("approach_user", "$user) < 0.6 m", "$user) <= 0.6 m", "approach_user is SUCCEEDED"),
+    ("approach_user", "$user) >= 0.6 m", "$user) > 0.6 m", "approach_user is SUCCEEDED"),
     (
         "approach_user",
         "        on: [no_user_seen, no_image]\n",
