@@ -15,10 +15,12 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tools.safety_campaign.busy import goto_user_beside_load
+from tools.safety_campaign.hands import drive_by_hand_many, hands_table
 from tools.safety_campaign.hangs import hang_many, hangs_table
 from tools.safety_campaign.kills import kill_many, kills_table
 from tools.safety_campaign.messages import attack_with_messages
 from tools.safety_campaign.overrides import override_many, overrides_table
+from tools.safety_campaign.pauses import stand_many, stands_table
 from tools.safety_campaign.restarts import restart_many
 from tools.safety_campaign.running_system import RunningSystem
 from tools.tables import table, write_between_marks
@@ -40,6 +42,14 @@ def _kills(options: argparse.Namespace) -> str:
 
 def _hangs(options: argparse.Namespace) -> str:
     return hangs_table(hang_many(options.count or 20, options.seed, _say))
+
+
+def _pauses(options: argparse.Namespace) -> str:
+    return stands_table(stand_many(options.count or 12, options.seed, _say))
+
+
+def _hands(options: argparse.Namespace) -> str:
+    return hands_table(drive_by_hand_many(options.count or 3, options.seed, _say))
 
 
 def _messages(options: argparse.Namespace) -> str:
@@ -80,6 +90,8 @@ ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {
     "overrides": _overrides,
     "kills": _kills,
     "hangs": _hangs,
+    "pauses": _pauses,
+    "hands": _hands,
     "messages": _messages,
     "restarts": _restarts,
     "busy": _busy,

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any
 
 import rclpy
-from florence_interfaces.srv import MissionStatus, RunMission
+from florence_interfaces.srv import MissionStatus, PauseMission, ResumeMission, RunMission
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from rclpy.signals import SignalHandlerOptions
@@ -183,6 +183,14 @@ class RunningSystem:
         if not future.result().accepted:
             raise CampaignFailed(f"patrol was refused: {future.result().message}")
 
+    def pause(self, reason: str) -> None:
+        """Pause the run, and wait for the answer."""
+        self._call(self._pause, PauseMission.Request(reason=reason))
+
+    def resume(self) -> None:
+        """Let the run go on, and wait for the answer."""
+        self._call(self._resume, ResumeMission.Request())
+
     def wait_for_drive(self, dice: random.Random) -> bool:
         """Wait for a random moment of a drive; whether there was one."""
         if not self.spin_until(lambda: self.truth["moving"], DRIVE_S):
@@ -231,6 +239,13 @@ class RunningSystem:
         self.wait(future.done, "the status", limit_s)
         return future.result()
 
+    def _call(self, client: Any, request: Any) -> None:
+        self.wait(client.service_is_ready, client.srv_name)
+        future = client.call_async(request)
+        self.wait(future.done, f"the answer of {client.srv_name}")
+        if not future.result().success:
+            raise CampaignFailed(f"{client.srv_name} was refused: {future.result().message}")
+
     def _make_interfaces(self) -> None:
         node = self.node
         node.create_subscription(String, "simulator/truth", self._on_truth, 100)
@@ -240,6 +255,9 @@ class RunningSystem:
         self.velocities = [
             node.create_publisher(Twist, name, RELIABLE) for name in ("cmd_vel", "filtered_cmd_vel")
         ]
+        self.by_hand = node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        self._pause = node.create_client(PauseMission, "florence_bt/pause")
+        self._resume = node.create_client(ResumeMission, "florence_bt/resume")
         self._run = node.create_client(RunMission, "florence_bt/run_mission")
         self._status = node.create_client(MissionStatus, "florence_bt/status")
         self._poses = _goal_client(node, NavigateToPose, "navigate_to_pose")
