@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.text_files import replace_text
+from florence_bt.core.text_files import decode, read_bytes, replace_text
 
 HOURS = 24
 
@@ -70,11 +71,11 @@ def load_habits(file: Path) -> RoomHabits:
     Raises:
         ConfigError: The file cannot be read, or is damaged.
     """
-    try:
-        counts = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not os.path.lexists(file):
         return RoomHabits()
-    except (OSError, ValueError) as error:
+    try:
+        counts = json.loads(decode(read_bytes(file), file))
+    except (ConfigError, ValueError) as error:
         raise ConfigError(f"cannot read the habits of the user: {error}", file=file) from error
     if not isinstance(counts, dict) or not all(_are_counts(hours) for hours in counts.values()):
         raise ConfigError(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import threading
 import time
 from pathlib import Path
 
@@ -83,3 +85,19 @@ def test_the_rooms_of_this_hour_are_likely_behind_the_one_of_the_last_sighting()
     assert locator.likely_rooms() == ("hall", "study", "bedroom", "kitchen")
     clock.advance(HOUR)
     assert locator.likely_rooms() == ("hall", "kitchen", "bedroom", "study")
+
+
+def test_a_pipe_in_place_of_the_file_is_refused_and_not_waited_for(tmp_path):
+    pipe = tmp_path / "habits.json"
+    os.mkfifo(pipe)
+    found = []
+
+    def load():
+        with pytest.raises(ConfigError, match="it is a pipe"):
+            load_habits(pipe)
+        found.append(True)
+
+    reader = threading.Thread(target=load, daemon=True)
+    reader.start()
+    reader.join(30.0)
+    assert found

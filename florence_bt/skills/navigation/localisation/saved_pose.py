@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.text_files import decode, read_bytes, replace_text
 
 
 def identity_of(grid: OccupancyGrid) -> str:
@@ -30,9 +32,7 @@ def save_pose(path: Path, pose: Pose2, grid: OccupancyGrid) -> None:
     Raises:
         OSError: It cannot be written.
     """
-    fresh = path.with_name(f"{path.name}.new")
-    fresh.write_text(json.dumps({"map": identity_of(grid), "x": pose.x, "y": pose.y, "yaw": pose.yaw}))
-    fresh.replace(path)
+    replace_text(path, json.dumps({"map": identity_of(grid), "x": pose.x, "y": pose.y, "yaw": pose.yaw}))
 
 
 def load_pose(path: Path, grid: OccupancyGrid) -> Pose2 | None:
@@ -44,14 +44,14 @@ def load_pose(path: Path, grid: OccupancyGrid) -> Pose2 | None:
     Raises:
         ConfigError: The file cannot be read.
     """
+    if not os.path.lexists(path):
+        return None
     try:
-        entries = json.loads(path.read_text())
+        entries = json.loads(decode(read_bytes(path), path))
         if entries["map"] != identity_of(grid):
             return None
         pose = Pose2(float(entries["x"]), float(entries["y"]), float(entries["yaw"]))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (ConfigError, ValueError, KeyError, TypeError) as error:
         raise ConfigError(f"it holds no pose: {error}", file=path, valid=["to remove it"]) from error
     if not pose.is_within_limits():
         raise ConfigError(f"no robot is at {pose}", file=path, valid=["to remove it"])
