@@ -11,6 +11,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.outcomes import OWN_CODES
 from florence_bt.trees.language.quantities import format_value
@@ -38,9 +39,20 @@ def skills_page(declarations: Mapping[str, SkillDeclaration]) -> str:
     """
     common = [f"- `{code}`: {meaning}" for code, meaning in {**COMMON_CODES, **OWN_CODES}.items()]
     parts = [_HEAD, *common]
+    parts += ["", *_groups(declarations)]
     for declaration in declarations.values():
         parts += ["", *_skill(declaration)]
     return "\n".join(parts) + "\n"
+
+
+def _groups(declarations: Mapping[str, SkillDeclaration]) -> Iterator[str]:
+    yield "Wherever a mission looks for codes (`on`, `because`), one word can stand for several of them:"
+    yield ""
+    yield "| group | codes | meaning |"
+    yield "|---|---|---|"
+    for group in groups_of(declarations).values():
+        codes = ", ".join(f"`{code}`" for code in sorted(group.codes))
+        yield f"| `{group.name}` | {codes} | {group.meaning} |"
 
 
 def _skill(declaration: SkillDeclaration) -> Iterator[str]:

@@ -69,14 +69,24 @@ class PreparedDecorator(Decorator):
 
 
 class Invert(PreparedDecorator):
-    """Turns success into failure and failure into success."""
+    """Turns success into failure and failure into success.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is turned round.
+        code: The code of the failure when the child has succeeded.
+    """
+
+    def __init__(self, name: str, child: Behaviour, code: str = "unexpected_success") -> None:
+        super().__init__(name, child)
+        self._code = code
 
     def update(self) -> Status:
         """The opposite of the child's status."""
         if self.decorated.status is Status.FAILURE:
             return Status.SUCCESS
         if self.decorated.status is Status.SUCCESS:
-            self.result = failure("inverted", f"{self.decorated.name} succeeded, but the opposite was wanted")
+            self.result = failure(self._code, f"{self.decorated.name} succeeded, but the opposite was wanted")
             self.feedback_message = self.result.reason
             return Status.FAILURE
         return self.decorated.status
@@ -169,6 +179,7 @@ class CallMission(PreparedDecorator):
 
 
 SKIPPED = "skipped"
+GUARD_FAILED = "guard_failed"
 
 
 class StartGuard(PreparedDecorator):
@@ -184,6 +195,7 @@ class StartGuard(PreparedDecorator):
         when: What must hold, or None.
         unless: What must not hold, or None.
         holds: What must hold here too and is watched further down, or None.
+        code: The code of the failure when that does not hold.
         skipped_fails: Whether a skipped child counts as failure (below a selector) or as success.
     """
 
@@ -196,6 +208,7 @@ class StartGuard(PreparedDecorator):
         unless: CompiledExpression | None = None,
         holds: CompiledExpression | None = None,
         *,
+        code: str = GUARD_FAILED,
         skipped_fails: bool = False,
     ) -> None:
         super().__init__(name, child)
@@ -203,6 +216,7 @@ class StartGuard(PreparedDecorator):
         self._when = when
         self._unless = unless
         self._holds = holds
+        self._code = code
         self._skipped_fails = skipped_fails
 
     def prepare(self) -> Result | None:
@@ -213,7 +227,7 @@ class StartGuard(PreparedDecorator):
         if self._when is not None and not self._when.holds(keys):
             return self._skipped(self._when.denial(keys))
         if self._holds is not None and not self._holds.holds(keys):
-            return _guard_failed(self._holds, self._context)
+            return failure(self._code, self._holds.denial(keys))
         return None
 
     def update(self) -> Status:
@@ -226,7 +240,7 @@ class StartGuard(PreparedDecorator):
 
 
 class While(PreparedDecorator):
-    """Stops its child and fails with ``guard_failed`` as soon as a condition does not hold any more.
+    """Stops its child and fails as soon as a condition does not hold any more.
 
     A child that succeeds with the same step that ends the condition has succeeded.
 
@@ -235,6 +249,7 @@ class While(PreparedDecorator):
         child: What is guarded.
         context: What the tree shares.
         condition: What must hold at the start and all along.
+        code: The code of the failure.
 
     Attributes:
         memory: False, as of a composite that asks its conditions with every tick.
@@ -243,11 +258,17 @@ class While(PreparedDecorator):
     memory = False
 
     def __init__(
-        self, name: str, child: Behaviour, context: TreeContext, condition: CompiledExpression
+        self,
+        name: str,
+        child: Behaviour,
+        context: TreeContext,
+        condition: CompiledExpression,
+        code: str = GUARD_FAILED,
     ) -> None:
         super().__init__(name, child)
         self._context = context
         self._condition = condition
+        self._code = code
         self._end_watch: Callable[[], None] | None = None
 
     def prepare(self) -> Result | None:
@@ -290,15 +311,11 @@ class While(PreparedDecorator):
                 return None
         except ValueProblem as error:
             return error.as_result()
-        return _guard_failed(self._condition, self._context)
+        return failure(self._code, self._condition.denial(self._context.keys))
 
     def _on_key(self, key: str) -> None:
         if self.problem() is not None:
             self._context.wake()
-
-
-def _guard_failed(condition: CompiledExpression, context: TreeContext) -> Result:
-    return failure("guard_failed", condition.denial(context.keys))
 
 
 COOLING_DOWN = "cooling_down"

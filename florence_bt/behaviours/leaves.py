@@ -76,7 +76,7 @@ class SetKey(Behaviour):
 
 
 class Condition(Behaviour):
-    """Succeeds when an expression holds, fails with ``not_so`` when it does not.
+    """Succeeds when an expression holds, fails when it does not.
 
     A key that changes the answer wakes the executor, so that a composite without memory looks again.
 
@@ -84,15 +84,23 @@ class Condition(Behaviour):
         name: The name of the node in dumps.
         context: What the tree shares.
         expression: What is asked.
+        code: The code of the failure.
     """
 
-    def __init__(self, name: str, context: TreeContext, expression: CompiledExpression) -> None:
+    def __init__(
+        self,
+        name: str,
+        context: TreeContext,
+        expression: CompiledExpression,
+        code: str = "condition_false",
+    ) -> None:
         self._message: str | None = ""
         self._values: tuple[Any, ...] | None = None
         super().__init__(name)
         self.result: Result | None = None
         self._context = context
         self._expression = expression
+        self._code = code
         context.keys.watch(expression.keys, self._on_key)
 
     @property
@@ -121,7 +129,7 @@ class Condition(Behaviour):
         except ValueProblem as error:
             self.result = error.as_result()
         else:
-            self.result = None if holds else failure("not_so", self._expression.denial(keys))
+            self.result = None if holds else failure(self._code, self._expression.denial(keys))
         self._message = None if self.result is None else self.result.reason
 
     def _on_key(self, key: str) -> None:

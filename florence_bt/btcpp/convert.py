@@ -51,6 +51,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.vocabulary import BESIDE, MODIFIERS
 
 TURNING = frozenset({"Inverter", "ForceSuccess", "ForceFailure", "RunOnce", "Timeout"})
 """Decorators over which a guard is moved."""
@@ -397,7 +398,7 @@ class Converter:
         for name, guard in guards.items():
             node = put(node, name, guard)
         node = self._with_skip(element, node, before)
-        return self._with_because(element, node)
+        return self._with_words(element, node)
 
     def _asked(self, element: Element, name: str) -> str | None:
         return (
@@ -464,11 +465,12 @@ class Converter:
     def _all_scripts(self, element: Element, *texts: str) -> list[Node]:
         return [node for text in texts if text for node in self.scripts(element, text)]
 
-    def _with_because(self, element: Element, node: Node) -> Node:
-        text = element.get(f"{MARK}_because")
-        if not text:
-            return node
-        return put(node, "because", self.mark_value(element, text))
+    def _with_words(self, element: Element, node: Node) -> Node:
+        """The author's words for failures, as our own export has written them down."""
+        code, text = element.get(f"{MARK}_code"), element.get(f"{MARK}_because")
+        if code and _NAMES_ITS_FAILURE & set(node):
+            node = put(node, "code", code)
+        return put(node, "because", self.mark_value(element, text)) if text else node
 
 
 def put(node: Node, modifier: str, value: Any) -> Node:
@@ -480,6 +482,8 @@ def put(node: Node, modifier: str, value: Any) -> Node:
     return {**node, modifier: value}
 
 
+_NAMES_ITS_FAILURE = frozenset({*MODIFIERS["code"], *BESIDE["code"]})
+"""Words of a node of which a failure can have a `code`."""
 _JOINED = {"when": "and", "while": "and", "unless": "or"}
 """Guards -> what joins two of them."""
 
@@ -584,9 +588,7 @@ def always_failure(c: Converter, e: Element) -> Node:
     """``AlwaysFailure``; our own marks say why."""
     if not e.get(f"{MARK}_reason"):
         return {"fail": e.get("name") or "AlwaysFailure"}
-    reason = c.mark_value(e, e.get(f"{MARK}_reason"))
-    code = e.get(f"{MARK}_code")
-    return {"fail": reason, "code": code} if code else {"fail": reason}
+    return {"fail": c.mark_value(e, e.get(f"{MARK}_reason"))}
 
 
 @_converts("Script")

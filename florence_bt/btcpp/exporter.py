@@ -152,6 +152,8 @@ class NodeWriter:
         element = self._guarded(node, element)
         if node.name is not None:
             element.attributes = _named(element.attributes, node.name)
+        if node.code is not None:
+            element.attributes[f"{MARK}_code"] = node.code.text
         if node.reasons is not None:
             element.attributes[f"{MARK}_because"] = own_value(_reasons(node.reasons))
         return element
@@ -341,11 +343,8 @@ class NodeWriter:
                 return self._condition_node(node, condition)
             case model.Wait(duration=duration):
                 return self._timed(node, duration, ("Sleep", "msec"), "FlorenceWait", [])
-            case model.Fail(reason=reason, code=code):
-                attributes = {f"{MARK}_reason": own_value(reason)}
-                if code is not None:
-                    attributes[f"{MARK}_code"] = code.text
-                return Element("AlwaysFailure", attributes)
+            case model.Fail(reason=reason):
+                return Element("AlwaysFailure", {f"{MARK}_reason": own_value(reason)})
             case model.Set():
                 return self._set(node)
             case model.RunSkill():

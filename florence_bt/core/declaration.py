@@ -117,6 +117,23 @@ class Port:
 
 
 @dataclass(frozen=True, slots=True)
+class CodeGroup:
+    """Failure codes that mean the same to a mission; it can name them all with one word.
+
+    Groups of one name, from several skills, are one group.
+
+    Attributes:
+        name: The word.
+        codes: The codes.
+        meaning: What the codes have in common, for people; empty where another skill says it.
+    """
+
+    name: str
+    codes: frozenset[str]
+    meaning: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class SkillDeclaration:
     """A skill as missions see it.
 
@@ -134,6 +151,7 @@ class SkillDeclaration:
             so that it is asked again then and at no other time.
         deprecated: What missions should use instead, when the skill is deprecated; empty otherwise.
         server_codes: Error number of the skill's ROS server -> one of the codes above or of the common codes.
+        groups: What its codes have in common with those of other skills.
     """
 
     name: str
@@ -147,6 +165,7 @@ class SkillDeclaration:
     wakes: bool = False
     deprecated: str = ""
     server_codes: Mapping[int, str] = field(default_factory=dict)
+    groups: tuple[CodeGroup, ...] = ()
 
     def problems_with(self, inputs: Mapping[str, Any]) -> list[str]:
         """Everything that is wrong with a set of inputs (SI units); empty when they fit."""

@@ -252,7 +252,12 @@ MUTANTS = [
     ("meet_user", " + 0.3 m", "", "timed_out"),
     ("meet_user", "and distance($user, $before) < 0.2 m", "", "not 7 times"),
     ("meet_user", "- retry: 4\n", "- retry: 3\n", "'follow_user' was started twice, not 3 times"),
-    ("meet_user", "on: [not_so, no_user_seen, no_image]", "on: [not_so]", "meet_user is FAILED"),
+    (
+        "meet_user",
+        "on: [condition_false, no_user_seen, no_image]",
+        "on: [condition_false]",
+        "meet_user is FAILED",
+    ),
     ("meet_user", "policy: [until they stand and the robot is near]", "policy: any", "meet_user is FAILED"),
     ("meet_user", "              on: [user_lost]\n", "              on: [inverted]\n", "meet_user is FAILED"),
     (

@@ -8,6 +8,7 @@ from itertools import pairwise
 from florence_bt.core.errors import closest_first
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.code_groups import codes_named
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
@@ -16,13 +17,12 @@ from florence_bt.trees.language.vocabulary import IDENTIFIER, MAX_QUICK_ROUNDS
 
 MAX_DIGITS = 12
 """As many digits of a number of rounds are read; more are too many anyway."""
-RENAMED_CODES = {"no_picture": "no_image"}
-"""Failure codes of shipped skills as missions may still name them, and what they are called now."""
-
-
-def _most_likely(code: str, codes: Collection[str]) -> Sequence[str]:
-    """Possible codes, the one first that a wrong code most likely stands for."""
-    return closest_first(RENAMED_CODES.get(code, code), codes)
+RENAMED_CODES = {
+    "no_picture": "no_image",
+    "not_so": "condition_false",
+    "inverted": "unexpected_success",
+}
+"""Failure codes as missions may still name them, and what they are called now."""
 
 
 class ReachChecks:
@@ -38,6 +38,7 @@ class ReachChecks:
         self._mission = mission
         self._known = analysis.of(mission)
         self._findings = findings
+        self._groups = analysis.groups
 
     def check(self) -> None:
         """Check all nodes."""
@@ -62,6 +63,22 @@ class ReachChecks:
                     self._check_repeat(node)
                 case model.Condition(condition=condition):
                     self._check_constant(condition, "condition")
+
+    # ---- codes ----------------------------------------------------------------------------------------
+
+    def _can_be(self, word: str, codes: frozenset[str]) -> bool:
+        """Whether a code, or one of a group, is among some codes."""
+        return not codes_named(word, self._groups).isdisjoint(codes)
+
+    def _in_words(self, word: str) -> str:
+        return f"any code of the group {word!r}" if word in self._groups else repr(word)
+
+    def _most_likely(self, code: str, codes: Collection[str]) -> Sequence[str]:
+        """Possible codes and groups, the one first that a wrong code most likely stands for."""
+        groups = [name for name, group in self._groups.items() if not group.codes.isdisjoint(codes)]
+        return closest_first(RENAMED_CODES.get(code, code), [*codes, *groups])
+
+    # ---- how a node can end ---------------------------------------------------------------------------
 
     def _can_succeed(self, node: Node) -> bool:
         return self._known.of(node).outcomes.can_succeed
@@ -139,9 +156,11 @@ class ReachChecks:
             self._findings.in_vain(node.position, message, [f"{title} without retry"])
             return
         for code in node.on:
-            if code.text not in below.outcomes.codes:
-                message = f"what is retried cannot fail with {code.text!r}"
-                self._findings.in_vain(code.position, message, _most_likely(code.text, below.outcomes.codes))
+            if not self._can_be(code.text, below.outcomes.codes):
+                message = f"what is retried cannot fail with {self._in_words(code.text)}"
+                self._findings.in_vain(
+                    code.position, message, self._most_likely(code.text, below.outcomes.codes)
+                )
         if isinstance(node.child, model.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
             self._findings.in_vain(node.position, message, ["once: {retry: ..., do: ...}"])
@@ -207,10 +226,10 @@ class ReachChecks:
             return
         codes = self._known.of(node).outcomes.codes
         for code in node.reasons.by_code:
-            if code not in codes:
-                message = f"because: {node.title!r} cannot fail with {code!r}"
+            if not self._can_be(code, codes):
+                message = f"because: {node.title!r} cannot fail with {self._in_words(code)}"
                 place = node.reasons.places.get(code, node.reasons.position)
-                self._findings.warning(place, message, _most_likely(code, codes))
+                self._findings.warning(place, message, self._most_likely(code, codes))
 
     def _check_cleanup(self, node: Node) -> None:
         cleanup = node.cleanup

@@ -131,13 +131,13 @@ def _details(node: Node) -> Iterator[str]:
                 yield "on " + ", ".join(code.text for code in on)
             if key is not None:
                 yield f"attempt -> ${key.text}"
-        case model.Fail(reason=reason, code=code):
+        case model.Fail(reason=reason):
             yield show(reason)
-            if code is not None:
-                yield f"code: {code.text}"
         case model.Parallel(policy=policy) if policy.kind is PolicyKind.ANY:
             yield "any one is enough"
         case model.Parallel(policy=policy) if policy.kind is PolicyKind.COUNTED:
             yield f"policy: {policy}"
         case model.Sequence(memory=False) | model.Selector(memory=False) | model.If(memory=False):
             yield "without memory"
+    if node.code is not None:
+        yield f"code: {node.code.text}"

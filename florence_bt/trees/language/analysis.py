@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from florence_bt.core.declaration import Kind, SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language import model
+from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Node
 from florence_bt.trees.language.outcomes import SUCCEEDS, MissionOutcomes, NodeOutcomes
@@ -95,6 +96,11 @@ class Analysis:
         self._known: dict[Mission, MissionFacts] = {}
         self._callees: dict[Mission, tuple[str, ...]] = {}
         self._kinds: dict[Mission, Mapping[str, Kind]] = {}
+
+    @cached_property
+    def groups(self) -> Mapping[str, CodeGroup]:
+        """The groups of failure codes that the skills declare, by name."""
+        return groups_of(self.declarations)
 
     def of(self, mission: Mission) -> MissionFacts:
         """What is known of a mission."""

@@ -34,11 +34,12 @@ from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis, too_large
+from florence_bt.trees.language.code_groups import by_code, codes_named
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
@@ -46,7 +47,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
 from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
-from florence_bt.trees.language.vocabulary import FAILED
+from florence_bt.trees.language.vocabulary import CONDITION_FALSE, FAILED, GUARD_FAILED, UNEXPECTED_SUCCESS
 from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
 
 Made = TypeVar("Made")
@@ -221,7 +222,8 @@ class _TreeBuilder:
             behaviour = self._finally(node, node.cleanup, name, skipped_fails)
         behaviour = self._start_guard(node, behaviour, skipped_fails)
         if node.reasons is not None:
-            text, by_code = self._parts.get(node, "because", partial(_texts_of, node.reasons))
+            read = partial(_texts_of, node.reasons, self._analysis.groups)
+            text, by_code = self._parts.get(node, "because", read)
             annotations_of(behaviour).because = Because(self._context.keys, text, by_code)
         annotations_of(behaviour).origin = self._parts.get(
             node, "origin", lambda: Origin(self._mission, node)
@@ -254,7 +256,8 @@ class _TreeBuilder:
         if node.holds is None:
             return behaviour
         name = _one_step(f"while {node.holds.text}")
-        return While(name, behaviour, self._context, self._condition(node.holds))
+        code = node.own_failure(GUARD_FAILED)
+        return While(name, behaviour, self._context, self._condition(node.holds), code)
 
     def _start_guard(self, node: Node, behaviour: Behaviour, skipped_fails: bool) -> Behaviour:
         # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
@@ -265,7 +268,14 @@ class _TreeBuilder:
         name = ", ".join(f"{word} {guard.text}" for word, guard in guards if guard is not None)
         unless, when, goes_on = (self._condition(g) if g is not None else None for _, g in guards)
         return StartGuard(
-            _one_step(name), behaviour, self._context, when, unless, goes_on, skipped_fails=skipped_fails
+            _one_step(name),
+            behaviour,
+            self._context,
+            when,
+            unless,
+            goes_on,
+            code=node.own_failure(GUARD_FAILED),
+            skipped_fails=skipped_fails,
         )
 
     # ---- composites -----------------------------------------------------------------------------------
@@ -379,7 +389,7 @@ class _TreeBuilder:
     def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, spot: Spot | None) -> Behaviour:
         match node:
             case model.Invert():
-                return Invert(name, child)
+                return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
             case model.Succeed() | model.Force(success=True):
                 return ForceSuccess(name, child)
             case model.Force():
@@ -391,7 +401,7 @@ class _TreeBuilder:
         behaviour: Behaviour
         match node:
             case model.Retry(on=on, attempt_key=key):
-                codes, attempt = [code.text for code in on], key.text if key else None
+                codes, attempt = self._codes(on), key.text if key else None
                 behaviour = Retry(name, child, self._context, argument, codes, attempt)
             case model.Repeat():
                 behaviour = Repeat(name, child, self._context, argument)
@@ -405,14 +415,19 @@ class _TreeBuilder:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
 
+    def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
+        """The codes that some codes and groups stand for."""
+        return frozenset().union(*(codes_named(word.text, self._analysis.groups) for word in words))
+
     def _leaf(self, node: Node, name: str) -> Behaviour:
         context = self._context
         match node:
             case model.Condition(condition=condition):
-                return Condition(name, context, self._condition(condition))
-            case model.Fail(reason=reason, code=code):
+                code = node.own_failure(CONDITION_FALSE)
+                return Condition(name, context, self._condition(condition), code)
+            case model.Fail(reason=reason):
                 kind = None if isinstance(reason, Expression) else Kind.TEXT
-                return Fail(name, context, self._value(reason, kind), code.text if code else FAILED)
+                return Fail(name, context, self._value(reason, kind), node.own_failure(FAILED))
             case model.Wait(duration=duration):
                 seconds = self._value(duration, Kind.DURATION)
                 return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
@@ -519,10 +534,12 @@ class _TreeBuilder:
         return ConfigError(problem, file=self._mission.file, line=line, column=column, valid=valid)
 
 
-def _texts_of(reasons: model.Reasons) -> tuple[TextTemplate | None, dict[str, TextTemplate]]:
+def _texts_of(
+    reasons: model.Reasons, groups: Mapping[str, CodeGroup]
+) -> tuple[TextTemplate | None, dict[str, TextTemplate]]:
     """The author's words for every failure, and for those with a code."""
-    by_code = {code: template_of(text) for code, text in reasons.by_code.items()}
-    return (template_of(reasons.always) if reasons.always is not None else None), by_code
+    texts = by_code(((word, template_of(text)) for word, text in reasons.by_code.items()), groups)
+    return (template_of(reasons.always) if reasons.always is not None else None), texts
 
 
 def _declared_keys(mission: Mission) -> dict[str, Port]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from florence_bt.core.declaration import REQUIRED, Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import REQUIRED, CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, read_yaml
 from florence_bt.trees.language.findings import Finding
@@ -22,7 +22,7 @@ from florence_bt.trees.language.vocabulary import INPUT_KEYS, OUTPUT_KEYS, RESER
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
-SKILL_KEYS = ("summary", "inputs", "outputs", "failures", "resources", "deadline", "instant")
+SKILL_KEYS = ("summary", "inputs", "outputs", "failures", "groups", "resources", "deadline", "instant")
 """What can be said about a skill."""
 
 
@@ -99,6 +99,7 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:
         else frozenset(),
         _deadline(reader, deadline),
         instant is not None and reader.choice(instant, "instant", ("true", "false"), "false") == "true",
+        groups=_groups(reader, table.get("groups")),
     )
 
 
@@ -110,6 +111,18 @@ def _failures(reader: Reader, source: YamlNode | None) -> dict[str, str]:
         if code is not None and meaning is not None:
             found[code.text] = meaning
     return found
+
+
+def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:
+    """``groups``: the words under which missions find codes of the skill, each with the codes."""
+    groups = []
+    table = reader.mapping(source, "groups")
+    for key, item in table.entries if table else ():
+        name = reader.identifier(key, "a group of failure codes")
+        codes = reader.identifiers(item, f"a code of the group {key.text}")
+        if name is not None:
+            groups.append(CodeGroup(name.text, frozenset(code.text for code in codes)))
+    return tuple(groups)
 
 
 def _deadline(reader: Reader, source: YamlNode | None) -> float:
@@ -139,6 +152,8 @@ def _written(declaration: SkillDeclaration) -> dict[str, Any]:
             written[title] = {name: port_document(port) for name, port in ports.items()}
     if declaration.failures:
         written["failures"] = dict(declaration.failures)
+    if declaration.groups:
+        written["groups"] = {group.name: sorted(group.codes) for group in declaration.groups}
     if declaration.resources:
         written["resources"] = sorted(declaration.resources)
     written["deadline"] = format_value(declaration.deadline_s, Kind.DURATION)

@@ -133,6 +133,7 @@ class Node:
     Attributes:
         position: Where its kind key stands.
         name: The name that the author gave, or None.
+        code: ``code``: what a failure of the node's own is called, or None: as :meth:`own_failure` says.
         reasons: ``because``, or None.
         cleanup: ``finally``, or None.
         when: ``when``: what must hold before the node starts, or None; the node is skipped otherwise.
@@ -142,6 +143,7 @@ class Node:
 
     position: Position
     name: str | None = None
+    code: Literal | None = None
     reasons: Reasons | None = None
     cleanup: Node | None = None
     when: Expression | None = None
@@ -167,6 +169,10 @@ class Node:
     def expressions(self) -> tuple[Expression, ...]:
         """The conditions of the node itself: guards, and what ``if`` and ``condition`` ask."""
         return self.guards
+
+    def own_failure(self, default: str) -> str:
+        """The code of a failure that is the node's own: the author's word for it, or a default."""
+        return self.code.text if self.code is not None else default
 
     @property
     def guards(self) -> tuple[Expression, ...]:
@@ -221,7 +227,6 @@ class Fail(Node):
     """``fail``: fails with a reason."""
 
     reason: Value
-    code: Literal | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language import model
 from florence_bt.trees.language.expressions.compiling import can_break, constant_of
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
-from florence_bt.trees.language.vocabulary import FAILED
+from florence_bt.trees.language.vocabulary import CONDITION_FALSE, FAILED, GUARD_FAILED, UNEXPECTED_SUCCESS
 
 OWN_CODES = {
     "missing_key": "a key was read that nothing has written",
@@ -102,7 +102,7 @@ class MissionOutcomes:
         never = constant_of(node.when) is False or constant_of(node.unless) is True
         can_succeed = outcomes.can_succeed and not never and constant_of(node.holds) is not False
         if constant_of(node.holds) is not True and node.holds is not None:
-            codes |= {"guard_failed"}
+            codes |= {node.own_failure(GUARD_FAILED)}
         if node.when is None and node.unless is None:
             return NodeOutcomes(can_succeed, codes)
         if in_selector:
@@ -152,9 +152,8 @@ class MissionOutcomes:
             case model.Force(success=False):
                 return NodeOutcomes(False, child.codes | ({"forced"} if child.can_succeed else _NO_CODES))
             case model.Invert():
-                return NodeOutcomes(
-                    child.can_fail, frozenset({"inverted"}) if child.can_succeed else _NO_CODES
-                )
+                own = frozenset({node.own_failure(UNEXPECTED_SUCCESS)})
+                return NodeOutcomes(child.can_fail, own if child.can_succeed else _NO_CODES)
             case model.Timed(duration=value):
                 own = _TIMED_CODES.get(type(node), _NO_CODES)
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE) | own)
@@ -166,10 +165,11 @@ class MissionOutcomes:
         match node:
             case model.Condition(condition=condition):
                 fixed = constant_of(condition)
-                codes = self._of_expression(condition) | ({"not_so"} if fixed is not True else _NO_CODES)
+                own = {node.own_failure(CONDITION_FALSE)} if fixed is not True else _NO_CODES
+                codes = self._of_expression(condition) | own
                 return NodeOutcomes(fixed is not False, codes)
-            case model.Fail(code=code, reason=reason):
-                return NodeOutcomes(False, self._of_value(reason) | {code.text if code else FAILED})
+            case model.Fail(reason=reason):
+                return NodeOutcomes(False, self._of_value(reason) | {node.own_failure(FAILED)})
             case model.Wait(duration=duration):
                 return NodeOutcomes(True, self._of_value(duration, PAUSE))
             case model.Set(values=values):

@@ -177,8 +177,7 @@ class _MissionParser(Reader):
                 return model.Condition(condition=condition, **fields) if condition is not None else None
             case "fail":
                 reason, fields = self._template(value, "fail"), self._fields(key, mapping)
-                name = self._optional_name(mapping, "code")
-                return model.Fail(reason=reason, code=name, **fields) if reason is not None else None
+                return model.Fail(reason=reason, **fields) if reason is not None else None
             case "wait":
                 duration, fields = self.value(value, "wait"), self._fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None
@@ -194,6 +193,8 @@ class _MissionParser(Reader):
             match modifier.text:
                 case "name":
                     fields["name"] = self.text(source, "name")
+                case "code":
+                    fields["code"] = self.identifier(source, "code")
                 case "because":
                     fields["reasons"] = self._reasons(source)
                 case "finally":
@@ -255,8 +256,16 @@ class _MissionParser(Reader):
         own = kind if kind in vocabulary.NODE_KINDS else "a skill"
         for key, _ in mapping.entries:
             kinds = vocabulary.MODIFIERS.get(key.text)
-            if kinds is not None and own not in kinds:
-                message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(kinds)}"
+            beside = vocabulary.BESIDE.get(key.text, ())
+            named = [word for word in beside if mapping.get(word) is not None]
+            if kinds is not None and own in kinds:
+                named.insert(0, own)
+            if len(named) > 1:
+                message = f"{key.text}: it is not clear whether that is about {' or '.join(map(repr, named))}"
+                self.error(key.position, message, ["sequence: [the node with what stays inside]"])
+            elif kinds is not None and not named:
+                owners = (*kinds, *(f"a node with {word}" for word in beside))
+                message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(owners)}"
                 usable = [name for name, owners in vocabulary.MODIFIERS.items() if own in owners]
                 self.error(key.position, message, (*usable, *vocabulary.ANYWHERE))
 

@@ -13,6 +13,7 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language import vocabulary
+from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, format_value, with_article
 
@@ -233,11 +234,11 @@ MODIFIER_TEXTS: dict[str, str] = {
     "else": "the node to run when the condition does not hold",
     "cases": "the values, each with the node to run for it",
     "default": "the node to run when no case fits",
-    "on": "only failures with these codes are worth another attempt",
+    "on": "only failures with these codes, or of these groups of codes, are worth another attempt",
     "attempt": "the key that receives the number of the attempt",
     "memory": "false: conditions are watched while a later node runs",
     "policy": "when the parallel is done: all, any, the names of branches, or numbers",
-    "code": "the code of the failure",
+    "code": "the code of the failure: what others find it by",
     "with": "the inputs of the mission",
     "out": "the outputs, each with the key that receives it",
     "every": "how often a composite without memory asks this condition again, 1 s if not given",
@@ -322,8 +323,9 @@ class NodeSchemas:
         return schemas
 
     def _modifiers(self) -> dict[str, Schema]:
-        codes = self._codes()
+        codes = {**self._groups(), **self._codes()}
         code: Schema = {"$ref": "#/definitions/code"}
+        wanted: Schema = {"$ref": "#/definitions/wanted_code"}
         values: dict[str, Schema] = {
             "name": TEXT,
             "when": EXPRESSION,
@@ -346,7 +348,7 @@ class NodeSchemas:
             "else": NODE,
             "cases": {"type": "object", "additionalProperties": NODE, "minProperties": 1},
             "default": NODE,
-            "on": {"anyOf": [code, {"type": "array", "items": code}]},
+            "on": {"anyOf": [wanted, {"type": "array", "items": wanted}]},
             "attempt": NAME,
             "memory": {"type": "boolean", "default": True, "errorMessage": "true or false"},
             "policy": _policy(),
@@ -356,6 +358,15 @@ class NodeSchemas:
             "every": literal(Kind.DURATION),
         }
         return {name: {"description": text, **values[name]} for name, text in MODIFIER_TEXTS.items()}
+
+    def codes_and_groups(self) -> Schema:
+        """The schema of a code or a group of codes that a mission looks for."""
+        return {"anyOf": [words({**self._groups(), **self._codes()}), NAME]}
+
+    def _groups(self) -> dict[str, str]:
+        """Every group of codes with what it means."""
+        groups = groups_of(self._declarations).values()
+        return {group.name: f"{group.meaning} ({', '.join(sorted(group.codes))})" for group in groups}
 
     def _codes(self) -> dict[str, str]:
         """Every code with what it means."""
@@ -372,8 +383,13 @@ class NodeSchemas:
                 for owner in owners
                 for kind in ([owner] if owner in vocabulary.NODE_KINDS else self._declarations)
             ]
-            elsewhere: Schema = {"not": {"anyOf": [{"required": [kind]} for kind in kinds]}} if kinds else {}
-            message = f"{modifier!r} belongs to {' and '.join(owners)}"
+            beside = [{"required": [word]} for word in vocabulary.BESIDE.get(modifier, ())]
+            elsewhere: Schema = (
+                {"not": {"anyOf": [*({"required": [kind]} for kind in kinds), *beside]}} if kinds else {}
+            )
+            message = (
+                f"{modifier!r} belongs to {' and '.join((*owners, *vocabulary.BESIDE.get(modifier, ())))}"
+            )
             then: Schema = {"properties": {modifier: False}, "errorMessage": message}
             yield {"if": where({"required": [modifier]}, known, elsewhere), "then": then}
         for kind, modifier in _NEEDED.items():
@@ -481,7 +497,12 @@ def make_schema(
         "properties": {key: {"description": _TEXTS[key], **values[key]} for key in vocabulary.MISSION_KEYS},
         "required": ["mission", "tree"],
         "additionalProperties": False,
-        "definitions": {**definitions(), "code": nodes.code(), "node": nodes.node()},
+        "definitions": {
+            **definitions(),
+            "code": nodes.code(),
+            "wanted_code": nodes.codes_and_groups(),
+            "node": nodes.node(),
+        },
     }
 
 

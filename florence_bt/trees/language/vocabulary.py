@@ -44,12 +44,15 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
     "attempt": ("retry",),
     "memory": ("sequence", "selector", "if"),
     "policy": ("parallel",),
-    "code": ("fail",),
+    "code": ("fail", "condition", "invert"),
     "with": ("run",),
     "out": ("run", "a skill"),
     "every": ("a skill",),
 }
 """Further modifiers -> the kinds that they belong to."""
+
+BESIDE: dict[str, tuple[str, ...]] = {"code": ("while",)}
+"""Modifiers of :data:`MODIFIERS` -> other modifiers of a node that allow them too, whatever its kind."""
 
 NEVER_INPUTS = (
     "out",
@@ -88,6 +91,12 @@ MAX_QUICK_ROUNDS = 5000
 no time has no more rounds. Chosen: 2,000 quick rounds are somebody's loop, and 5,000 are over in seconds."""
 FAILED = "failed"
 """The code of ``fail`` when it names none."""
+CONDITION_FALSE = "condition_false"
+"""The code of a ``condition`` that names none."""
+UNEXPECTED_SUCCESS = "unexpected_success"
+"""The code of an ``invert`` that names none."""
+GUARD_FAILED = "guard_failed"
+"""The code of a ``while`` that names none."""
 
 TREE_CODES: dict[str, str] = {
     "missing_key": "a key was read that nothing has written",
@@ -97,11 +106,11 @@ TREE_CODES: dict[str, str] = {
     "no_skill": "this robot lacks the skill",
     "timed_out": "a time-out or a deadline passed",
     "cancelled": "a skill was cancelled by its server",
-    "inverted": "what was inverted succeeded",
+    "unexpected_success": "what was inverted succeeded",
     "forced": "what is forced to fail succeeded",
     "skipped": "`when` or `unless` kept a node of a selector from starting",
     "guard_failed": "`while` did not hold",
-    "not_so": "the expression of a `condition` does not hold",
+    "condition_false": "the expression of a `condition` does not hold",
     "no_case": "no case of a `switch` fits",
     "cooling_down": "a cool-down has not passed",
     "failed": "`fail` without a code",

@@ -49,7 +49,7 @@ def test_a_condition_wakes_the_tree_only_when_its_answer_changes(clock):
     assert context.wake.take()
     node.tick_once()
     reason = "$distance < 1 m does not hold (distance is 2.0 m, room is hall)"
-    assert (node.status, node.result) == (Status.FAILURE, failure("not_so", reason))
+    assert (node.status, node.result) == (Status.FAILURE, failure("condition_false", reason))
     context.keys.write("distance", 3.0)
     assert not context.wake.take()
     context.keys.reset({"room": "hall"})

@@ -64,7 +64,9 @@ def test_parallel_points_to_the_child_that_failed(clock):
 
 def test_invert_explains_itself(clock):
     root = run(clock, lambda c: Invert("not at home", Succeed("at home")))
-    assert explain(root) == Why("not at home", "inverted", "at home succeeded, but the opposite was wanted")
+    assert explain(root) == Why(
+        "not at home", "unexpected_success", "at home succeeded, but the opposite was wanted"
+    )
     assert run(clock, lambda c: Invert("not", Fail("f", c, "x"))).status is Status.SUCCESS
 
 

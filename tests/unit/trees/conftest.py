@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.loader import MissionLibrary
 
+UNREACHABLE = CodeGroup("unreachable", frozenset({"no_path", "blocked"}), "not there")
+NOT_FOUND = CodeGroup("not_found", frozenset({"no_user_seen"}), "nobody")
 SKILLS = (
     SkillDeclaration(
         "navigate_to",
@@ -24,6 +26,7 @@ SKILLS = (
         "Turn",
         inputs={"angle": Port(Kind.ANGLE, "how far")},
         failures={"blocked": "something is in the way"},
+        groups=(UNREACHABLE,),
         resources=frozenset({"base"}),
     ),
     SkillDeclaration(
@@ -32,6 +35,7 @@ SKILLS = (
         inputs={"window": Port(Kind.DURATION, "how long", default=5.0, minimum=0.5, maximum=15.0)},
         outputs={"user": Port(Kind.POSE, "where"), "distance": Port(Kind.LENGTH, "how far")},
         failures={"no_user_seen": "nobody"},
+        groups=(NOT_FOUND,),
     ),
     SkillDeclaration(
         "get_hotspot",

@@ -220,7 +220,7 @@ def test_what_starts_again_forgets_why_it_failed(tmp_path, tree):
 def test_condition(tmp_path):
     head = "inputs: {d: {type: length, default: 2.4 m}, room: {type: text, default: hall}}\n"
     play = Play(tmp_path, f'{head}tree: {{condition: $d < 1 m or $room == "kitchen"}}')
-    assert play.run() == "not_so"
+    assert play.run() == "condition_false"
     assert play.why.reason == '$d < 1 m or $room == "kitchen" does not hold (d is 2.4 m, room is hall)'
     assert Play(tmp_path, f"{head}tree: {{condition: $d > 1 m}}").run() == "success"
 
@@ -233,5 +233,5 @@ def test_a_condition_in_a_sequence_without_memory_is_watched(tmp_path):
     - sequence: [{wait: 1 s}, {set: {n: 1}}, {wait: 60 s}]
 """
     play = Play(tmp_path, f"{NUMBER}tree: {tree}", work=[ENDLESS])
-    assert play.at(1.0) == "not_so"
+    assert play.at(1.0) == "condition_false"
     assert (1.0, "work", "cancelled") in play.ended

@@ -24,7 +24,7 @@ SKILL = "{work: {}, when: $n < 3}"
         (f"{{selector: [{{if: true, then: {SKILL}}}, other: ]}}", "success", ["other"]),
         (f"{{selector: [{{switch: 1, cases: {{1: {SKILL}}}}}, other: ]}}", "success", ["other"]),
         (f"{{selector: [{{sequence: [{SKILL}]}}, other: ]}}", "success", []),
-        (f"{{invert: {SKILL}}}", "inverted", []),
+        (f"{{invert: {SKILL}}}", "unexpected_success", []),
         ("{selector: [{work: , unless: $n == 5}, other: ]}", "success", ["other"]),
         ("{selector: [{work: , when: $n == 5, unless: $n > 9}, other: ]}", "success", ["work"]),
         ("{selector: [{sequence: [work: ], when: $n < 3}, other: ]}", "success", ["other"]),

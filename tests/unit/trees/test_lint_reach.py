@@ -249,11 +249,11 @@ def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
         "{sequence: [{parallel: [{fail: x}, TURN], policy: any}, {wait: 2 s}]}",
         "{sequence: [{parallel: [{fail: x}, TURN], policy: {succeed: 1}}, {wait: 2 s}]}",
         "{retry: 3, do: {parallel: [TURN, {wait: 1 s}]}}",
-        "{retry: 3, on: [inverted], do: {invert: TURN}}",
+        "{retry: 3, on: [unexpected_success], do: {invert: TURN}}",
         "{retry: 3, on: [forced, blocked], do: {force: failure, do: TURN}}",
         "{retry: 3, on: [guard_failed], do: {wait: 1 s, while: $b}}",
         "{retry: 3, on: [no_case], do: {switch: $b, cases: {true: TURN}}}",
-        "{retry: 3, on: [not_so], do: {condition: $b}}",
+        "{retry: 3, on: [condition_false], do: {condition: $b}}",
         "{retry: 3, on: [skipped], do: {selector: [TURN, {wait: 1 s, when: $b}]}}",
     ],
 )

@@ -38,7 +38,12 @@ GIVEN = {
     "mode": "{type: text, default: quick}",
 }
 # Examples that fail by intention: a part of the text -> the code.
-FAILURES = {'fail: "nobody was': "nobody_home", "invert:": "inverted", "while: not $found": "guard_failed"}
+FAILURES = {
+    'fail: "nobody was': "nobody_home",
+    "invert:": "still_in_the_kitchen",
+    "while: not $found": "somebody_is_here",
+    'fail: "there is no chair': "no_chair",
+}
 OUTPUTS = {
     Kind.POSE: Pose2(1.0, 2.0, 0.5),
     Kind.TEXT: "kitchen",

@@ -42,7 +42,7 @@ tree:
       default: {force: failure, do: {wait: "${max(1 s, 2 s)}"}}
     - parallel:
         - {name: looking, cooldown: 30 s, do: {look_for_user: {window: 2 s}}}
-        - {condition: $tries > 0, because: {not_so: "no tries yet"}}
+        - {condition: $tries > 0, because: {condition_false: "no tries yet"}}
       policy: [looking]
       while: $tries < 9
       finally: {stop_tracker: }

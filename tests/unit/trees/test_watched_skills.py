@@ -150,7 +150,7 @@ def test_outputs_of_a_new_answer_reach_the_conditions_that_use_them(tmp_path):
   memory: false
 """
     play = Play(tmp_path, tree, measure=[measured(3.0), measured(2.0), measured(0.5)], work=[ENDLESS])
-    assert play.run() == "not_so"
+    assert play.run() == "condition_false"
     assert (play.clock.now(), len(play.skills["work"].runs)) == (2.0, 1)
 
 
@@ -163,7 +163,7 @@ def test_a_called_mission_of_conditions_is_watched_with_its_keys(tmp_path):
         measure=[measured(3.0), measured(2.0), measured(0.5)],
         work=[ENDLESS],
     )
-    assert play.run() == "not_so"
+    assert play.run() == "condition_false"
     assert play.clock.now() == 2.0
 
 

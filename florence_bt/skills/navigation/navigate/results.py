@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 
 HELD_FAILURES = {
@@ -89,6 +89,29 @@ APPROACH_FAILURES = {
     **HELD_FAILURES,
 }
 """The codes of ``approach_person``."""
+
+UNREACHABLE = CodeGroup(
+    "unreachable",
+    frozenset(
+        {
+            *("no_path", "goal_occupied", "goal_outside"),
+            *("blocked", "no_progress", "collision_ahead", "timed_out"),
+            *TOUCH_FAILURES,
+        }
+    ),
+    "the robot does not get to a place, or not in time; it may well get to another one",
+)
+"""What is a matter of the place where the robot was to go."""
+STOPPED_BY_BASE = CodeGroup(
+    "stopped_by_base",
+    frozenset({*TOUCH_FAILURES, *HELD_FAILURES}),
+    "the base does not let the robot drive",
+)
+"""What is a matter of the base itself."""
+DRIVING_GROUPS = (UNREACHABLE, STOPPED_BY_BASE)
+"""The groups of the codes of every drive."""
+PERSON_GROUPS = (*DRIVING_GROUPS, CodeGroup("not_found", frozenset({"user_lost"})))
+"""The groups of the codes of a drive to a person."""
 
 STOP_CODES = {code: 10001 + place for place, code in enumerate((*HELD_FAILURES, *TOUCH_FAILURES))}
 """Our code -> error_code of both actions; Nav2 has none for them and leaves numbers from 10000 on free."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ServedService
@@ -33,6 +33,7 @@ PROPOSE_APPROACH_POSE = SkillDeclaration(
     },
     outputs={"pose": Port(Kind.POSE, "where to stand, facing the person")},
     failures={"pose_occupied": "the proposed place is not free, or there is none to propose"},
+    groups=(CodeGroup("unreachable", frozenset({"pose_occupied"})),),
     deadline_s=5.0,
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.serving import ServedAction, ServedCondition, ServedService
@@ -57,6 +57,9 @@ LOOK_FOR_USER = SkillDeclaration(
         "no_user_seen": "nobody was in front of the camera during the whole window",
         "no_image": "the camera gave too few usable images to know whether somebody is there",
     },
+    groups=(
+        CodeGroup("not_found", frozenset({"no_user_seen"}), "a person is not where they were looked for"),
+    ),
     resources=frozenset({"camera"}),
     deadline_s=20.0,
     server_codes={NO_USER_SEEN: "no_user_seen", NO_IMAGE: "no_image"},
