@@ -1,4 +1,4 @@
-"""Nodes that do one of several branches: ``if`` and ``switch``."""
+"""Nodes of which one child counts at a time: what they have in common, ``if`` and ``switch``."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from florence_bt.behaviours.watching import Watch
 from florence_bt.core.outcome import Result, failure
 
 
-class _Branching(Stepping):
-    """What both have in common: the branch that is done, and the end with its status."""
+class Branching(Stepping):
+    """What they have in common: the child that is done, and the end with its status."""
 
     def __init__(self, name: str, context: TreeContext, children: list[Behaviour]) -> None:
         super().__init__(name, children)
@@ -53,7 +53,7 @@ class _Branching(Stepping):
         return Status.FAILURE
 
 
-class If(_Branching):
+class If(Branching):
     """Does one of two branches.
 
     With memory the condition is asked once, at the start. Without memory it is asked again while the branch
@@ -169,7 +169,7 @@ class If(_Branching):
             self._context.wake()
 
 
-class Switch(_Branching):
+class Switch(Branching):
     """Does the branch whose case is equal to a value, which is looked up once, at the start.
 
     Args:

@@ -1,4 +1,4 @@
-"""Nodes about time and repetition: time-out, retry, repeat, wait.
+"""Nodes about time: time-out, wait.
 
 They use the clock of the context and wake the executor themselves, so a waiting tree needs no ticks. (The
 timers of py_trees read the clock of the operating system and are not used.)
@@ -6,8 +6,6 @@ timers of py_trees read the clock of the operating system and are not used.)
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -19,7 +17,6 @@ from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.keys import ValueProblem, resolve
 from florence_bt.behaviours.watching import Spot
-from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.outcome import Result, failure
 
 
@@ -150,116 +147,3 @@ def _running_leaf(node: Behaviour) -> Behaviour:
     while child := next((child for child in node.children if child.status is Status.RUNNING), None):
         node = child
     return node
-
-
-class _Counting(PreparedDecorator):
-    """What retry and repeat share: a number of rounds, and the number of the round in a key."""
-
-    def __init__(
-        self, name: str, child: Behaviour, context: TreeContext, rounds: Any, round_key: str | None = None
-    ) -> None:
-        super().__init__(name, child)
-        self.rounds = 0
-        self.round = 0
-        self._context = context
-        self._rounds = rounds
-        self._round_key = round_key
-
-    def prepare(self) -> Result | None:
-        """Look up the number of rounds."""
-        self.rounds = resolve(self._rounds, self._context.keys)
-        if isinstance(self.rounds, bool) or not isinstance(self.rounds, int) or self.rounds < 1:
-            return failure(
-                "bad_input", f"{self.name} needs a whole number of at least 1, not {self.rounds!r}"
-            )
-        if self._round_key is not None:
-            self._context.keys.check(self._round_key, 1)
-        return None
-
-    def initialise(self) -> None:
-        """Begin with round 1."""
-        self._enter(1)
-
-    def _enter(self, number: int) -> None:
-        self.round = number
-        if self._round_key is not None:
-            self._context.keys.write(self._round_key, number)
-
-    def _again(self) -> Status:
-        """Go to the next round: the executor ticks once more, which starts the child again."""
-        self._enter(self.round + 1)
-        self._context.wake()
-        return Status.RUNNING
-
-
-class Retry(_Counting):
-    """Starts its child again when it fails.
-
-    Args:
-        name: The name of the node in dumps.
-        child: What is tried.
-        context: What the tree shares.
-        attempts: How often at most, or a value source that says so.
-        on: The codes that are worth another attempt; every code when empty.
-        attempt_key: The key that receives the number of the attempt, beginning with 1.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        child: Behaviour,
-        context: TreeContext,
-        attempts: Any,
-        on: Collection[str] = (),
-        attempt_key: str | None = None,
-    ) -> None:
-        super().__init__(name, child, context, attempts, attempt_key)
-        self._on = frozenset(on)
-        self._exhausted = False
-
-    def initialise(self) -> None:
-        """Begin with the first attempt."""
-        super().initialise()
-        self._exhausted = False
-
-    def update(self) -> Status:
-        """The child's status; RUNNING after a failure that is worth another attempt."""
-        if self.decorated.status is Status.SUCCESS and self.round > 1:
-            self.feedback_message = f"attempt {self.round} of {self.rounds} succeeded"
-        if self.decorated.status is not Status.FAILURE:
-            return self.decorated.status
-        why = explain(self.decorated)
-        assert why is not None  # the child's status is FAILURE
-        if self._on and why.code not in self._on:
-            return Status.FAILURE
-        if self.round >= self.rounds:
-            self._exhausted = True
-            return Status.FAILURE
-        self.feedback_message = (
-            f"attempt {self.round + 1} of {self.rounds}; the last one failed: {why.reason}"
-        )
-        return self._again()
-
-    def extend_reason(self, why: Why) -> Why:
-        """Say how many attempts there were, when they were used up."""
-        if not self._exhausted:
-            return why
-        return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
-
-
-class Repeat(_Counting):
-    """Starts its child again when it succeeds, until it has succeeded a number of times.
-
-    Args:
-        name: The name of the node in dumps.
-        child: What is repeated.
-        context: What the tree shares.
-        rounds: How often, or a value source that says so.
-    """
-
-    def update(self) -> Status:
-        """The child's status; RUNNING after a success that was not the last."""
-        if self.decorated.status is not Status.SUCCESS or self.round >= self.rounds:
-            return self.decorated.status
-        self.feedback_message = f"round {self.round + 1} of {self.rounds}"
-        return self._again()

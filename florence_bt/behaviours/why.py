@@ -170,7 +170,7 @@ def _summary(names: list[str], reason: str, last: str) -> str:
     branches = ", ".join(dict.fromkeys(names))
     if reason in (last, last.split(EARLIER)[0]):
         return f"{branches} too"
-    return f"{branches}: {_short(reason)}"
+    return f"{branches}: {shortened(reason)}"
 
 
 def _why(child: Behaviour, known: dict[Behaviour, Why]) -> Why:
@@ -179,5 +179,6 @@ def _why(child: Behaviour, known: dict[Behaviour, Why]) -> Why:
     return why
 
 
-def _short(reason: str) -> str:
+def shortened(reason: str) -> str:
+    """A reason as it stands beside others."""
     return reason if len(reason) <= SHORT_REASON else f"{reason[: SHORT_REASON - 3]}..."

@@ -1218,7 +1218,9 @@ def without_equivalent(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceRetry")
 def florence_retry(c: Converter, e: Element) -> Node:
-    """``FlorenceRetry``."""
+    """``FlorenceRetry``: what is tried, and perhaps what is done between two attempts."""
+    if not 1 <= len(e.children) <= 2:
+        return c.stand_in(e, "it needs 1 or 2 nodes below it")
     node: Node = {"retry": c.value(e, "num_attempts", Kind.INTEGER)}
     codes = [code.strip() for code in e.get("on").split(";") if code.strip()]
     if codes:
@@ -1226,7 +1228,8 @@ def florence_retry(c: Converter, e: Element) -> Node:
     attempt = pointer(e.get("attempt"), "attempt")
     if attempt is not None:
         node["attempt"] = c.key_name(attempt)
-    return {**node, "do": c.only_child(e)}
+    child, *between = c.children(e)
+    return {**node, "do": child, **({"between": between[0]} if between else {})}
 
 
 @_converts("FlorenceTimeout", "FlorenceDelay", "FlorenceCooldown")

@@ -43,7 +43,7 @@ _UNSURE = frozenset(
     }
 )
 """Nodes that can succeed although what is below them did not."""
-_FIRST_COUNTS = ("RecoveryNode", "Finally", "FlorenceFinally")
+_FIRST_COUNTS = ("RecoveryNode", "Finally", "FlorenceFinally", "FlorenceRetry")
 """Controls that succeed when their first node does."""
 _ONE_OF = ("Fallback", "AsyncFallback", "ReactiveFallback", "RoundRobin", "FlorenceSwitch")
 """Controls that succeed when one of their nodes does."""

@@ -294,6 +294,8 @@ class NodeWriter:
             case model.Once():
                 return Element("RunOnce", {"then_skip": "false"}, children=children)
             case model.Retry():
+                if node.between is not None:
+                    children.append(self.node(node.between))
                 return self._retry(node, children)
             case model.Repeat(rounds=rounds):
                 if not isinstance(rounds, Literal | Reference):
@@ -314,16 +316,18 @@ class NodeWriter:
     def _retry(self, node: model.Retry, children: list[Element]) -> Element:
         attributes = {"num_attempts": port_attribute(node.attempts, Kind.INTEGER)}
         plain = isinstance(node.attempts, Literal | Reference)
-        if plain and not node.on and node.attempt_key is None:
+        if plain and not node.on and node.attempt_key is None and node.between is None:
             return Element("RetryUntilSuccessful", attributes, children=children)
         self._florence_node(
-            node, "FlorenceRetry", "RetryUntilSuccessful knows no failure codes and no number of the attempt"
+            node,
+            "FlorenceRetry",
+            "RetryUntilSuccessful knows no failure codes, no number of the attempt, nothing between",
         )
         if node.on:
             attributes["on"] = ";".join(code.text for code in node.on)
         if node.attempt_key is not None:
             attributes["attempt"] = f"{{{node.attempt_key.text}}}"
-        return _florence("Decorator", "FlorenceRetry", attributes, children)
+        return _florence("Control", "FlorenceRetry", attributes, children)
 
     def _timed(
         self, node: Node, duration: Value, native: tuple[str, str], own: str, children: list[Element]

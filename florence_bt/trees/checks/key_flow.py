@@ -250,7 +250,7 @@ class KeyFlow:
         self, node: model.Wrapper, child: Node, before: Written, observer: ReadObserver | None
     ) -> Flow:
         if isinstance(node, model.Retry | model.Repeat):
-            return self.follow(child, self._start_of_rounds(node, child, before), observer)
+            return self._loop(node, self._start_of_rounds(node, before), observer)
         flow = self.follow(child, before, observer)
         stopped = join(flow.failure, Written(flow.touched, before.surely))
         match node:
@@ -266,12 +266,22 @@ class KeyFlow:
                 return Flow(flow.success, join(flow.failure, before), flow.touched)
         return flow
 
-    def _start_of_rounds(self, node: Node, child: Node, before: Written) -> Written:
+    def _loop(self, node: model.Retry | model.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
+        """The last round, and what comes between two rounds."""
+        flow = self.follow(node.child, start, observer)
+        if not isinstance(node, model.Retry) or node.between is None or flow.failure is None:
+            return flow
+        pause = self.follow(node.between, flow.failure, observer)
+        return Flow(flow.success, join(flow.failure, pause.failure), flow.touched | pause.touched)
+
+    def _start_of_rounds(self, node: model.Retry | model.Repeat, before: Written) -> Written:
         """The state at the beginning of any round of a loop, the first one included."""
         state = before
         while True:
-            flow = self.follow(child, state)
+            flow = self.follow(node.child, state)
             again = flow.failure if isinstance(node, model.Retry) else flow.success
+            if isinstance(node, model.Retry) and node.between is not None and again is not None:
+                again = self.follow(node.between, again).success
             joined = join(state, again)
             if joined is None or joined == state:
                 return state

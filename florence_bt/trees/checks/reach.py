@@ -161,6 +161,9 @@ class ReachChecks:
                 self._findings.in_vain(
                     code.position, message, self._most_likely(code.text, below.outcomes.codes)
                 )
+        if node.between is not None and not self._can_succeed(node.between):
+            message = f"there is never a second attempt: {node.between.title!r} between two never succeeds"
+            self._findings.in_vain(node.between.position, message, [f"finally: {node.between.title}"])
         if isinstance(node.child, model.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
             self._findings.in_vain(node.position, message, ["once: {retry: ..., do: ...}"])
@@ -187,7 +190,8 @@ class ReachChecks:
         """
         below = self._known.of(node.child)
         rounds = self._quick_rounds(node)
-        if not below.known or below.lasting or rounds <= MAX_QUICK_ROUNDS:
+        lasting = any(self._known.of(part).lasting for part in node.parts)
+        if not below.known or lasting or rounds <= MAX_QUICK_ROUNDS:
             return
         message = (
             f"{node.default_title!r}: nothing below it takes time, and {rounds} rounds are more than the "

@@ -98,6 +98,8 @@ def _edges(node: Node) -> list[str]:
         case model.Parallel(policy=policy) if policy.kind is PolicyKind.SELECTED:
             wanted = [name.text for name in policy.names]
             return ["must succeed" if child.title in wanted else "" for child in node.children]
+        case model.Retry(between=Node()):
+            return ["", "between"]
     return [""] * len(node.parts)
 
 

@@ -22,6 +22,7 @@ _BESIDE_A_KIND = (
     "else",
     "do",
     "policy",
+    "between",
 )
 _NO_NODES = ("nothing", "none", "pass", "skip", "true", "false", "yes", "no")
 _CALL = re.compile(r"(?P<name>[a-z][a-z0-9_]*)\s*\(.*|(?P<first>[a-z][a-z0-9]*_[a-z0-9_]*)\s.*", re.DOTALL)

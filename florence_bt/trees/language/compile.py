@@ -28,7 +28,8 @@ from florence_bt.behaviours.decorators import (
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, is_source, readable
 from florence_bt.behaviours.leaves import Condition, Fail, SetKey
-from florence_bt.behaviours.pacing import Delay, Repeat, Retry, Timeout, Wait
+from florence_bt.behaviours.looping import Repeat, Retry
+from florence_bt.behaviours.pacing import Delay, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
@@ -400,9 +401,11 @@ class _TreeBuilder:
         argument = self._value(next(model.values_of(node)), kind)
         behaviour: Behaviour
         match node:
-            case model.Retry(on=on, attempt_key=key):
+            case model.Retry(on=on, attempt_key=key, between=between):
                 codes, attempt = self._codes(on), key.text if key else None
-                behaviour = Retry(name, child, self._context, argument, codes, attempt)
+                pause = self._node(between, skipped_fails=False) if between is not None else None
+                behaviour = Retry(name, child, self._context, argument, codes, attempt, pause)
+                _numbered(behaviour.children)
             case model.Repeat():
                 behaviour = Repeat(name, child, self._context, argument)
             case model.Timeout():

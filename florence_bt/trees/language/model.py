@@ -310,6 +310,12 @@ class Retry(Wrapper):
     attempts: Value
     on: tuple[Literal, ...] = ()
     attempt_key: Literal | None = None
+    between: Node | None = None
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The child, and what is done between two attempts."""
+        return (self.child, self.between) if self.between is not None else (self.child,)
 
     @property
     def default_title(self) -> str:

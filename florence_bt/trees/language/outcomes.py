@@ -157,7 +157,12 @@ class MissionOutcomes:
             case model.Timed(duration=value):
                 own = _TIMED_CODES.get(type(node), _NO_CODES)
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE) | own)
-            case model.Retry(attempts=value) | model.Repeat(rounds=value):
+            case model.Retry(attempts=value, between=between):
+                codes = child.codes | self._of_value(value, COUNT)
+                if between is not None:
+                    codes |= self._of(between, in_selector=False).codes
+                return NodeOutcomes(child.can_succeed, codes)
+            case model.Repeat(rounds=value):
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, COUNT))
         return child
 

@@ -397,11 +397,14 @@ class _MissionParser(Reader):
             return model.Force(child=child, success=success, **fields) if child is not None else None
         argument = self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
+        between = self._optional_child(mapping, "between")
         codes = self.identifiers(on, "a code in on") if on is not None else ()
         if child is None or argument is None:
             return None
         if key.text == "retry":
-            return model.Retry(child=child, attempts=argument, on=codes, attempt_key=attempt_key, **fields)
+            return model.Retry(
+                child=child, attempts=argument, on=codes, attempt_key=attempt_key, between=between, **fields
+            )
         if key.text == "repeat":
             return model.Repeat(child=child, rounds=argument, **fields)
         timed = {"timeout": model.Timeout, "delay": model.Delay, "cooldown": model.Cooldown}[key.text]

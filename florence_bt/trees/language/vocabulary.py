@@ -42,6 +42,7 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
     "default": ("switch",),
     "on": ("retry",),
     "attempt": ("retry",),
+    "between": ("retry",),
     "memory": ("sequence", "selector", "if"),
     "policy": ("parallel",),
     "code": ("fail", "condition", "invert"),
@@ -67,6 +68,7 @@ NEVER_INPUTS = (
     "then",
     "else",
     "cases",
+    "between",
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 

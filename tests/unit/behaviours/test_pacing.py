@@ -5,7 +5,8 @@ from py_trees.composites import Sequence
 
 from florence_bt.behaviours.keys import KeyReference
 from florence_bt.behaviours.leaves import Fail
-from florence_bt.behaviours.pacing import Repeat, Retry, Timeout, Wait
+from florence_bt.behaviours.looping import Repeat, Retry
+from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import explain
 from florence_bt.core.declaration import SkillDeclaration

@@ -8,7 +8,7 @@ from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import ForceSuccess, Invert
 from florence_bt.behaviours.keys import KeyReference, KeyStore, TextTemplate
 from florence_bt.behaviours.leaves import Fail
-from florence_bt.behaviours.pacing import Retry
+from florence_bt.behaviours.looping import Retry
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.why import Because, Why, explain, remember_failure
 from tests.ticking import make_context, tick_until

@@ -82,6 +82,8 @@ NODES = [
     "{switch: '${$number + 1}', cases: {1: {beep: }, 2: {turn: }, 3: {look: }}}",
     "{retry: 3, do: {look: }}",
     "{retry: $tries, on: [nobody, rejected], attempt: number, do: {look: }, because: 'round $number'}",
+    "{retry: 3, do: {look: }, between: {turn: {angle: 5 deg}}}",
+    "{retry: 3, on: [nobody], do: {look: }, between: {wait: 1 s, when: $found}}",
     "{repeat: 2, do: {turn: {angle: 5 deg}}}",
     "{timeout: 1.5 s, do: {look: }}",
     "{timeout: $limit, do: {go: {goal: {x: $near, y: 1 m, yaw: 90 deg}}}}",

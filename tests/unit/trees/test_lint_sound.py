@@ -77,6 +77,7 @@ def larger(nodes):
         st.builds("{{switch: ${}, cases: {{1: {}}}, default: {}}}".format, KEYS, nodes, nodes),
         st.builds("{{retry: 2, do: {}}}".format, nodes),
         st.builds("{{retry: 2, attempt: b, do: {}}}".format, nodes),
+        st.builds("{{retry: 2, do: {}, between: {}}}".format, nodes, nodes),
         st.builds("{{repeat: 2, do: {}}}".format, nodes),
         st.builds("{{timeout: 1500 ms, do: {}}}".format, nodes),
         st.builds("{{delay: 1 s, do: {}}}".format, nodes),

@@ -4,7 +4,8 @@ from py_trees.composites import Sequence
 
 from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.leaves import Fail, SetKey
-from florence_bt.behaviours.pacing import Retry, Wait
+from florence_bt.behaviours.looping import Retry
+from florence_bt.behaviours.pacing import Wait
 from florence_bt.core.clock import ManualClock
 from tests.ticking import make_context, tick_until
 from tests.unit.trees.dumps import ascii_tree

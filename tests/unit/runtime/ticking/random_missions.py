@@ -123,6 +123,7 @@ class Author:
         call: Node = {"run": "sub", "with": {"x": f"${key}"}, "out": {"y": key}}
         kinds: list[Node] = [
             {"retry": 2},
+            {"retry": 3, "between": self.leaf()},
             {"repeat": 2},
             {"timeout": "0.5 s"},
             {"timeout": "1.5 s"},

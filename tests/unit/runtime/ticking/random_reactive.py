@@ -29,7 +29,8 @@ from florence_bt.behaviours.decorators import (
 )
 from florence_bt.behaviours.expressions import CompiledExpression, operation
 from florence_bt.behaviours.keys import KeyReference, KeyStore
-from florence_bt.behaviours.pacing import Repeat, Retry, Timeout, Wait
+from florence_bt.behaviours.looping import Repeat, Retry
+from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.core.clock import ManualClock

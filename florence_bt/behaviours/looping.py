@@ -1,0 +1,175 @@
+"""Nodes that start what is below them again: retry, repeat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.branching import Branching
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.keys import ValueProblem, resolve
+from florence_bt.behaviours.stepping import Steps
+from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
+from florence_bt.core.outcome import Result, failure
+
+
+class Loop(Branching):
+    """What all loops share: a number of rounds, and the number of the round in a key."""
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        context: TreeContext,
+        rounds: Any,
+        round_key: str | None = None,
+        between: Behaviour | None = None,
+    ) -> None:
+        super().__init__(name, context, [child, *([between] if between is not None else [])])
+        self.child = child
+        self.rounds: float = 0
+        self.round = 0
+        self._rounds = rounds
+        self._round_key = round_key
+        self._between = between
+
+    def begin(self) -> None:
+        """Forget the last time; the child starts anew by itself."""
+        if self._between is not None:
+            self.halt(self._between)
+        self.branch, self.result, self.feedback_message = self.child, None, ""
+
+    def prepare(self) -> Result | None:
+        """Look up the number of rounds; a failure when there is none."""
+        self.rounds = resolve(self._rounds, self._context.keys)
+        whole = isinstance(self.rounds, int) and not isinstance(self.rounds, bool)
+        if self.rounds != math.inf and (not whole or self.rounds < 1):
+            return failure(
+                "bad_input", f"{self.name} needs a whole number of at least 1, not {self.rounds!r}"
+            )
+        if self._round_key is not None:
+            self._context.keys.check(self._round_key, 1)
+        return None
+
+    def steps(self) -> Steps:
+        """Do the round, and what comes between two rounds."""
+        if self.status is not Status.RUNNING:
+            self.begin()
+            try:
+                problem = self.prepare()
+            except ValueProblem as error:
+                problem = error.as_result()
+            if problem is not None:
+                return self.give_up(problem)
+            self.enter(1)
+        status = yield from self.branch_steps()
+        if self.branch is self._between:
+            if status is not Status.SUCCESS:
+                return status
+            self.branch = self.child
+            self.enter(self.round + 1)
+            status = yield from self.branch_steps()
+        if status is Status.RUNNING or not self.goes_on(status):
+            return status
+        # The next round begins with the next tick, which the executor is asked for.
+        if self._between is None:
+            self.enter(self.round + 1)
+        else:
+            self.branch = self._between
+        self._context.wake()
+        return Status.RUNNING
+
+    def goes_on(self, status: Status) -> bool:
+        """Whether another round follows after one that has ended with a status."""
+        raise NotImplementedError
+
+    def enter(self, number: int) -> None:
+        """Begin a round."""
+        self.round = number
+        if self._round_key is not None:
+            self._context.keys.write(self._round_key, number)
+
+
+class Retry(Loop):
+    """Starts its child again when it fails.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is tried.
+        context: What the tree shares.
+        attempts: How often at most, or a value source that says so.
+        on: The codes that are worth another attempt; every code when empty.
+        attempt_key: The key that receives the number of the attempt, beginning with 1.
+        between: What is done before each further attempt; when it fails, the node fails as it did.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        context: TreeContext,
+        attempts: Any,
+        on: Collection[str] = (),
+        attempt_key: str | None = None,
+        between: Behaviour | None = None,
+    ) -> None:
+        super().__init__(name, child, context, attempts, attempt_key, between)
+        self._on = frozenset(on)
+        self._last: Why | None = None
+        self._exhausted = False
+
+    def begin(self) -> None:
+        """Begin with the first attempt."""
+        super().begin()
+        self._last, self._exhausted = None, False
+
+    def goes_on(self, status: Status) -> bool:
+        """Whether a failure is worth another attempt."""
+        if status is Status.SUCCESS:
+            if self.round > 1:
+                self.feedback_message = f"attempt {self.round} of {self.rounds} succeeded"
+            return False
+        self._last = explain(self.child)
+        assert self._last is not None  # the child's status is FAILURE
+        if self._on and self._last.code not in self._on:
+            return False
+        self._exhausted = self.round >= self.rounds
+        if self._exhausted:
+            return False
+        self.feedback_message = (
+            f"attempt {self.round + 1} of {self.rounds}; the last one failed: {self._last.reason}"
+        )
+        return True
+
+    def extend_reason(self, why: Why) -> Why:
+        """Say how many attempts there were, when they were used up, or what came before what is between."""
+        if self._exhausted:
+            return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
+        if self.cause is self._between and self._last is not None:
+            before = f"attempt {self.round} of {self.rounds}: {shortened(self._last.reason)}"
+            return replace(why, reason=f"{why.reason}{EARLIER}{before})")
+        return why
+
+
+class Repeat(Loop):
+    """Starts its child again when it succeeds, until it has succeeded a number of times.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is repeated.
+        context: What the tree shares.
+        rounds: How often, or a value source that says so; infinite: until it fails.
+    """
+
+    def goes_on(self, status: Status) -> bool:
+        """Whether there is another round."""
+        if status is not Status.SUCCESS or self.round >= self.rounds:
+            return False
+        last = "" if self.rounds == math.inf else f" of {self.rounds}"
+        self.feedback_message = f"round {self.round + 1}{last}"
+        return True
