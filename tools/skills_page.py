@@ -46,7 +46,7 @@ def skills_page(declarations: Mapping[str, SkillDeclaration]) -> str:
 
 
 def _groups(declarations: Mapping[str, SkillDeclaration]) -> Iterator[str]:
-    yield "Wherever a mission looks for codes (`on`, `because`), one word can stand for several of them:"
+    yield "One word can stand for several codes after `on`, in `on_failure` and in `because`:"
     yield ""
     yield "| group | codes | meaning |"
     yield "|---|---|---|"

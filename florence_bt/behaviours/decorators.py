@@ -100,19 +100,6 @@ class ForceSuccess(Decorator):
         return Status.RUNNING if self.decorated.status is Status.RUNNING else Status.SUCCESS
 
 
-class ForceFailure(PreparedDecorator):
-    """Fails when its child is done, whichever way; a failure of the child stands as it is."""
-
-    def update(self) -> Status:
-        """RUNNING as long as the child is, then FAILURE."""
-        if self.decorated.status is Status.RUNNING:
-            return Status.RUNNING
-        if self.decorated.status is Status.SUCCESS:
-            self.result = failure("forced", f"{self.decorated.name} succeeded, which counts as failure here")
-            self.feedback_message = self.result.reason
-        return Status.FAILURE
-
-
 class CallMission(PreparedDecorator):
     """Runs the tree of another mission with keys of its own.
 

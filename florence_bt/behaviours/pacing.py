@@ -10,7 +10,6 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.composites import Sequence
 
 from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.context import TreeContext
@@ -73,19 +72,6 @@ class Wait(Behaviour):
     def terminate(self, new_status: Status) -> None:
         """Forget the timer."""
         self._timer.cancel()
-
-
-class Delay(Sequence):
-    """Starts its child after a pause: a sequence of the two.
-
-    Args:
-        name: The name of the node in dumps.
-        pause: The pause.
-        child: What is done after it.
-    """
-
-    def __init__(self, name: str, pause: Wait, child: Behaviour) -> None:
-        super().__init__(name, True, [pause, child])
 
 
 class Timeout(PreparedDecorator):

@@ -45,13 +45,13 @@ from florence_bt.btcpp.values import (
     text_value,
     written_value,
 )
-from florence_bt.btcpp.vocabulary import FOREVER, LOOP_KINDS, MARK, POLL, POST_CONDITIONS
+from florence_bt.btcpp.vocabulary import ENDLESS, FOREVER, LOOP_KINDS, MARK, POLL, POST_CONDITIONS
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions.parser import parse_expression
-from florence_bt.trees.language.vocabulary import BESIDE, MODIFIERS
+from florence_bt.trees.language.vocabulary import BESIDE, MODIFIERS, OUTSIDE
 
 TURNING = frozenset({"Inverter", "ForceSuccess", "ForceFailure", "RunOnce", "Timeout"})
 """Decorators over which a guard is moved."""
@@ -89,6 +89,9 @@ def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
     if element.tag in TURNING | ROUNDS:
         slot = "do" if "do" in node else next(iter(node))
         below = node[slot]
+        if element.tag == "ForceFailure" and _is_guarded(element.children[0], below[0]):
+            bare, guards = _lift(below[0])
+            return {slot: [bare, *below[1:]], **guards}, ""
         if isinstance(below, dict) and _is_guarded(element.children[0], below):
             bare, guards = _lift(below)
             different = _UNEVEN if any(map(_can_skip, _inside(element.children[0]))) else ""
@@ -504,12 +507,12 @@ def arranged(node: Node) -> Node:
     return {**first, **{key: value for key, value in node.items() if key not in first}}
 
 
-_FIRST = ("name", "when", "unless", "while", "because")
+_FIRST = ("name", "when", "unless", "while", "code", "because")
 
 
 def paced(node: Node) -> Node:
     """The body of an endless loop, with BehaviorTree.CPP's pause before each round."""
-    return {"delay": POLL, "do": node}
+    return {"sequence": [{"wait": POLL}, node]}
 
 
 def _one(nodes: list[Node]) -> Node:
@@ -990,8 +993,8 @@ def pipeline_sequence(c: Converter, e: Element) -> Node:
         # What is done again is written twice: one in another would grow without end.
         c.lost(e, "another PipelineSequence stands before its last node; imported as a sequence")
         return {"sequence": [*first, c.node(last)]}
-    rounds: Node = {"delay": _shortest_pace(c, earlier), "do": {"sequence": first}}
-    again: Node = {"name": "again", "repeat": str(FOREVER), "do": rounds}
+    rounds: Node = {"sequence": [{"wait": _shortest_pace(c, earlier)}, *first]}
+    again: Node = {"name": "again", "repeat": "forever", "do": rounds}
     node = _started_again(c, earlier, last)
     node = node if "name" in node else {"name": registration(last), **node}
     return {"sequence": [*first, {"parallel": [node, again], "policy": [node["name"]]}]}
@@ -1086,6 +1089,30 @@ def florence_finally(c: Converter, e: Element) -> Node:
     return put(body, "finally", cleanup)
 
 
+@_converts("FlorenceUntil")
+def florence_until(c: Converter, e: Element) -> Node:
+    """``FlorenceUntil``."""
+    if len(e.children) != 2:
+        return c.stand_in(e, "it needs exactly 2 nodes below it")
+    body, goal = c.children(e)
+    return put(_enclosed(body), "until", goal)
+
+
+@_converts("FlorenceCatch")
+def florence_catch(c: Converter, e: Element) -> Node:
+    """``FlorenceCatch``."""
+    codes = [code.strip() for code in e.get("codes").split(";") if code.strip()]
+    if len(e.children) != len(codes) + 1 or len(set(codes)) < len(codes):
+        return c.stand_in(e, f"{len(e.children)} nodes do not fit the codes {e.get('codes')!r}")
+    body, *handlers = c.children(e)
+    return put(_enclosed(body), "on_failure", dict(zip(codes, handlers, strict=True)))
+
+
+def _enclosed(body: Node) -> Node:
+    """A node whose own guards, names and clean-up stay its own when a modifier is put round it."""
+    return {"sequence": [body]} if set(OUTSIDE) & set(body) else body
+
+
 @_converts("FlorenceParallel")
 def florence_parallel(c: Converter, e: Element) -> Node:
     """``FlorenceParallel``."""
@@ -1126,7 +1153,8 @@ def force_success(c: Converter, e: Element) -> Node:
 @_converts("ForceFailure")
 def force_failure(c: Converter, e: Element) -> Node:
     """``ForceFailure``."""
-    return {"force": "failure", "do": c.only_child(e)}
+    child = c.only_child(e)
+    return {"sequence": [child, {"fail": f"{e.get('name') or e.tag}: what is below it succeeded"}]}
 
 
 @_converts("RetryUntilSuccessful", "RetryUntilSuccesful", "Repeat")
@@ -1135,20 +1163,27 @@ def rounds(c: Converter, e: Element) -> Node:
     kind, attribute = ("repeat", "num_cycles") if e.tag == "Repeat" else ("retry", "num_attempts")
     number, is_endless = c.count(e, attribute, 1)
     child = c.only_child(e)
+    if is_endless and kind == "repeat":
+        return {kind: "forever", "do": child if e.get(MARK) == ENDLESS else paced(child)}
     return {kind: number, "do": paced(child) if is_endless else child}
 
 
 @_converts("KeepRunningUntilFailure")
 def keep_running(c: Converter, e: Element) -> Node:
     """``KeepRunningUntilFailure``."""
-    return {"repeat": str(FOREVER), "do": paced(c.only_child(e))}
+    return {"repeat": "forever", "do": paced(c.only_child(e))}
 
 
-@_converts("Timeout", "Delay")
-def timed(c: Converter, e: Element) -> Node:
-    """``Timeout``, ``Delay``."""
-    attribute = "msec" if e.tag == "Timeout" else "delay_msec"
-    return {e.tag.lower(): c.milliseconds(e, attribute), "do": c.only_child(e)}
+@_converts("Timeout")
+def timeout(c: Converter, e: Element) -> Node:
+    """``Timeout``."""
+    return {"timeout": c.milliseconds(e, "msec"), "do": c.only_child(e)}
+
+
+@_converts("Delay")
+def delay(c: Converter, e: Element) -> Node:
+    """``Delay``."""
+    return {"sequence": [{"wait": c.milliseconds(e, "delay_msec")}, c.only_child(e)]}
 
 
 @_converts("RunOnce")
@@ -1232,9 +1267,9 @@ def florence_retry(c: Converter, e: Element) -> Node:
     return {**node, "do": child, **({"between": between[0]} if between else {})}
 
 
-@_converts("FlorenceTimeout", "FlorenceDelay", "FlorenceCooldown")
+@_converts("FlorenceTimeout", "FlorenceCooldown")
 def florence_timed(c: Converter, e: Element) -> Node:
-    """``FlorenceTimeout``, ``FlorenceDelay``, ``FlorenceCooldown``: durations that come from a key."""
+    """``FlorenceTimeout``, ``FlorenceCooldown``: durations that come from a key."""
     kind = e.tag.removeprefix("Florence").lower()
     return {kind: c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
 

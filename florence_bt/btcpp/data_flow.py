@@ -45,13 +45,13 @@ _UNSURE = frozenset(
 """Nodes that can succeed although what is below them did not."""
 _FIRST_COUNTS = ("RecoveryNode", "Finally", "FlorenceFinally", "FlorenceRetry")
 """Controls that succeed when their first node does."""
-_ONE_OF = ("Fallback", "AsyncFallback", "ReactiveFallback", "RoundRobin", "FlorenceSwitch")
+_ONE_OF = ("Fallback", "AsyncFallback", "ReactiveFallback", "RoundRobin", "FlorenceSwitch", "FlorenceCatch")
 """Controls that succeed when one of their nodes does."""
 _TOLERANT = frozenset(
     {
         *("Fallback", "AsyncFallback", "ReactiveFallback", "Inverter", "ForceSuccess", "TryCatch"),
         *("IfThenElse", "WhileDoElse", "RecoveryNode", "RetryUntilSuccessful", "RetryUntilSuccesful"),
-        *("Parallel", "ParallelAll", "RoundRobin"),
+        *("Parallel", "ParallelAll", "RoundRobin", "FlorenceCatch"),
     }
 )
 """Nodes after which a tree can go on although something below them failed."""
@@ -200,6 +200,8 @@ class TreeFlow:
             return own
         if tag in _FIRST_COUNTS:
             return own | below[0] if below else own
+        if tag == "FlorenceUntil":
+            return own | below[-1] if below else own
         if tag == "TryCatch":
             return own.union(*below[:-1])
         if tag in ("IfThenElse", "WhileDoElse"):

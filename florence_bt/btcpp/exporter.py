@@ -19,6 +19,7 @@ from florence_bt.btcpp.script import Inexpressible, needs_mark, script_of, set_s
 from florence_bt.btcpp.values import case_text, flow_value, own_value, port_attribute, script_number, si_text
 from florence_bt.btcpp.vocabulary import (
     CATEGORIES,
+    ENDLESS,
     FORMAT,
     KIND_TYPES,
     KIND_UNITS,
@@ -105,7 +106,7 @@ def _computed(term: Term, *, is_condition: bool) -> Iterator[str]:
 
 MAX_CASES = 6
 """Most cases that a ``Switch`` of BehaviorTree.CPP has."""
-_TURNING = (model.Invert, model.Succeed, model.Force, model.Once)
+_TURNING = (model.Invert, model.Succeed, model.Once)
 _SKIPPED = "in BehaviorTree.CPP it is skipped when what is below is skipped; here that is success or failure"
 
 
@@ -287,17 +288,27 @@ class NodeWriter:
         match node:
             case model.Invert():
                 return Element("Inverter", {}, children=children)
-            case model.Succeed() | model.Force(success=True):
+            case model.Succeed():
                 return Element("ForceSuccess", {}, children=children)
-            case model.Force():
-                return Element("ForceFailure", {}, children=children)
             case model.Once():
                 return Element("RunOnce", {"then_skip": "false"}, children=children)
             case model.Retry():
                 if node.between is not None:
                     children.append(self.node(node.between))
                 return self._retry(node, children)
+            case model.Repeat(rounds=None):
+                return Element("Repeat", {"num_cycles": "-1", MARK: ENDLESS}, children=children)
+            case model.OnFailure(handlers=handlers):
+                self._florence_node(node, "FlorenceCatch", "BehaviorTree.CPP knows no failure codes")
+                codes = {"codes": ";".join(code.text for code, _ in handlers)}
+                children += [self.node(each) for _, each in handlers]
+                return _florence("Control", "FlorenceCatch", codes, children)
+            case model.Until(goal=goal):
+                reason = "BehaviorTree.CPP has no node that ends another one with success"
+                self._florence_node(node, "FlorenceUntil", reason)
+                return _control("FlorenceUntil", [*children, self.node(goal)])
             case model.Repeat(rounds=rounds):
+                assert rounds is not None  # that was a case above
                 if not isinstance(rounds, Literal | Reference):
                     self._differs(node, "a Repeat cannot compute its number of rounds")
                 return Element(
@@ -305,8 +316,6 @@ class NodeWriter:
                 )
             case model.Timeout(duration=duration):
                 return self._timed(node, duration, ("Timeout", "msec"), "FlorenceTimeout", children)
-            case model.Delay(duration=duration):
-                return self._timed(node, duration, ("Delay", "delay_msec"), "FlorenceDelay", children)
             case model.Cooldown(duration=duration):
                 self._florence_node(node, "FlorenceCooldown", "BehaviorTree.CPP has no cool-down")
                 seconds = {"seconds": port_attribute(duration, Kind.DURATION)}

@@ -28,6 +28,7 @@ from florence_bt.btcpp.vocabulary import (
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language.model import FAILURE_KEYS
 
 READ, WRITE, UNKNOWN = "read", "write", "unknown"
 
@@ -175,6 +176,8 @@ def _set_blackboard(element: Element) -> Iterator[KeyUse]:
 
 
 def _florence(element: Element) -> Iterator[KeyUse]:
+    if element.tag == "FlorenceCatch":
+        yield from (KeyUse(key, WRITE, Kind.TEXT, None, element) for key in FAILURE_KEYS)
     for name, value in element.attributes.items():
         key = pointer(value, name)
         if name.startswith("_") or name in _NO_PORTS:

@@ -9,7 +9,14 @@ from florence_bt.btcpp.xml_source import Element
 
 CONCURRENT = frozenset(
     {
-        *("FlorenceParallel", "Parallel", "ParallelAll", "PipelineSequence", "ReactiveFallback"),
+        *(
+            "FlorenceParallel",
+            "FlorenceUntil",
+            "Parallel",
+            "ParallelAll",
+            "PipelineSequence",
+            "ReactiveFallback",
+        ),
         *("ReactiveSequence", "WhileDoElse"),
     }
 )
@@ -21,7 +28,7 @@ REPEATING = frozenset(
     }
 )
 """Nodes that start again what is below them."""
-FALLBACKS = frozenset({"Fallback", "AsyncFallback", "TryCatch"})
+FALLBACKS = frozenset({"Fallback", "AsyncFallback", "TryCatch", "FlorenceCatch"})
 """Controls that go on with the next node after a failure."""
 _TURNING = frozenset({"Inverter", "ForceFailure", "Timeout"})
 """Nodes that can fail although what is below them succeeded."""

@@ -26,6 +26,8 @@ SCRIPTS = {"Script": ("code", "_onStart", *POST_CONDITIONS), "": ("_onStart", *P
 
 FOREVER = 1_000_000_000
 """The number of rounds that stands for an endless loop: 31 years at one a second."""
+ENDLESS = "forever"
+"""The mark of a loop without end that is our own, and has its pauses where it needs them."""
 POLL = "10 ms"
 """BehaviorTree.CPP's own pause between two ticks; ours in an endless loop."""
 

@@ -53,6 +53,10 @@ COMMON_CODES: dict[str, str] = {
 """Codes that any skill may end with, beside those it declares."""
 
 
+LASTING_CODES = frozenset({"no_skill", "bad_input", "bad_output", "bad_expression"})
+"""Codes of mistakes in a mission or a robot: who asks again gets the same answer."""
+
+
 def success(**outputs: Any) -> Result:
     """A successful end with the given outputs."""
     return Result(Outcome.SUCCEEDED, outputs=outputs)

@@ -108,7 +108,7 @@ class KeyFlow:
             start = start.plus(self._bit(node.attempt_key.text))
         body = self._body(node, start, observer)
         success, failure, touched = body.success, join(body.failure, failed), body.touched
-        if success is not None and not isinstance(node, model.Retry):
+        if success is not None and not isinstance(node, model.Retry | model.OnFailure):
             success = success.plus(self._mask(self._writes(node)))
             touched |= success.maybe
         if node.holds is not None:
@@ -190,15 +190,8 @@ class KeyFlow:
 
     def _parallel(self, node: model.Parallel, before: Written, observer: ReadObserver | None) -> Flow:
         children, policy = node.children, node.policy
-        state = before
-        while True:
-            # What one branch writes the others may read.
-            touched = state.maybe
-            for child in children:
-                touched |= self.follow(child, state).touched
-            if touched == state.maybe:
-                break
-            state = Written(touched, before.surely)
+        state = self._together(children, before)
+        touched = state.maybe
         outcomes = [self.follow(child, state, observer).success for child in children]
         needed = policy.successes_needed(len(children))
         if policy.kind is PolicyKind.SELECTED:
@@ -249,15 +242,17 @@ class KeyFlow:
     def _wrapper(
         self, node: model.Wrapper, child: Node, before: Written, observer: ReadObserver | None
     ) -> Flow:
+        if isinstance(node, model.OnFailure):
+            return self._on_failure(node, before, observer)
+        if isinstance(node, model.Until):
+            return self._until(node, before, observer)
         if isinstance(node, model.Retry | model.Repeat):
             return self._loop(node, self._start_of_rounds(node, before), observer)
         flow = self.follow(child, before, observer)
         stopped = join(flow.failure, Written(flow.touched, before.surely))
         match node:
-            case model.Succeed() | model.Force(success=True):
+            case model.Succeed():
                 return Flow(join(flow.success, flow.failure), None, flow.touched)
-            case model.Force(success=False):
-                return Flow(None, join(flow.success, flow.failure), flow.touched)
             case model.Invert():
                 return Flow(flow.failure, flow.success, flow.touched)
             case model.Timeout():
@@ -265,6 +260,35 @@ class KeyFlow:
             case model.Cooldown():
                 return Flow(flow.success, join(flow.failure, before), flow.touched)
         return flow
+
+    def _on_failure(self, node: model.OnFailure, before: Written, observer: ReadObserver | None) -> Flow:
+        flow = self.follow(node.child, before, observer)
+        if flow.failure is None:
+            return flow
+        failed = flow.failure.plus(self._mask(self._writes(node)))
+        ways = [self.follow(each, failed, observer) for _, each in node.handlers]
+        # What is not caught stands; whether there is such a failure is known from the outcomes.
+        return _either([flow, *ways], before, nothing_done=None, not_done=flow.failure)
+
+    def _until(self, node: model.Until, before: Written, observer: ReadObserver | None) -> Flow:
+        state = self._together(node.parts, before)
+        self.follow(node.child, state, observer)
+        goal = self.follow(node.goal, state, observer)
+        touched = self._together(node.parts, state).maybe
+        success = Written(touched, before.surely | goal.success.surely) if goal.success is not None else None
+        return Flow(success, Written(touched, before.surely), touched)
+
+    def _together(self, children: Iterable[Node], before: Written) -> Written:
+        """The state when any of some nodes begins that are done at the same time, again and again."""
+        state, children = before, tuple(children)
+        while True:
+            # What one of them writes the others may read.
+            touched = state.maybe
+            for child in children:
+                touched |= self.follow(child, state).touched
+            if touched == state.maybe:
+                return state
+            state = Written(touched, before.surely)
 
     def _loop(self, node: model.Retry | model.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
         """The last round, and what comes between two rounds."""

@@ -122,6 +122,8 @@ class KeyChecks:
         """Warn of what is written or declared and never read."""
         written = {key.text for _, key in self._written}
         for node, key in self._written:
+            if isinstance(node, model.OnFailure):
+                continue  # nobody has asked for these keys
             known = key.text in read or key.text in self._mission.inputs or key in self._of_nothing
             if not known:
                 self._unread(node, key)

@@ -53,7 +53,7 @@ class NameChecks:
                 self._check_call_mission(node)
             case model.Retry(attempts=count):
                 check(count, COUNT, "retry")
-            case model.Repeat(rounds=count):
+            case model.Repeat(rounds=count) if count is not None:
                 check(count, COUNT, "repeat")
             case model.Timed(duration=duration) | model.Wait(duration=duration):
                 check(duration, PAUSE, type(node).__name__.lower())

@@ -8,7 +8,7 @@ from itertools import pairwise
 from florence_bt.core.errors import closest_first
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
-from florence_bt.trees.language.code_groups import codes_named
+from florence_bt.trees.language.code_groups import ANY, codes_named
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
@@ -61,6 +61,10 @@ class ReachChecks:
                     self._check_retry(node)
                 case model.Repeat():
                     self._check_repeat(node)
+                case model.OnFailure():
+                    self._check_on_failure(node)
+                case model.Until():
+                    self._check_until(node)
                 case model.Condition(condition=condition):
                     self._check_constant(condition, "condition")
 
@@ -181,6 +185,31 @@ class ReachChecks:
             message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
             self._findings.warning(node.position, message, ["wait: a pause, after the node"])
 
+    def _check_on_failure(self, node: model.OnFailure) -> None:
+        below, title = self._known.of(node.child), node.child.title
+        if not below.known:
+            return
+        if not below.outcomes.can_fail:
+            message = f"on_failure has no effect: {title!r} never fails"
+            self._findings.in_vain(node.handlers[0][0].position, message, [f"{title} without on_failure"])
+            return
+        for code, _ in node.handlers:
+            if code.text != ANY and not self._can_be(code.text, below.outcomes.codes):
+                message = f"on_failure: {title!r} cannot fail with {self._in_words(code.text)}"
+                valid = (*self._most_likely(code.text, below.outcomes.codes), ANY)
+                self._findings.in_vain(code.position, message, valid)
+
+    def _check_until(self, node: model.Until) -> None:
+        goal = self._known.of(node.goal)
+        if not goal.known:
+            return
+        if not goal.outcomes.can_succeed:
+            message = f"until: {node.goal.title!r} never succeeds"
+            self._findings.in_vain(node.goal.position, message, ["a node that succeeds at some point"])
+        elif not goal.outcomes.can_fail and not goal.lasting:
+            message = f"{node.child.title!r} is never reached: {node.goal.title!r} succeeds at once"
+            self._findings.in_vain(node.goal.position, message, ["an expression with a $key", "wait: 10 s"])
+
     def _check_rounds(self, node: model.Retry | model.Repeat, *, surely: bool) -> None:
         """A loop of nodes that take no time is ended at some point.
 
@@ -193,8 +222,10 @@ class ReachChecks:
         lasting = any(self._known.of(part).lasting for part in node.parts)
         if not below.known or lasting or rounds <= MAX_QUICK_ROUNDS:
             return
+        endless = isinstance(node, model.Repeat) and node.rounds is None
         message = (
-            f"{node.default_title!r}: nothing below it takes time, and {rounds} rounds are more than the "
+            f"{node.default_title!r}: nothing below it takes time, and "
+            f"{'rounds without end' if endless else f'{rounds} rounds'} are more than the "
             f"{MAX_QUICK_ROUNDS} that such a loop may have (spinning)"
         )
         valid = [f"at most {MAX_QUICK_ROUNDS} rounds", "wait: 1 s, in each round"]
@@ -209,6 +240,8 @@ class ReachChecks:
                 model.Retry(attempts=model.Literal(text=text)) | model.Repeat(rounds=model.Literal(text=text))
             ) if text.isdecimal():
                 return int(text[:MAX_DIGITS]) * below
+            case model.Repeat(rounds=None):
+                return 10**MAX_DIGITS
         return below
 
     # ---- what every node may have ---------------------------------------------------------------------

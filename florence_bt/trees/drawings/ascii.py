@@ -12,9 +12,10 @@ from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
 from florence_bt.behaviours.annotations import shown_name
+from florence_bt.behaviours.catching import OnFailure
 from florence_bt.behaviours.composites import Finally
-from florence_bt.behaviours.pacing import Delay
 from florence_bt.behaviours.parallel import CountingParallel
+from florence_bt.behaviours.until import Until
 from florence_bt.behaviours.why import EARLIER, Why, explain
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}
@@ -30,12 +31,13 @@ _COLOURS = {
 }
 _PLAIN = "\x1b[0m"
 _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
-    (Delay, "delay"),
     (Sequence, "sequence"),
     (Selector, "selector"),
     (Parallel, "parallel"),
     (CountingParallel, "parallel"),
     (Finally, "finally"),
+    (OnFailure, "on_failure"),
+    (Until, "until"),
 )
 
 

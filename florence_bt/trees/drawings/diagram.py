@@ -84,6 +84,8 @@ def _kind(node: Node) -> str:
             return "skill"
         case model.CallMission():
             return "run"
+        case model.OnFailure():
+            return "on_failure"
     return type(node).__name__.lower()
 
 
@@ -100,6 +102,10 @@ def _edges(node: Node) -> list[str]:
             return ["must succeed" if child.title in wanted else "" for child in node.children]
         case model.Retry(between=Node()):
             return ["", "between"]
+        case model.OnFailure(handlers=handlers):
+            return ["", *(f"on {code.text}" for code, _ in handlers)]
+        case model.Until():
+            return ["", "until"]
     return [""] * len(node.parts)
 
 

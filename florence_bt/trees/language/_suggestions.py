@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from florence_bt.core.errors import closest_first
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.trees.language.model import FAILURE_KEYS
 from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS, by_spelling
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
@@ -16,6 +17,8 @@ _BESIDE_A_KIND = (
     "when",
     "unless",
     "while",
+    "until",
+    "on_failure",
     "out",
     "with",
     "then",
@@ -36,7 +39,11 @@ OTHER_KINDS = by_spelling(
         "repeat": ("loop", "for"),
         "retry": ("retry_until_successful",),
         "succeed": ("force_success",),
-        "force": ("force_failure",),
+        "sequence: [the node, {fail: the reason}]": ("force_failure", "forcefailure"),
+        "on_failure: {any: a node}, at the node that may fail": (
+            *("try", "catch", "try_catch", "trycatch", "except", "recovery", "recovery_node", "recoverynode"),
+        ),
+        "repeat: forever": ("loop_forever", "keep_running_until_failure", "forever"),
         "once": ("run_once",),
         "wait": ("sleep", "pause"),
         "run": ("call", "subtree", "do_mission"),
@@ -145,4 +152,5 @@ def written_keys(source: YamlNode | None) -> Iterator[str]:
             elif key.text == "attempt" and isinstance(value, YamlScalar) and IDENTIFIER.fullmatch(value.text):
                 yield value.text
             else:
+                yield from FAILURE_KEYS if key.text == "on_failure" else ()
                 yield from written_keys(value)

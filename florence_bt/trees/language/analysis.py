@@ -172,6 +172,9 @@ class Analysis:
                 yield from ((key, kind_of(value, kinds)) for key, value in values)
             case model.Retry(attempt_key=key) if key is not None:
                 yield key, Kind.INTEGER
+            case model.OnFailure(handlers=((code, _), *_)):
+                for key_name in model.FAILURE_KEYS:
+                    yield Literal(key_name, True, code.position), Kind.TEXT
 
     def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
         """The kinds of a mission's inputs and keys: as declared, else as the first writer has it.
@@ -235,7 +238,7 @@ class _FactsOfMission:
         resources, known, acts = NOTHING, True, False
         asks = node.holds is not None or isinstance(node, model.Condition)
         asks = asks or (isinstance(node, model.If) and isinstance(node.condition, model.Expression))
-        lasting = isinstance(node, model.Wait | model.Delay)
+        lasting = isinstance(node, model.Wait)
         match node:
             case model.RunSkill(skill=skill):
                 declaration = self._analysis.declarations.get(skill)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -13,12 +14,12 @@ from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.annotations import Title, annotations_of
 from florence_bt.behaviours.branching import If, Switch
+from florence_bt.behaviours.catching import OnFailure
 from florence_bt.behaviours.composites import Finally, ReactiveSelector, ReactiveSequence, Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
     CallMission,
     Cooldown,
-    ForceFailure,
     ForceSuccess,
     Invert,
     Once,
@@ -29,9 +30,10 @@ from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, is_source, readable
 from florence_bt.behaviours.leaves import Condition, Fail, SetKey
 from florence_bt.behaviours.looping import Repeat, Retry
-from florence_bt.behaviours.pacing import Delay, Timeout, Wait
+from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
+from florence_bt.behaviours.until import Question, Until
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
@@ -40,7 +42,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis, too_large
-from florence_bt.trees.language.code_groups import by_code, codes_named
+from florence_bt.trees.language.code_groups import ANY, by_code, codes_named
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
@@ -48,7 +50,13 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
 from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
-from florence_bt.trees.language.vocabulary import CONDITION_FALSE, FAILED, GUARD_FAILED, UNEXPECTED_SUCCESS
+from florence_bt.trees.language.vocabulary import (
+    CONDITION_FALSE,
+    FAILED,
+    GUARD_FAILED,
+    UNEXPECTED_SUCCESS,
+    UNTIL_NOT_MET,
+)
 from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
 
 Made = TypeVar("Made")
@@ -379,24 +387,30 @@ class _TreeBuilder:
         outer = self.watch
         if not passes_on(node):
             self.watch = None
-        # A cool-down and a delay come before the child, a time-out ends after it.
-        spot = self._spot() if isinstance(node, model.Cooldown | model.Delay) else None
+        # A cool-down comes before the child, a time-out ends after it.
+        spot = self._spot() if isinstance(node, model.Cooldown) else None
         child = self._node(node.child, skipped_fails=skipped_fails)
         self.watch = outer
         if self.watch is not None and isinstance(node, model.Retry | model.Repeat):
             self.watch.keep()
-        return self._decorator(node, name, child, spot)
+        return self._decorator(node, name, child, spot, skipped_fails)
 
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, spot: Spot | None) -> Behaviour:
+    def _decorator(
+        self, node: model.Wrapper, name: str, child: Behaviour, spot: Spot | None, skipped_fails: bool
+    ) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
-            case model.Succeed() | model.Force(success=True):
+            case model.Succeed():
                 return ForceSuccess(name, child)
-            case model.Force():
-                return ForceFailure(name, child)
             case model.Once():
                 return Once(name, child)
+            case model.OnFailure():
+                return self._on_failure(node, name, child, skipped_fails)
+            case model.Until():
+                return self._until(node, name, child)
+            case model.Repeat(rounds=None):
+                return Repeat(name, child, self._context, math.inf)
         kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
         argument = self._value(next(model.values_of(node)), kind)
         behaviour: Behaviour
@@ -412,11 +426,36 @@ class _TreeBuilder:
                 behaviour = Timeout(name, child, self._context, argument, self._spot())
             case model.Cooldown():
                 behaviour = Cooldown(name, child, self._context, argument, spot)
-            case model.Delay():
-                behaviour = Delay(name, Wait("wait", self._context, argument, spot), child)
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
+
+    def _on_failure(
+        self, node: model.OnFailure, name: str, body: Behaviour, skipped_fails: bool
+    ) -> Behaviour:
+        handlers = [self._node(each, skipped_fails=skipped_fails) for _, each in node.handlers]
+        words = [word.text for word, _ in node.handlers]
+        chosen = by_code(zip(words, handlers, strict=True), self._analysis.groups)
+        otherwise = chosen.pop(ANY, None)
+        _numbered([body, *handlers])
+        return OnFailure(name, self._context, body, handlers, chosen, otherwise)
+
+    def _until(self, node: model.Until, name: str, body: Behaviour) -> Behaviour:
+        question = self._question(node.goal)
+        _numbered([body, question.node])
+        return Until(name, self._context, body, question, node.own_failure(UNTIL_NOT_MET))
+
+    def _question(self, node: Node) -> Question:
+        """What is asked until it succeeds: watched when it only asks."""
+        if self._analysis.of(self._mission).of(node).acts:
+            if self.watch is not None:
+                self.watch.keep()
+            return Question(self._context, self._node(node, skipped_fails=False), None)
+        outer = self.watch
+        self.watch = watch = Watch(self._context, outer)
+        asked = self._node(node, skipped_fails=False)
+        self.watch = outer
+        return Question(self._context, asked, watch)
 
     def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
         """The codes that some codes and groups stand for."""

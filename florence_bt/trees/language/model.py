@@ -325,14 +325,18 @@ class Retry(Wrapper):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Repeat(Wrapper):
-    """``repeat``: again after a success."""
+    """``repeat``: again after a success.
 
-    rounds: Value
+    Attributes:
+        rounds: How often; None: forever.
+    """
+
+    rounds: Value | None
 
     @property
     def default_title(self) -> str:
         """Such as ``repeat 3 times``."""
-        return f"repeat {show(self.rounds)} times"
+        return f"repeat {show(self.rounds)} times" if self.rounds is not None else "repeat forever"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -350,16 +354,6 @@ class Timeout(Timed):
     def default_title(self) -> str:
         """Such as ``within 30 s``."""
         return f"within {show(self.duration)}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Delay(Timed):
-    """``delay``: a pause before the start."""
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``after 2 s``."""
-        return f"after {show(self.duration)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -402,16 +396,50 @@ class Succeed(Wrapper):
         return f"try {self.child.title}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Force(Wrapper):
-    """``force``: always ends one way, however the node below ends."""
+FAILURE_KEYS = ("failure_code", "failure_reason")
+"""The keys in which a node under ``on_failure`` finds the failure."""
 
-    success: bool
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OnFailure(Wrapper):
+    """``on_failure``: what is done about failures of the node below.
+
+    Attributes:
+        handlers: Codes, groups of codes or ``any``, each with what is done.
+    """
+
+    handlers: tuple[tuple[Literal, Node], ...]
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The child, and what is done about its failures."""
+        return (self.child, *(node for _, node in self.handlers))
 
     @property
     def default_title(self) -> str:
-        """Such as ``fail after say hello``."""
-        return f"{'try' if self.success else 'fail after'} {self.child.title}"
+        """As the node below."""
+        return self.child.title
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Until(Wrapper):
+    """``until``: what ends the node below, with success.
+
+    Attributes:
+        goal: The node whose success ends it.
+    """
+
+    goal: Node
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The child, and what ends it."""
+        return (self.child, self.goal)
+
+    @property
+    def default_title(self) -> str:
+        """Such as ``navigate to until look for user``."""
+        return f"{self.child.title} until {self.goal.title}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -622,7 +650,10 @@ def values_of(node: Node) -> Iterator[Value]:
             yield from (value for _, value in inputs)
         case Set(values=values):
             yield from (value for _, value in values)
+        case Repeat(rounds=None):
+            pass
         case Retry(attempts=value) | Repeat(rounds=value) | Switch(value=value) | Fail(reason=value):
+            assert value is not None  # that was the case above
             yield value
         case Timed(duration=value) | Wait(duration=value):
             yield value

@@ -10,11 +10,18 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.core.outcome import COMMON_CODES, LASTING_CODES
 from florence_bt.trees.language import model
+from florence_bt.trees.language.code_groups import ANY, by_code, groups_of
 from florence_bt.trees.language.expressions.compiling import can_break, constant_of
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
-from florence_bt.trees.language.vocabulary import CONDITION_FALSE, FAILED, GUARD_FAILED, UNEXPECTED_SUCCESS
+from florence_bt.trees.language.vocabulary import (
+    CONDITION_FALSE,
+    FAILED,
+    GUARD_FAILED,
+    UNEXPECTED_SUCCESS,
+    UNTIL_NOT_MET,
+)
 
 OWN_CODES = {
     "missing_key": "a key was read that nothing has written",
@@ -26,7 +33,7 @@ OWN_CODES = {
 COUNT = Port(Kind.INTEGER, "", minimum=1)
 """What ``retry`` and ``repeat`` take."""
 PAUSE = Port(Kind.DURATION, "", minimum=0.0)
-"""What ``wait``, ``timeout``, ``delay`` and ``cooldown`` take."""
+"""What ``wait``, ``timeout`` and ``cooldown`` take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +83,7 @@ class MissionOutcomes:
         self._inputs = mission.inputs
         self._declared = mission.keys
         self._declarations = declarations
+        self._groups = groups_of(declarations)
         self._called = called
         self.by_node: dict[Node, NodeOutcomes] = {}
         """The outcomes of each node."""
@@ -124,7 +132,7 @@ class MissionOutcomes:
             case model.Switch():
                 return self._switch(node, in_selector)
             case model.Wrapper(child=child):
-                return self._wrapper(node, self._of(child, in_selector=in_selector))
+                return self._wrapper(node, self._of(child, in_selector=in_selector), in_selector)
         return self._leaf(node)
 
     def _if(self, node: model.If, in_selector: bool) -> NodeOutcomes:
@@ -145,12 +153,10 @@ class MissionOutcomes:
             codes |= {"no_case"}
         return NodeOutcomes(any(way.can_succeed for way in ways), codes)
 
-    def _wrapper(self, node: model.Wrapper, child: NodeOutcomes) -> NodeOutcomes:
+    def _wrapper(self, node: model.Wrapper, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
         match node:
-            case model.Succeed() | model.Force(success=True):
+            case model.Succeed():
                 return SUCCEEDS
-            case model.Force(success=False):
-                return NodeOutcomes(False, child.codes | ({"forced"} if child.can_succeed else _NO_CODES))
             case model.Invert():
                 own = frozenset({node.own_failure(UNEXPECTED_SUCCESS)})
                 return NodeOutcomes(child.can_fail, own if child.can_succeed else _NO_CODES)
@@ -162,9 +168,28 @@ class MissionOutcomes:
                 if between is not None:
                     codes |= self._of(between, in_selector=False).codes
                 return NodeOutcomes(child.can_succeed, codes)
+            case model.Repeat(rounds=None):
+                return NodeOutcomes(False, child.codes)
+            case model.OnFailure():
+                return self._on_failure(node, child, in_selector)
+            case model.Until(goal=goal):
+                ends = self._of(goal, in_selector=False)
+                codes = child.codes | (ends.codes & LASTING_CODES)
+                codes |= {node.own_failure(UNTIL_NOT_MET)} if child.can_succeed else _NO_CODES
+                return NodeOutcomes(ends.can_succeed, codes)
             case model.Repeat(rounds=value):
+                assert value is not None  # that was a case above
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, COUNT))
         return child
+
+    def _on_failure(self, node: model.OnFailure, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
+        handlers = [(code.text, self._of(each, in_selector=in_selector)) for code, each in node.handlers]
+        caught = by_code(handlers, self._groups)
+        ways = [caught.get(code, caught.get(ANY)) for code in child.codes]
+        left = {code for code, way in zip(child.codes, ways, strict=True) if way is None}
+        done = [way for way in ways if way is not None]
+        can_succeed = child.can_succeed or any(way.can_succeed for way in done)
+        return NodeOutcomes(can_succeed, _codes(done) | left)
 
     def _leaf(self, node: Node) -> NodeOutcomes:
         match node:

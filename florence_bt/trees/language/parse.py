@@ -29,7 +29,7 @@ SHORTEST_S = 0.01
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
-_EXAMPLES = {"retry": "3", "repeat": "3", "force": "success"}
+_EXAMPLES = {"retry": "3", "repeat": "3"}
 """How the value after a kind key is written; where nothing stands it is a duration."""
 
 _Fields = dict[str, Any]
@@ -147,10 +147,66 @@ class _MissionParser(Reader):
             self._not_one_kind(source, [key for key, _ in kinds])
             return None
         key, value = kinds[0]
+        if key.text in vocabulary.REPLACED:
+            message = f"there is no {key.text!r} any more"
+            self.error(key.position, message, [vocabulary.REPLACED[key.text]])
+            return None
         self._check_modifiers(key.text, source)
         if self._is_misplaced(key, value, source):
             return None
-        return self._of_kind(key, value, source)
+        until, handlers = source.get("until"), source.get("on_failure")
+        if until is None and handlers is None:
+            return self._of_kind(key, value, source)
+        return self._wrapped(key, value, source, until, handlers)
+
+    def _wrapped(
+        self,
+        key: YamlScalar,
+        value: YamlNode,
+        source: YamlMapping,
+        until: YamlNode | None,
+        handlers: YamlNode | None,
+    ) -> model.Node | None:
+        """A node in what its ``until`` and ``on_failure`` make of it."""
+        outside = (*vocabulary.OUTSIDE, *(("code",) if until is not None else ()))
+        entries = [entry for entry in source.entries if entry[0].text not in ("until", "on_failure")]
+        inner = tuple(entry for entry in entries if entry[0].text not in outside)
+        outer = tuple(entry for entry in entries if entry[0].text in outside)
+        fields = self._fields(key, YamlMapping(outer, source.position))
+        node = self._of_kind(key, value, YamlMapping(inner, source.position))
+        goal = self._question(until, "until") if until is not None else None
+        caught = self._handlers(handlers) if handlers is not None else ()
+        if node is None or (goal is None and until is not None):
+            return None
+        if goal is not None and not caught:
+            return model.Until(child=node, goal=goal, **fields)
+        if goal is not None:
+            code = fields.pop("code", None)
+            node = model.Until(child=node, goal=goal, code=code, position=key.position)
+        return model.OnFailure(child=node, handlers=caught, **fields)
+
+    def _question(self, source: YamlNode, what: str) -> model.Node | None:
+        """A node that is asked; an expression is the condition of that text."""
+        if isinstance(source, YamlMapping):
+            return self.node(source)
+        condition = self.expression(source, what)
+        return model.Condition(condition=condition, position=source.position) if condition else None
+
+    def _handlers(self, source: YamlNode) -> tuple[tuple[model.Literal, model.Node], ...]:
+        """``on_failure``: what is done about failures, by code."""
+        entries = source.entries if isinstance(source, YamlMapping) else ()
+        if not entries:
+            self.error(source.position, "on_failure needs codes and nodes", ["on_failure: {any: {a node}}"])
+        handlers = []
+        for key, item in entries:
+            if key.text in vocabulary.NODE_KINDS and isinstance(item, YamlNode):
+                message = f"on_failure: {key.text!r} is a kind of node, and the code is missing"
+                self.error(key.position, message, [f"any: {{{key.text}: ...}}"])
+                continue
+            code, node = self.identifier(key, "a code in on_failure"), self.node(item)
+            if code is not None and node is not None:
+                handlers.append((code, node))
+        return tuple(handlers)
 
     def _of_kind(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         match key.text:
@@ -392,9 +448,8 @@ class _MissionParser(Reader):
     def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         """A node with the node below it under ``do``."""
         fields, child = self._fields(key, mapping), self._child(key, mapping)
-        if key.text == "force":
-            success = self.choice(value, "force", vocabulary.FORCED, "success") == "success"
-            return model.Force(child=child, success=success, **fields) if child is not None else None
+        if key.text == "repeat" and isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER:
+            return model.Repeat(child=child, rounds=None, **fields) if child is not None else None
         argument = self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
         between = self._optional_child(mapping, "between")
@@ -407,7 +462,7 @@ class _MissionParser(Reader):
             )
         if key.text == "repeat":
             return model.Repeat(child=child, rounds=argument, **fields)
-        timed = {"timeout": model.Timeout, "delay": model.Delay, "cooldown": model.Cooldown}[key.text]
+        timed = {"timeout": model.Timeout, "cooldown": model.Cooldown}[key.text]
         return timed(child=child, duration=argument, **fields)
 
     # ---- leaves ---------------------------------------------------------------------------------------

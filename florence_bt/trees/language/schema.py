@@ -13,7 +13,7 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language import vocabulary
-from florence_bt.trees.language.code_groups import groups_of
+from florence_bt.trees.language.code_groups import ANY, groups_of
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, format_value, with_article
 
@@ -207,12 +207,10 @@ KIND_VALUES: dict[str, Schema] = {
     "if": {"anyOf": [EXPRESSION, NODE]},
     "switch": {"$ref": "#/definitions/any"},
     "retry": _COUNT,
-    "repeat": _COUNT,
+    "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "timeout": _PAUSE,
-    "delay": _PAUSE,
     "cooldown": _PAUSE,
     "once": NODE,
-    "force": {"enum": list(vocabulary.FORCED)},
     "invert": NODE,
     "succeed": NODE,
     "condition": EXPRESSION,
@@ -227,6 +225,8 @@ MODIFIER_TEXTS: dict[str, str] = {
     "when": "must hold before the node starts; the node is skipped otherwise",
     "unless": "must not hold before the node starts; the node is skipped otherwise",
     "while": "must hold all along; the node is stopped and fails otherwise",
+    "until": "what ends the node: a node that succeeds, or an expression that holds",
+    "on_failure": "what is done about failures: codes, groups of codes or any, each with a node",
     "because": "the reason of a failure in your own words, or one for each code",
     "finally": "a node that runs afterwards, on success, failure and cancel alike",
     "do": "the node that this one is about",
@@ -342,6 +342,17 @@ class NodeSchemas:
                         "propertyNames": NAME,
                     },
                 ]
+            },
+            "until": {"anyOf": [EXPRESSION, NODE]},
+            "on_failure": {
+                "type": "object",
+                "properties": {
+                    name: {**NODE, "description": about}
+                    for name, about in {ANY: "every other failure", **codes}.items()
+                },
+                "additionalProperties": NODE,
+                "propertyNames": NAME,
+                "minProperties": 1,
             },
             "finally": NODE,
             "do": NODE,

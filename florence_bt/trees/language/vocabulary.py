@@ -14,10 +14,8 @@ NODE_KINDS: dict[str, str] = {
     "retry": "starts a node again when it fails, up to a number of attempts",
     "repeat": "runs a node a number of times",
     "timeout": "stops a node that takes longer",
-    "delay": "pauses before a node starts",
     "cooldown": "refuses to start a node again too soon after its success",
     "once": "runs a node once and keeps its result",
-    "force": "runs a node and ends one way, however the node ends",
     "invert": "turns the success of a node into failure and its failure into success",
     "succeed": "runs a node and counts its failure as success",
     "condition": "succeeds when an expression holds",
@@ -31,11 +29,14 @@ NODE_KINDS: dict[str, str] = {
 GUARDS = ("when", "unless", "while")
 """Modifiers that say when a node may start and go on; their values are expressions."""
 
-ANYWHERE = ("name", *GUARDS, "because", "finally")
+OUTSIDE = ("name", "when", "unless", "because", "finally")
+"""Modifiers that are about a node together with what its `until` and `on_failure` do."""
+
+ANYWHERE = ("name", *GUARDS, "until", "on_failure", "because", "finally")
 """Modifiers that every node may have."""
 
 MODIFIERS: dict[str, tuple[str, ...]] = {
-    "do": ("retry", "repeat", "timeout", "delay", "cooldown", "force"),
+    "do": ("retry", "repeat", "timeout", "cooldown"),
     "then": ("if",),
     "else": ("if",),
     "cases": ("switch",),
@@ -52,7 +53,7 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
 }
 """Further modifiers -> the kinds that they belong to."""
 
-BESIDE: dict[str, tuple[str, ...]] = {"code": ("while",)}
+BESIDE: dict[str, tuple[str, ...]] = {"code": ("while", "until")}
 """Modifiers of :data:`MODIFIERS` -> other modifiers of a node that allow them too, whatever its kind."""
 
 NEVER_INPUTS = (
@@ -65,6 +66,8 @@ NEVER_INPUTS = (
     "when",
     "unless",
     "while",
+    "until",
+    "on_failure",
     "then",
     "else",
     "cases",
@@ -72,7 +75,13 @@ NEVER_INPUTS = (
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
-RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
+REPLACED: dict[str, str] = {
+    "delay": "sequence: [{wait: 2 s}, the node]",
+    "force": "succeed: the node; or sequence: [the node, {fail: the reason}]",
+}
+"""Kinds of nodes that there were -> what to write instead."""
+
+RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS, *REPLACED))
 """Names that no skill can have."""
 
 MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
@@ -82,7 +91,6 @@ OUTPUT_KEYS = ("type", "description")
 POLICIES = ("all", "any")
 """Policies of a parallel that are a word; the others are a list of names, or a table."""
 POLICY_KEYS = ("succeed", "fail")
-FORCED = ("success", "failure")
 ON_RESTART = ("abort", "restart", "resume")
 
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
@@ -99,6 +107,10 @@ UNEXPECTED_SUCCESS = "unexpected_success"
 """The code of an ``invert`` that names none."""
 GUARD_FAILED = "guard_failed"
 """The code of a ``while`` that names none."""
+UNTIL_NOT_MET = "until_not_met"
+"""The code of an ``until`` that names none."""
+FOREVER = "forever"
+"""What stands after ``repeat`` in place of a number."""
 
 TREE_CODES: dict[str, str] = {
     "missing_key": "a key was read that nothing has written",
@@ -109,9 +121,9 @@ TREE_CODES: dict[str, str] = {
     "timed_out": "a time-out or a deadline passed",
     "cancelled": "a skill was cancelled by its server",
     "unexpected_success": "what was inverted succeeded",
-    "forced": "what is forced to fail succeeded",
     "skipped": "`when` or `unless` kept a node of a selector from starting",
     "guard_failed": "`while` did not hold",
+    "until_not_met": "a node was done before what its `until` waits for",
     "condition_false": "the expression of a `condition` does not hold",
     "no_case": "no case of a `switch` fits",
     "cooling_down": "a cool-down has not passed",

@@ -89,7 +89,7 @@ TICKED = [
     ("{retry: 3, do: {turn: }}", {"turn"}, "FAILURE", ["turn"] * 3),
     ("{repeat: 2, do: {turn: }}", set(), "SUCCESS", ["turn"] * 2),
     ("{invert: {turn: }}", set(), "FAILURE", ["turn"]),
-    ("{force: success, do: {turn: }}", {"turn"}, "SUCCESS", ["turn"]),
+    ("{succeed: {turn: }}", {"turn"}, "SUCCESS", ["turn"]),
     ("{sequence: [{set: {number: 2}}, {if: $number > 1, then: {beep: }, else: {turn: }}]}", set(), "SUCCESS", ["beep"]),
     ("{sequence: [{set: {mode: slow}}, {switch: $mode, cases: {fast: {beep: }, slow: {turn: }}}]}", set(), "SUCCESS", ["turn"]),
     ("{sequence: [{set: {number: 2}}, {beep: , when: $number == 3}, {turn: }]}", set(), "SUCCESS", ["turn"]),

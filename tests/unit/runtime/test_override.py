@@ -33,12 +33,10 @@ tree:
   sequence:
     - drive: {way: 1 m}
   finally:
-    force: success
-    do:
+    succeed:
       sequence:
         - wait: 4 s
-        - force: success
-          do:
+        - succeed:
             drive: {way: 2 m}
         - work:
 """

@@ -1,5 +1,7 @@
 """``between``: what is done before each further attempt of a ``retry``."""
 
+# ruff: noqa: E501  (missions on one line)
+
 import pytest
 
 from florence_bt.core.outcome import failure

@@ -30,7 +30,7 @@ tree:
       cases: {fast: {wait: 1 s}, slow: {wait: 2 s}}
       default: {condition: $found}
     - {turn: {angle: 5 deg}, when: not $found, while: $near < 3 m, name: turn a little}
-    - {cooldown: 30 s, do: {once: {delay: 1 s, do: {force: failure, do: {turn: {angle: 1 deg}}}}}}
+    - {cooldown: 30 s, do: {once: {turn: {angle: 1 deg}, until: $found, on_failure: {any: {wait: 3 s}}}}}
     - {parallel: [{stop_tracker: , name: one}, {wait: 1 s}], policy: [one]}
     - {run: goto_room, with: {room: kitchen}}
 """
@@ -63,12 +63,20 @@ def test_branches_guards_and_words_are_in_the_diagram(workshop):
     assert choice.below[1].details == ("too far", "code: far")
     assert [below.edge for below in switch.below] == ["fast", "slow", "default"]
     assert turn.guards == ("when not $found", "while $near < 3 m")
-    assert [each.kind for each in cool.walk()] == ["cooldown", "once", "delay", "force", "skill"]
+    assert [each.kind for each in cool.walk()] == [
+        "cooldown",
+        "once",
+        "on_failure",
+        "until",
+        "skill",
+        "condition",
+        "wait",
+    ]
     assert [below.edge for below in together.below] == ["must succeed", ""]
 
 
 def test_every_kind_of_node_has_a_sign():
-    assert set(NODE_KINDS) | {"skill"} == set(SYMBOLS)
+    assert set(NODE_KINDS) | {"skill", "until", "on_failure"} == set(SYMBOLS)
 
 
 def test_text_drawing(workshop):

@@ -34,9 +34,9 @@ MAYBE = "may have no value here"
         ("{sequence: [LOOK, {wait: 1 s, when: $u.x > 1 m}]}", None),
         ("{parallel: [{repeat: 3, do: LOOK}, {wait: 1 s, while: $u.x > 1 m}]}", MAYBE),
         # decorators
-        ("{sequence: [{force: success, do: LOOK}, USE]}", MAYBE),
+        ("{sequence: [{succeed: LOOK}, USE]}", MAYBE),
         ("{sequence: [{once: LOOK}, USE]}", None),
-        ("{sequence: [{delay: 1 s, do: LOOK}, USE]}", None),
+        ("{sequence: [{sequence: [{wait: 1 s}, LOOK]}, USE]}", None),
         ("{sequence: [{cooldown: 1 s, do: LOOK}, USE]}", None),
         ("{selector: [{timeout: 5 s, do: {sequence: [LOOK, {wait: 9 s}]}}, USE]}", MAYBE),
         ("{selector: [{invert: LOOK}, USE]}", None),  # it fails only after the look has succeeded
@@ -126,7 +126,7 @@ def test_what_nobody_reads(workshop):
             "the case '100 cm' is duplicated",
         ),
         ("{switch: $l, cases: {fast: {wait: 1 s}}}", "fast", "case: a length is needed, not 'fast'"),
-        ("{delay: 3 m, do: {wait: 1 s}}", "3 m", "delay: 'm' is not a unit of a duration"),
+        ("{timeout: 3 m, do: {wait: 1 s}}", "3 m", "timeout: 'm' is not a unit of a duration"),
         ("{cooldown: $l, do: {wait: 1 s}}", "$l", "cooldown: a duration is needed, but $l is a length"),
         (
             "{look_for_user: {window: $long}}",

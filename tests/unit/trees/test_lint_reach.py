@@ -29,7 +29,7 @@ def only(workshop, tree, text):
             "'wait 1 s' is never reached: 'fail' before it never",
         ),
         ("{sequence: [{invert: {wait: 1 s}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
-        ("{sequence: [{force: failure, do: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        ("{sequence: [{repeat: forever, do: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
         ("{sequence: [{condition: 1 > 2}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
         ("{sequence: [{retry: 3, do: {fail: x}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
         (
@@ -45,7 +45,7 @@ def only(workshop, tree, text):
             "'turn' is never tried: 'wait 1 s' before it never fails",
         ),
         ("{selector: [{succeed: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
-        ("{selector: [{force: success, do: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
+        ("{selector: [{succeed: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
         ("{selector: [{set: {a: 1}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
         ("{selector: [{run: sure}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
         ("{selector: [{invert: {fail: x}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
@@ -238,7 +238,7 @@ def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
         "{sequence: [{succeed: {fail: x}}, {wait: 1 s}]}",
         "{sequence: [{fail: x, when: $b}, {wait: 1 s}]}",  # skipped counts as success here
         "{selector: [{wait: 1 s, when: $b}, {wait: 2 s}]}",  # and as failure here
-        "{selector: [{delay: 1 s, do: {wait: 1 s, unless: $b}}, {wait: 2 s}]}",
+        "{selector: [{timeout: 1 s, do: {wait: 1 s, unless: $b}}, {wait: 2 s}]}",
         "{selector: [{wait: 1 s, while: $b}, {wait: 2 s}]}",
         "{selector: [{wait: $d}, {wait: 2 s}]}",  # nothing says that d is not below zero
         "{selector: [{timeout: 1 s, do: {wait: 2 s}}, {wait: 2 s}]}",
@@ -250,7 +250,10 @@ def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
         "{sequence: [{parallel: [{fail: x}, TURN], policy: {succeed: 1}}, {wait: 2 s}]}",
         "{retry: 3, do: {parallel: [TURN, {wait: 1 s}]}}",
         "{retry: 3, on: [unexpected_success], do: {invert: TURN}}",
-        "{retry: 3, on: [forced, blocked], do: {force: failure, do: TURN}}",
+        "{retry: 3, on: [until_not_met, blocked], do: {repeat: 2, do: TURN, until: $b}}",
+        "{sequence: [{fail: x, on_failure: {any: {wait: 1 s}}}, {wait: 2 s}]}",
+        "{selector: [{fail: x, on_failure: {any: TURN}}, {wait: 2 s}]}",
+        "{selector: [{repeat: forever, do: TURN, until: $b}, {wait: 2 s}]}",
         "{retry: 3, on: [guard_failed], do: {wait: 1 s, while: $b}}",
         "{retry: 3, on: [no_case], do: {switch: $b, cases: {true: TURN}}}",
         "{retry: 3, on: [condition_false], do: {condition: $b}}",
@@ -307,7 +310,7 @@ def test_resources_are_found_wherever_they_are(workshop):
         "{switch: $b, cases: {true: {wait: 1 s}}, default: TURN}",
         "{wait: 1 s, finally: TURN}",
         "{wait: 1 s, finally: {run: calls}}",
-        "{once: {delay: 1 s, do: TURN}}",
+        "{once: {wait: 1 s, until: TURN}}",
     ]
     for use in uses:
         tree = f"{{parallel: [{use}, {{navigate_to: {{goal: $g}}}}]}}".replace("TURN", TURN)

@@ -80,16 +80,19 @@ def larger(nodes):
         st.builds("{{retry: 2, do: {}, between: {}}}".format, nodes, nodes),
         st.builds("{{repeat: 2, do: {}}}".format, nodes),
         st.builds("{{timeout: 1500 ms, do: {}}}".format, nodes),
-        st.builds("{{delay: 1 s, do: {}}}".format, nodes),
+        st.builds("{{repeat: forever, do: {}}}".format, nodes),
         st.builds("{{cooldown: 1 s, do: {}}}".format, nodes),
         st.builds("{{once: {}}}".format, nodes),
         st.builds("{{invert: {}}}".format, nodes),
         st.builds("{{succeed: {}}}".format, nodes),
-        st.builds("{{force: failure, do: {}}}".format, nodes),
     )
     guard = st.builds(", {}: {}".format, st.sampled_from(["when", "unless", "while"]), EXPRESSIONS)
     cleanup = st.builds(", finally: {}".format, nodes)
-    modified = st.builds(lambda node, more: f"{node[:-1]}{more}}}", plain, st.one_of(guard, cleanup))
+    until = st.builds(", until: {}".format, st.one_of(EXPRESSIONS, nodes))
+    codes = st.sampled_from(["any", "broken", "timed_out", "failed"])
+    caught = st.builds(", on_failure: {{{}: {}}}".format, codes, nodes)
+    more = st.one_of(guard, cleanup, until, caught)
+    modified = st.builds(lambda node, more: f"{node[:-1]}{more}}}", plain, more)
     return st.one_of(plain, plain, modified)
 
 

@@ -38,8 +38,8 @@ tree:
     - switch: $mode
       cases:
         fast: {once: {start_tracker: }}
-        slow: {delay: 2 s, do: {stop_tracker: }}
-      default: {force: failure, do: {wait: "${max(1 s, 2 s)}"}}
+        slow: {stop_tracker: , until: $tries > 3, on_failure: {any: {wait: 2 s}}}
+      default: {retry: 2, do: {wait: "${max(1 s, 2 s)}"}, between: {wait: 1 s}}
     - parallel:
         - {name: looking, cooldown: 30 s, do: {look_for_user: {window: 2 s}}}
         - {condition: $tries > 0, because: {condition_false: "no tries yet"}}

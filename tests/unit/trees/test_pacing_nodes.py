@@ -1,22 +1,10 @@
-"""``delay``, ``cooldown``, ``once``, ``force``, declared keys and expressions as values."""
+"""``cooldown``, ``once``, declared keys and expressions as values."""
 
 import pytest
 
 from florence_bt.core.errors import ConfigError
 from tests.unit.trees.dumps import ascii_tree
 from tests.unit.trees.language import BROKEN, ENDLESS, Play, measured, takes
-
-
-def test_delay(tmp_path):
-    # 0: nothing; 2: work; 3: done
-    play = Play(tmp_path, "tree: {delay: 2 s, do: {work: }}", work=[takes(1.0)])
-    assert (play.run(), play.started, play.clock.now()) == ("success", [(2.0, "work")], 3.0)
-
-
-def test_a_delay_that_is_stopped_starts_nothing(tmp_path):
-    play = Play(tmp_path, "tree: {timeout: 1 s, do: {delay: 2 s, do: {work: }}}")
-    assert (play.run(), play.started) == ("timed_out", [])
-
 
 COOLING = """
   repeat: 4
@@ -87,20 +75,6 @@ def test_what_was_stopped_before_its_end_is_done_again(tmp_path):
     tree = "{retry: 2, do: {timeout: 2 s, do: {once: {work: }}}}"
     play = Play(tmp_path, f"tree: {tree}", work=[ENDLESS, takes(1.0)])
     assert (play.run(), len(play.started)) == ("success", 2)
-
-
-@pytest.mark.parametrize(
-    ("force", "result", "status"),
-    [
-        ("success", None, "success"),
-        ("success", BROKEN, "success"),
-        ("failure", None, "forced"),
-        ("failure", BROKEN, "broken"),
-    ],
-)
-def test_force(tmp_path, force, result, status):
-    play = Play(tmp_path, f"tree: {{force: {force}, do: {{work: }}}}", work=[takes(1.0, result)])
-    assert (play.run(), play.clock.now()) == (status, 1.0)
 
 
 # ---- keys and expressions -----------------------------------------------------------------------------
@@ -196,10 +170,8 @@ inputs: {looks: {type: integer, default: 8}, pause: {type: duration, default: 90
 tree:
   retry: $looks
   do:
-    delay: ${$pause / 2}
-    do:
-      timeout: $pause
-      do: {switch: $looks, cases: {8: {work: }}}
+    timeout: $pause
+    do: {switch: $looks, cases: {8: {work: }}}
 """
     play = Play(tmp_path, text)
     assert ascii_tree(play.root).splitlines()[0] == "[ ] m"
@@ -207,12 +179,12 @@ tree:
     play = Play(
         tmp_path,
         text.replace("tree:\n  retry", "tree:\n sequence:\n - retry").replace(
-            "\n  do:\n    delay", "\n   do:\n    delay"
+            "\n  do:\n    timeout", "\n   do:\n    timeout"
         ),
     )
     assert "retry up to $looks times" in ascii_tree(play.root)
     assert play.run() == "success"
     shown = ascii_tree(play.root)
-    for title in ("retry up to 8 times", "after 45 s (delay)", "within 90 s", "switch 8"):
+    for title in ("retry up to 8 times", "within 90 s", "switch 8"):
         assert title in shown
     assert any("retry up to $looks times" in node.name for node in play.root.iterate())

@@ -11,7 +11,8 @@ from tests.unit.trees.language import BROKEN, ENDLESS, Play, takes
 def play_of(tmp_path, policy, ends):
     """Three waits that end after 1, 2 and 3 s, by success ("+") or failure ("-")."""
     branches = "".join(
-        f"    - {{name: b{index}, delay: {index + 1} s, do: {{{'wait: 0' if end == '+' else 'fail: no'}}}}}\n"
+        f"    - {{name: b{index}, sequence: [{{wait: {index + 1} s}},"
+        f" {{{'wait: 0' if end == '+' else 'fail: no'}}}]}}\n"
         for index, end in enumerate(ends)
     )
     return Play(tmp_path, f"tree:\n  parallel:\n{branches}  policy: {policy}")

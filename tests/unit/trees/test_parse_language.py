@@ -11,22 +11,24 @@ from florence_bt.trees.language.model import (
     CallMission,
     Condition,
     Cooldown,
-    Delay,
     Expression,
-    Force,
     If,
     Once,
+    OnFailure,
     Parallel,
     PolicyKind,
+    Repeat,
     RunSkill,
     Sequence,
     Switch,
     Template,
+    Until,
     references,
     show,
     walk,
 )
 from florence_bt.trees.language.parse import parse_mission
+from florence_bt.trees.language.vocabulary import ANYWHERE
 
 
 def parse(tree, head=""):
@@ -64,11 +66,12 @@ def test_switch():
 @pytest.mark.parametrize(
     ("tree", "kind", "title"),
     [
-        ("{delay: 2 s, do: {work: }}", Delay, "after 2 s"),
         ("{cooldown: $pause, do: {work: }}", Cooldown, "at most every $pause"),
         ("{once: {work: }}", Once, "once work"),
-        ("{force: success, do: {work: }}", Force, "try work"),
-        ("{force: failure, do: {work: }}", Force, "fail after work"),
+        ("{repeat: forever, do: {work: }}", Repeat, "repeat forever"),
+        ("{work: , until: $a, code: late}", Until, "work until $a"),
+        ("{work: , on_failure: {any: {wait: 1 s}}}", OnFailure, "work"),
+        ("{work: , until: $a, on_failure: {any: {wait: 1 s}}, name: all}", OnFailure, "all"),
         ("{condition: $a and $b}", Condition, "$a and $b"),
     ],
 )
@@ -179,7 +182,7 @@ WRONG = """
     3:40 memory cannot be 'yes' | true
 
 {work: , else: {other: }}
-    3:16 'else' does not belong to 'work' but to if | out, every, name, when, unless, while, because, finally
+    3:16 'else' does not belong to 'work' but to if | out, every, {ANYWHERE}
 
 {switch: $m}
     3:8 switch needs cases | cases: {value: node, value: node}
@@ -190,11 +193,14 @@ WRONG = """
 {switch: , cases: {a: {work: }}}
     3:16 switch has no value | a value, quotes round it: "..."
 
-{force: maybe, do: {work: }}
-    3:15 force cannot be 'maybe' | success, failure
+{force: failure, do: {work: }}
+    3:8 there is no 'force' any more | succeed: the node; or sequence: [the node, {fail: the reason}]
 
-{delay: 2 s}
-    3:8 delay needs a node under `do` | do: {a node}
+{delay: 2 s, do: {work: }}
+    3:8 there is no 'delay' any more | sequence: [{wait: 2 s}, the node]
+
+{cooldown: 2 s}
+    3:8 cooldown needs a node under `do` | do: {a node}
 
 {cooldown: , do: {work: }}
     3:18 cooldown has no value | a value, quotes round it: "..."
@@ -237,7 +243,7 @@ WRONG = """
 """
 
 
-@pytest.mark.parametrize("written", WRONG.strip().split("\n\n"))
+@pytest.mark.parametrize("written", WRONG.replace("{ANYWHERE}", ", ".join(ANYWHERE)).strip().split("\n\n"))
 def test_what_is_wrong(written):
     tree, *expected = (line.strip() for line in written.splitlines())
     assert [finding.strip() for finding in findings(tree)] == expected

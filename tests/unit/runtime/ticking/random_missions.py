@@ -127,13 +127,12 @@ class Author:
             {"repeat": 2},
             {"timeout": "0.5 s"},
             {"timeout": "1.5 s"},
-            {"force": "success"},
-            {"force": "failure"},
             {"cooldown": "1.5 s"},
-            {"delay": "0.5 s"},
         ]
         child = self.node(depth)
-        return self.random.choice([*({**kind, "do": child} for kind in kinds), {"invert": child}, call])
+        return self.random.choice(
+            [*({**kind, "do": child} for kind in kinds), {"invert": child}, {"succeed": child}, call]
+        )
 
     def guarded(self, node: Node) -> Node:
         for modifier, chance in (("when", 0.1), ("unless", 0.06), ("while", 0.12)):
@@ -141,6 +140,11 @@ class Author:
                 node[modifier] = self.formula()
         if self.random.random() < 0.1:
             node["finally"] = self.leaf()
+        if self.random.random() < 0.1:
+            codes = self.random.sample(["broken", "condition_false", "failed", "until_not_met", "any"], 2)
+            node["on_failure"] = {code: self.leaf() for code in codes}
+        if self.random.random() < 0.08:
+            node["until"] = self.random.choice((self.formula(), self.leaf()))
         return node
 
     def formula(self) -> str:

@@ -16,11 +16,11 @@ from py_trees.common import Status
 from py_trees.composites import Composite, Sequence
 
 from florence_bt.behaviours.branching import If, Switch
+from florence_bt.behaviours.catching import OnFailure
 from florence_bt.behaviours.composites import Finally, Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
     Cooldown,
-    ForceFailure,
     ForceSuccess,
     Invert,
     Once,
@@ -33,6 +33,7 @@ from florence_bt.behaviours.looping import Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
+from florence_bt.behaviours.until import Question, Until
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure, success
@@ -250,7 +251,8 @@ OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [
     lambda s, c: While(s.name("while"), c, s.context, s.formula()),
     lambda s, c: Cooldown(s.name("cooldown"), c, s.context, 1.5),
     lambda s, c: Once(s.name("once"), c),
-    lambda s, c: ForceFailure(s.name("force failure"), c),
+    lambda s, c: OnFailure(s.name("on failure"), s.context, c, [h := s.leaf()], {"broken": h}, h),
+    lambda s, c: Until(s.name("until"), s.context, c, Question(s.context, s.leaf(), None), "not_met"),
     lambda s, c: Finally(s.name("finally"), s.context, c, s.cleanup()),
     lambda s, c: If(s.name("if"), s.context, s.formula(), c, s.leaf(), memory=s.random.random() < 0.5),
     lambda s, c: If(s.name("if node"), s.context, s.leaf(), c, memory=s.random.random() < 0.5),

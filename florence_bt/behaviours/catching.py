@@ -1,0 +1,74 @@
+"""The node behind ``on_failure``: what is done about a failure instead of failing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.branching import Branching
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.keys import ValueProblem
+from florence_bt.behaviours.stepping import Steps
+from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
+
+FAILURE_CODE, FAILURE_REASON = "failure_code", "failure_reason"
+"""The keys with the failure that is dealt with, or was last (``trees.language.model.FAILURE_KEYS``)."""
+
+
+class OnFailure(Branching):
+    """Does its body, and when that fails what is there for the code of the failure; then that counts.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        body: What is done first.
+        handlers: What is done about failures, in the order of the file.
+        by_code: Code -> the handler for it.
+        otherwise: The handler for every other code, or None: such a failure stands.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: TreeContext,
+        body: Behaviour,
+        handlers: list[Behaviour],
+        by_code: Mapping[str, Behaviour],
+        otherwise: Behaviour | None = None,
+    ) -> None:
+        super().__init__(name, context, [body, *handlers])
+        self._body = body
+        self._by_code = dict(by_code)
+        self._otherwise = otherwise
+        self._caught: Why | None = None
+
+    def steps(self) -> Steps:
+        """Do the body, then perhaps a handler."""
+        if self.status is not Status.RUNNING:
+            self.begin()
+            self.branch, self._caught = self._body, None
+        status = yield from self.branch_steps()
+        if self.branch is not self._body or status is not Status.FAILURE:
+            return status
+        why = explain(self._body)
+        assert why is not None  # the status of the body is FAILURE
+        handler = self._by_code.get(why.code, self._otherwise)
+        if handler is None:
+            return status
+        try:
+            self._context.keys.write(FAILURE_CODE, why.code)
+            self._context.keys.write(FAILURE_REASON, why.reason)
+        except ValueProblem as error:
+            return self.give_up(error.as_result())
+        self.branch, self._caught = handler, why
+        self.feedback_message = f"{why.code}: {why.reason}"
+        return (yield from self.branch_steps())
+
+    def extend_reason(self, why: Why) -> Why:
+        """The failure of a handler, with the one that it was to deal with."""
+        if self._caught is None or self._caught.reason in why.reason:
+            return why
+        return replace(why, reason=f"{why.reason}{EARLIER}{shortened(self._caught.reason)})")

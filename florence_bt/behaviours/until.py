@@ -1,0 +1,137 @@
+"""Nodes that go on until something is so: ``until``."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours._wake_timer import WakeTimer
+from florence_bt.behaviours.branching import Branching
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.stepping import Steps
+from florence_bt.behaviours.watched_skill import EVERY_S
+from florence_bt.behaviours.watching import Watch
+from florence_bt.behaviours.why import explain
+from florence_bt.core.outcome import LASTING_CODES, failure
+
+
+class Question:
+    """A node that is asked until it succeeds.
+
+    What only asks is watched, and so asked again when its answer may have changed. What acts is started again
+    after a failure, at the earliest a second after it was started the last time.
+
+    Args:
+        context: What the tree shares.
+        node: The node.
+        watch: Its watch when it only asks, or None.
+    """
+
+    def __init__(self, context: TreeContext, node: Behaviour, watch: Watch | None) -> None:
+        self.node = node
+        self.watch = watch
+        self._context = context
+        self._timer = WakeTimer(context)
+        self._began = 0.0
+        self._rests = False
+
+    def begin(self) -> None:
+        """Begin anew."""
+        self._rests = False
+        if self.watch is not None:
+            self.watch.begin()
+
+    def end(self) -> None:
+        """Ask no more."""
+        self._timer.cancel()
+        if self.watch is not None:
+            self.watch.end()
+
+    def steps(self) -> Generator[Behaviour, None, Status]:
+        """Ask, when it is time to.
+
+        Returns:
+            SUCCESS, RUNNING as long as there may be another answer, FAILURE when there will be none.
+        """
+        if self.watch is not None:
+            self.watch.look()
+            yield from self.watch.steps(self.node)
+            status = self.watch.answer or Status.RUNNING
+        elif self._rests and not self._timer.fired:
+            return Status.RUNNING
+        else:
+            if self.node.status is not Status.RUNNING:
+                self._began, self._rests = self._context.clock.now(), False
+            yield self.node
+            status = self.node.status
+        if status is not Status.FAILURE:
+            return status
+        why = explain(self.node)
+        if why is not None and why.code in LASTING_CODES:
+            return Status.FAILURE
+        if self.watch is None:
+            self._rests = True
+            self._timer.start(max(0.0, self._began + EVERY_S - self._context.clock.now()))
+        return Status.RUNNING
+
+
+class Until(Branching):
+    """Does its body until a question is answered with success: that is its success.
+
+    It fails when the body fails, and with a code of its own when the body is done before that.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        body: What is done meanwhile.
+        question: What ends it.
+        code: The code of the failure when the body is done first.
+
+    Attributes:
+        memory: False where the question is watched, as of a composite that asks its conditions again.
+    """
+
+    def __init__(
+        self, name: str, context: TreeContext, body: Behaviour, question: Question, code: str
+    ) -> None:
+        super().__init__(name, context, [body, question.node])
+        self._body = body
+        self._question = question
+        self._code = code
+        self.memory = question.watch is None
+
+    @property
+    def watched(self) -> tuple[Any, ...]:
+        """The skills of the question that are asked in the background."""
+        return tuple(self._question.watch.skills) if self._question.watch is not None else ()
+
+    def steps(self) -> Steps:
+        """Ask, then go on with the body."""
+        if self.status is not Status.RUNNING:
+            self.begin()
+            self._question.begin()
+        if (answer := (yield from self._question.steps())) is not Status.RUNNING:
+            return self._answered(answer)
+        self.branch = self._body
+        status = yield from self.branch_steps()
+        if status is Status.SUCCESS:
+            # Its last step may have been what the question asks for.
+            if (answer := (yield from self._question.steps())) is not Status.RUNNING:
+                return self._answered(answer)
+            reason = f"{self._body.name} was done before {self._question.node.name}"
+            return self.give_up(failure(self._code, reason))
+        if status is Status.FAILURE:
+            self.halt_running()
+        return status
+
+    def _answered(self, answer: Status) -> Status:
+        self.branch = self._question.node
+        self.halt_running()
+        return answer
+
+    def terminate(self, new_status: Status) -> None:
+        """Ask no more."""
+        self._question.end()
