@@ -7,9 +7,10 @@ live clock fire a little late, so a replay that differs is tried again with time
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
+from math import inf
 
 from py_trees.common import Status
 
@@ -205,15 +206,31 @@ class _Replay:
         compared = [
             event for at, event in of_tick if event.kind in _COMPARED and at not in self._between.starts
         ]
-        for event in compared:
-            if event.kind == EventKind.SKILL_STARTED.value and event.node in self._watched:
-                self._watched[event.node].ask_again()
+        for node in self._asked_in_background(compared):
+            self._watched[node].ask_again()
         self._tree.step()
         wanted = [_recorded(event) for event in compared]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
         self._done.clear()
         if (done[: len(wanted)] if not complete else done) != wanted:
             raise ReplayDiverged(_difference(first.tick, wanted, done))
+
+    def _asked_in_background(self, compared: Sequence[JournaledEvent]) -> Iterator[str]:
+        """The watched skills that were asked again in a tick before the tree came to them.
+
+        These questions come first, in the order of the tree. A node that began to run after other starts has
+        started its skill itself, in its turn.
+        """
+        began = {event.node for event in compared if event.new == Status.RUNNING.name}
+        places = {path: place for place, path in enumerate(self._watched)}
+        last: float = -1
+        for event in compared:
+            if event.kind != EventKind.SKILL_STARTED.value:
+                continue
+            place = places.get(event.node)
+            if place is not None and (place > last or event.node not in began):
+                yield event.node
+            last = inf if place is None or place <= last else place
 
     def _advance(self, when: float, early_s: float) -> None:
         # A skill's deadline or a timer may only mark what the next tick sees: nothing ticks in between.

@@ -51,15 +51,31 @@ def process(folder, seed, *, start, name):
     return clock, executor, told
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_random_run_is_taken_up(tmp_path, seed):
-    (tmp_path / "sub.yaml").write_text(SUB)
-    text = Author(seed).file()
-    (tmp_path / "m.yaml").write_text(text.replace("mission: m\n", "mission: m\non_restart: resume\n"))
-    clock, executor, _ = process(tmp_path, seed, start=0.0, name="A")
+def die_and_take_up(folder, seed, text):
+    """Let a run die at a random moment and take it up; whether it was still running then."""
+    folder.mkdir(exist_ok=True)
+    (folder / "sub.yaml").write_text(SUB)
+    (folder / "m.yaml").write_text(text.replace("mission: m\n", "mission: m\non_restart: resume\n"))
+    clock, executor, _ = process(folder, seed, start=0.0, name="A")
     run = executor.trigger(MissionRequest("m"))
     clock.advance(random.Random(seed).uniform(0.01, 4.0))
-    assert not run.status.final, "it would show nothing"
-    _, executor, told = process(tmp_path, seed, start=5000.0, name="B")
-    assert "aborted" not in " ".join(told), told
+    if run.status.final:
+        return False
+    _, executor, told = process(folder, seed, start=5000.0, name="B")
+    assert "aborted" not in " ".join(told), (seed, told)
     assert (executor.current or executor.last).run_id == run.run_id
+    return True
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_run_is_taken_up(tmp_path, seed):
+    assert die_and_take_up(tmp_path, seed, Author(seed).file()), "it would show nothing"
+
+
+@pytest.mark.parametrize("asks", [False, True])
+def test_a_random_run_that_deals_with_failures_is_taken_up(tmp_path, asks):
+    taken = sum(
+        die_and_take_up(tmp_path / str(seed), seed, Author(seed, asks=asks, catches=True).file())
+        for seed in range(120)
+    )
+    assert taken > 15

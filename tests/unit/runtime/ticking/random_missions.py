@@ -49,10 +49,12 @@ class Author:
     Args:
         seed: The seed.
         asks: Whether some leaves are skills that are watched as conditions.
+        catches: Whether some nodes have an ``until`` or an ``on_failure``, and a retry something between.
     """
 
-    def __init__(self, seed: int, *, asks: bool = False) -> None:
+    def __init__(self, seed: int, *, asks: bool = False, catches: bool = False) -> None:
         self.random = random.Random(seed)
+        self._catches = catches
         self._asks = asks
         self._names = 0
         self._left = self.random.choice((6, 12, 25, 40))
@@ -121,17 +123,22 @@ class Author:
     def decorator(self, depth: int) -> Node:
         key = self.random.choice(KEYS)
         call: Node = {"run": "sub", "with": {"x": f"${key}"}, "out": {"y": key}}
-        kinds: list[Node] = [
-            {"retry": 2},
-            {"retry": 3, "between": self.leaf()},
-            {"repeat": 2},
-            {"timeout": "0.5 s"},
-            {"timeout": "1.5 s"},
-            {"cooldown": "1.5 s"},
-        ]
         child = self.node(depth)
+        if self._catches and self.random.random() < 0.2:
+            return {"retry": 3, "do": child, "between": self.leaf()}
         return self.random.choice(
-            [*({**kind, "do": child} for kind in kinds), {"invert": child}, {"succeed": child}, call]
+            [
+                {"retry": 2, "do": child},
+                {"repeat": 2, "do": child},
+                {"timeout": "0.5 s", "do": child},
+                {"timeout": "1.5 s", "do": child},
+                {"succeed": child},
+                {"sequence": [child, {"fail": "because", "code": "forced"}]},
+                {"cooldown": "1.5 s", "do": child},
+                {"sequence": [{"wait": "0.5 s"}, child]},
+                {"invert": child},
+                call,
+            ]
         )
 
     def guarded(self, node: Node) -> Node:
@@ -140,10 +147,10 @@ class Author:
                 node[modifier] = self.formula()
         if self.random.random() < 0.1:
             node["finally"] = self.leaf()
-        if self.random.random() < 0.1:
+        if self._catches and self.random.random() < 0.15:
             codes = self.random.sample(["broken", "condition_false", "failed", "until_not_met", "any"], 2)
             node["on_failure"] = {code: self.leaf() for code in codes}
-        if self.random.random() < 0.08:
+        if self._catches and self.random.random() < 0.15:
             node["until"] = self.random.choice((self.formula(), self.leaf()))
         return node
 
@@ -157,10 +164,10 @@ class Author:
         return f"n{self._names}"
 
 
-def write(seed: int, folder: Path, *, asks: bool = False) -> MissionLibrary:
+def write(seed: int, folder: Path, *, asks: bool = False, catches: bool = False) -> MissionLibrary:
     """The library with the mission of a seed, which is called ``m``."""
     (folder / "sub.yaml").write_text(SUB)
-    (folder / "m.yaml").write_text(Author(seed, asks=asks).file())
+    (folder / "m.yaml").write_text(Author(seed, asks=asks, catches=catches).file())
     return MissionLibrary.load([folder], built_in=False)
 
 

@@ -85,3 +85,12 @@ def test_random_missions_with_watched_skills(first, tmp_path: Path):
         library = write(seed, tmp_path, asks=True)
         stock = play(Stage(library, seed), seed, by_py_trees)
         assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"
+
+
+@pytest.mark.parametrize("asks", [False, True])
+@pytest.mark.parametrize("first", range(0, 80, CHUNK))
+def test_random_missions_that_deal_with_failures(first, asks, tmp_path: Path):
+    for seed in range(first, first + CHUNK):
+        library = write(seed, tmp_path, asks=asks, catches=True)
+        stock = play(Stage(library, seed), seed, by_py_trees)
+        assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"
