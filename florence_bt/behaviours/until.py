@@ -1,4 +1,4 @@
-"""Nodes that go on until something is so: ``until``."""
+"""Nodes that go on until something is so: ``until``, ``wait_until``."""
 
 from __future__ import annotations
 
@@ -37,6 +37,11 @@ class Question:
         self._timer = WakeTimer(context)
         self._began = 0.0
         self._rests = False
+
+    @property
+    def skills(self) -> tuple[Any, ...]:
+        """The skills that are asked in the background."""
+        return tuple(self.watch.skills) if self.watch is not None else ()
 
     def begin(self) -> None:
         """Begin anew."""
@@ -106,7 +111,7 @@ class Until(Branching):
     @property
     def watched(self) -> tuple[Any, ...]:
         """The skills of the question that are asked in the background."""
-        return tuple(self._question.watch.skills) if self._question.watch is not None else ()
+        return self._question.skills
 
     def steps(self) -> Steps:
         """Ask, then go on with the body."""
@@ -131,6 +136,42 @@ class Until(Branching):
         self.branch = self._question.node
         self.halt_running()
         return answer
+
+    def terminate(self, new_status: Status) -> None:
+        """Ask no more."""
+        self._question.end()
+
+
+class WaitUntil(Branching):
+    """Does nothing until a question is answered with success.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        question: What is waited for.
+
+    Attributes:
+        memory: False, as of a composite that asks its conditions again.
+    """
+
+    memory = False
+
+    def __init__(self, name: str, context: TreeContext, question: Question) -> None:
+        super().__init__(name, context, [question.node])
+        self._question = question
+
+    @property
+    def watched(self) -> tuple[Any, ...]:
+        """The skills of the question that are asked in the background."""
+        return self._question.skills
+
+    def steps(self) -> Steps:
+        """Ask."""
+        if self.status is not Status.RUNNING:
+            self.begin()
+            self.branch = self._question.node
+            self._question.begin()
+        return (yield from self._question.steps())
 
     def terminate(self, new_status: Status) -> None:
         """Ask no more."""

@@ -1094,8 +1094,15 @@ def florence_until(c: Converter, e: Element) -> Node:
     """``FlorenceUntil``."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
-    body, goal = c.children(e)
-    return put(_enclosed(body), "until", goal)
+    return put(_enclosed(c.node(e.children[0])), "until", _question(c, e.children[1]))
+
+
+@_converts("FlorenceWaitUntil")
+def florence_wait_until(c: Converter, e: Element) -> Node:
+    """``FlorenceWaitUntil``."""
+    if len(e.children) != 1:
+        return c.stand_in(e, "it needs exactly 1 node below it")
+    return {"wait_until": _question(c, e.children[0])}
 
 
 @_converts("FlorenceCatch")

@@ -210,6 +210,10 @@ class NodeWriter:
                 return self._if(node)
             case model.Switch():
                 return self._switch(node)
+            case model.WaitUntil(goal=goal):
+                reason = "BehaviorTree.CPP has no node that asks a condition until it holds"
+                self._florence_node(node, "FlorenceWaitUntil", reason)
+                return _control("FlorenceWaitUntil", [self.node(goal)])
             case model.Wrapper():
                 return self._wrapper(node)
         return self._leaf(node)

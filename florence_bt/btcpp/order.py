@@ -12,6 +12,7 @@ CONCURRENT = frozenset(
         *(
             "FlorenceParallel",
             "FlorenceUntil",
+            "FlorenceWaitUntil",
             "Parallel",
             "ParallelAll",
             "PipelineSequence",

@@ -157,6 +157,9 @@ class KeyFlow:
             case model.Switch():
                 ways = [self.follow(part, before, observer) for part in node.parts]
                 return _either(ways, before, nothing_done=None, not_done=before)
+            case model.WaitUntil(goal=goal):
+                asked = self.follow(goal, self._together((goal,), before), observer)
+                return Flow(asked.success, asked.failure, asked.touched)
             case model.Wrapper(child=child):
                 return self._wrapper(node, child, before, observer)
         return Flow(before, before, before.maybe)

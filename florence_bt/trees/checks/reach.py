@@ -65,6 +65,8 @@ class ReachChecks:
                     self._check_on_failure(node)
                 case model.Until():
                     self._check_until(node)
+                case model.WaitUntil():
+                    self._check_wait_until(node)
                 case model.Condition(condition=condition):
                     self._check_constant(condition, "condition")
 
@@ -209,6 +211,20 @@ class ReachChecks:
         elif not goal.outcomes.can_fail and not goal.lasting:
             message = f"{node.child.title!r} is never reached: {node.goal.title!r} succeeds at once"
             self._findings.in_vain(node.goal.position, message, ["an expression with a $key", "wait: 10 s"])
+
+    def _check_wait_until(self, node: model.WaitUntil) -> None:
+        goal, title = self._known.of(node.goal), node.goal.title
+        if not goal.known:
+            return
+        if goal.acts:
+            message = f"wait_until: {title!r} does something, and only a condition can be waited for"
+            valid = [f"{title}, which is waited for anyway", f"until: {title}, at what is done meanwhile"]
+            self._findings.error(node.goal.position, message, valid)
+        elif not goal.outcomes.can_succeed:
+            self._findings.in_vain(node.goal.position, f"wait_until: {title!r} never succeeds")
+        elif not goal.outcomes.can_fail:
+            message = f"wait_until: {title!r} succeeds at once"
+            self._findings.warning(node.goal.position, message, ["an expression with a $key"])
 
     def _check_rounds(self, node: model.Retry | model.Repeat, *, surely: bool) -> None:
         """A loop of nodes that take no time is ended at some point.

@@ -31,7 +31,7 @@ class WatchChecks:
             for guard in guards_of(node):
                 self._check_can_be_watched(guard)
                 self._check_asked_once(guard)
-            if isinstance(node, model.Until) and not self._known.of(node.goal).acts:
+            if isinstance(node, model.Until | model.WaitUntil) and not self._known.of(node.goal).acts:
                 self._check_can_be_watched(node.goal)
         self._check_every()
 

@@ -86,6 +86,8 @@ def _kind(node: Node) -> str:
             return "run"
         case model.OnFailure():
             return "on_failure"
+        case model.WaitUntil():
+            return "wait_until"
     return type(node).__name__.lower()
 
 

@@ -28,6 +28,7 @@ SYMBOLS = {
     "until": "⇥",
     "fail": "✗",
     "wait": "⏸",
+    "wait_until": "⏸",
     "set": "=",
     "run": "▤",
     "skill": "",

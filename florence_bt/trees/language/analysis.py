@@ -238,7 +238,7 @@ class _FactsOfMission:
         resources, known, acts = NOTHING, True, False
         asks = node.holds is not None or isinstance(node, model.Condition)
         asks = asks or (isinstance(node, model.If) and isinstance(node.condition, model.Expression))
-        lasting = isinstance(node, model.Wait)
+        lasting = isinstance(node, model.Wait | model.WaitUntil)
         match node:
             case model.RunSkill(skill=skill):
                 declaration = self._analysis.declarations.get(skill)

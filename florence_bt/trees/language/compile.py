@@ -33,7 +33,7 @@ from florence_bt.behaviours.looping import Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.until import Question, Until
+from florence_bt.behaviours.until import Question, Until, WaitUntil
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
@@ -311,6 +311,8 @@ class _TreeBuilder:
                 return self._switch(node, name, skipped_fails)
             case model.CallMission():
                 return self._call_mission(node, name)
+            case model.WaitUntil(goal=goal):
+                return WaitUntil(name, self._context, self._question(goal))
             case model.Wrapper():
                 return self._wrapper(node, name, skipped_fails)
         return self._leaf(node, name)

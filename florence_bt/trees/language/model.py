@@ -242,6 +242,27 @@ class Wait(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WaitUntil(Node):
+    """``wait_until``: a pause that a condition ends.
+
+    Attributes:
+        goal: What is asked until it succeeds.
+    """
+
+    goal: Node
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """What is asked."""
+        return (self.goal,)
+
+    @property
+    def default_title(self) -> str:
+        """Such as ``wait until $found``."""
+        return f"wait until {self.goal.title}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Set(Node):
     """``set``: writes keys."""
 

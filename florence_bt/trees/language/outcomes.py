@@ -131,6 +131,9 @@ class MissionOutcomes:
                 return self._if(node, in_selector)
             case model.Switch():
                 return self._switch(node, in_selector)
+            case model.WaitUntil(goal=goal):
+                asked = self._of(goal, in_selector=False)
+                return NodeOutcomes(asked.can_succeed, asked.codes & LASTING_CODES)
             case model.Wrapper(child=child):
                 return self._wrapper(node, self._of(child, in_selector=in_selector), in_selector)
         return self._leaf(node)

@@ -143,6 +143,8 @@ class _MissionParser(Reader):
             self.error(source.position, *suggestions.for_not_a_node(source))
             return None
         kinds = [(key, value) for key, value in source.entries if key.text not in _ALL_MODIFIERS]
+        if source.get("wait_until") is not None and source.get("timeout") is not None:
+            return self._wait_in_time(source)
         if len(kinds) != 1:
             self._not_one_kind(source, [key for key, _ in kinds])
             return None
@@ -158,6 +160,16 @@ class _MissionParser(Reader):
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
+
+    def _wait_in_time(self, source: YamlMapping) -> model.Node | None:
+        """``wait_until`` with a ``timeout`` beside it: the short form of a ``timeout`` round it."""
+        inner = [entry for entry in source.entries if entry[0].text == "wait_until"]
+        outer = [entry for entry in source.entries if entry[0].text != "wait_until"]
+        key = inner[0][0]
+        around = YamlScalar("do", quoted=False, position=key.position)
+        return self.node(
+            YamlMapping((*outer, (around, YamlMapping(tuple(inner), key.position))), source.position)
+        )
 
     def _wrapped(
         self,
@@ -237,6 +249,9 @@ class _MissionParser(Reader):
             case "wait":
                 duration, fields = self.value(value, "wait"), self._fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None
+            case "wait_until":
+                goal, fields = self._question(value, "wait_until"), self._fields(key, mapping)
+                return model.WaitUntil(goal=goal, **fields) if goal is not None else None
             case "set":
                 return self._set(key, value, mapping)
             case "run":

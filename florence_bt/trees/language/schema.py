@@ -216,6 +216,7 @@ KIND_VALUES: dict[str, Schema] = {
     "condition": EXPRESSION,
     "fail": TEXT,
     "wait": _PAUSE,
+    "wait_until": {"anyOf": [EXPRESSION, NODE]},
     "set": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
 }
 """Kind key -> what stands behind it; ``run`` depends on the missions."""
@@ -296,7 +297,7 @@ class NodeSchemas:
         }
 
     def _one_kind(self, known: Schema) -> Iterable[Schema]:
-        kinds = [{"required": [kind]} for kind in (*vocabulary.NODE_KINDS, *self._declarations)]
+        kinds = [_is_kind(kind) for kind in (*vocabulary.NODE_KINDS, *self._declarations)]
         none, one = {"not": {"anyOf": kinds}}, {"oneOf": kinds}
         yield {"if": where(known, none), "then": refused("a node needs a kind, or the name of a skill")}
         several = where({"anyOf": kinds}, {"not": one})
@@ -422,8 +423,15 @@ class NodeSchemas:
             yield {"if": called, "then": then}
 
 
+def _is_kind(key: str) -> Schema:
+    """That a node is of a kind; beside ``wait_until``, ``timeout`` is none."""
+    if key == "timeout":
+        return where({"required": [key]}, {"not": {"required": ["wait_until"]}})
+    return {"required": [key]}
+
+
 def _rule(key: str, then: Schema) -> Schema:
-    return {"if": {"required": [key]}, "then": then}
+    return {"if": _is_kind(key), "then": then}
 
 
 def _policy() -> Schema:

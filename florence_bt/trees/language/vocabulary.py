@@ -21,6 +21,7 @@ NODE_KINDS: dict[str, str] = {
     "condition": "succeeds when an expression holds",
     "fail": "fails with a reason",
     "wait": "pauses",
+    "wait_until": "pauses until something is so",
     "set": "writes keys",
     "run": "runs another mission with keys of its own",
 }

@@ -40,7 +40,7 @@ def unwatched(node: Node, *, watched: bool = False) -> Iterator[model.RunSkill]:
     """
     if isinstance(node, model.RunSkill) and not watched:
         yield node
-    guards = {*guards_of(node), *((node.goal,) if isinstance(node, model.Until) else ())}
+    guards = {*guards_of(node), *((node.goal,) if isinstance(node, model.Until | model.WaitUntil) else ())}
     watched = watched and passes_on(node)
     for part in node.parts:
         yield from unwatched(part, watched=watched or part in guards)

@@ -104,6 +104,8 @@ NODES = [
     "{fail: 'no way to $room', code: lost}",
     "{wait: 0.5 s}",
     "{wait: $limit}",
+    "{parallel: [{wait_until: $number > 1, timeout: 5 s}, {sequence: [{look: , out: {count: number}}]}]}",
+    "{wait_until: {room_is: {room: hall}, every: 500 ms}, name: until it is the hall, timeout: $limit}",
     "{set: {number: 3, mode: slow, far: 1.5 m}}",
     "{set: {number: '${$number + 1}'}}",
     "{set: {goal: {x: 1 m, y: $near, yaw: 10 deg}}}",

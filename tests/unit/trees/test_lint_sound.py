@@ -83,6 +83,7 @@ def larger(nodes):
         st.builds("{{repeat: forever, do: {}}}".format, nodes),
         st.builds("{{cooldown: 1 s, do: {}}}".format, nodes),
         st.builds("{{once: {}}}".format, nodes),
+        st.builds("{{timeout: 2 s, do: {{wait_until: {}}}}}".format, EXPRESSIONS),
         st.builds("{{invert: {}}}".format, nodes),
         st.builds("{{succeed: {}}}".format, nodes),
     )

@@ -1,0 +1,75 @@
+"""``wait_until``: a pause that a condition ends."""
+
+# ruff: noqa: E501  (missions on one line)
+
+import pytest
+from py_trees.common import Status
+
+from florence_bt.core.outcome import failure
+from tests.unit.trees.language import Play, takes
+
+AWAY = takes(0.0, failure("away", "not there"))
+SETS = "sequence: [{wait: 2 s}, {set: {n: 1}}, {wait: 2 s}, {set: {n: 2}}, {wait: 9 s}]"
+
+
+@pytest.mark.parametrize(
+    ("wait", "end"),
+    [
+        ("wait_until: $n == 2", ("success", 4.0)),
+        ("wait_until: $n == 0", ("success", 0.0)),
+        ("wait_until: $n == 2, timeout: 3 s", ("timed_out", 3.0)),
+        ("wait_until: $n == 2, timeout: 5 s", ("success", 4.0)),
+        ("wait_until: {selector: [{condition: $n == 7}, {condition: $n == 1}]}", ("success", 2.0)),
+        ("wait_until: 1 / $n == 1", ("bad_expression", 0.0)),
+    ],
+)
+def test_an_expression_is_waited_for(tmp_path, wait, end):
+    text = f"keys: {{n: {{type: integer, default: 0}}}}\ntree: {{parallel: [{{name: w, {wait}}}, {{{SETS}}}], policy: {{succeed: 1, fail: 1}}}}"
+    play = Play(tmp_path, text)
+    assert (play.run(), play.clock.now()) == end
+
+
+def test_a_key_without_a_value_is_waited_for(tmp_path):
+    play = Play(tmp_path, f"tree: {{parallel: [{{wait_until: $n == 2}}, {{{SETS}}}], policy: any}}")
+    assert (play.run(), play.clock.now()) == ("success", 4.0)
+
+
+@pytest.mark.parametrize(("every", "asked"), [("", [0.0, 1.0, 2.0]), (", every: 300 ms", [0.0, 0.3, 0.6])])
+def test_a_skill_is_asked_every_second_or_as_every_says(tmp_path, every, asked):
+    play = Play(tmp_path, f"tree: {{wait_until: {{is_home: {every}}}}}", is_home=[AWAY, AWAY, takes(0.0)])
+    assert play.run() == "success"
+    assert [when for when, _ in play.started] == pytest.approx(asked)
+
+
+@pytest.mark.parametrize("moment", [0.0, 0.5, 1.0])
+def test_it_can_be_stopped_at_every_moment(tmp_path, moment):
+    play = Play(tmp_path, "tree: {wait_until: {is_home: }, timeout: 9 s, finally: {clean: }}", is_home=[AWAY])
+    assert play.at(moment) == "running"
+    asked = len(play.started)
+    play.root.stop(Status.INVALID)
+    play.clock.advance(20.0)
+    assert [skill for _, skill in play.started[asked:]] == ["finally", "clean"]
+    assert play.context.runs == []
+
+
+@pytest.mark.parametrize(
+    ("tree", "line"),
+    [
+        (
+            "{wait_until: {turn: {angle: 1 rad}}}",
+            "wait_until: 'turn' does something, and only a condition can be waited for",
+        ),
+        ("{wait_until: {is_charged: }, timeout: 5 m}", "timeout: 'm' is not a unit of a duration"),
+        ("{wait_until: {is_charged: }, timeout: 5 min}", ""),
+        ("{wait_until: {is_charged: }}", ""),
+        ("{wait_until: $n == 1}", "no node writes a key 'n'"),
+        ("{wait_until: {fail: x}}", "wait_until: 'fail' never succeeds"),
+        ("{wait_until: true}", "wait_until: 'true' succeeds at once"),
+        ("{wait_until: }", "wait_until needs an expression"),
+        ("{selector: [{wait_until: {is_charged: }}, {wait: 1 s}]}", ""),
+        ("{retry: 2, on: [low], do: {wait_until: {is_charged: }}}", "cannot fail with 'low'"),
+    ],
+)
+def test_what_the_check_says(workshop, tree, line):
+    found = workshop.lines(f"description: d\ntree: {tree}\n")
+    assert any(line in each for each in found) if line else found == [], found
