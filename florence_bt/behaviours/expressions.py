@@ -159,11 +159,21 @@ def bearing(start: Any, end: Any) -> float:
 
 def equal(left: Any, right: Any) -> bool:
     """Whether two values of one kind are the same, numbers up to a billionth."""
-    if isinstance(left, (bool, str, Pose2)) or isinstance(right, (bool, str, Pose2)):
+    if isinstance(left, (bool, str, Pose2, tuple)) or isinstance(right, (bool, str, Pose2, tuple)):
         if type(left) is not type(right):
             raise TypeError("two values of one kind are needed")
         return bool(left == right)
     return _same(_number(left), _number(right))
+
+
+def item_of(items: Any, index: Any) -> Any:
+    """An item of a list, counted from 0."""
+    known = _items(items)
+    if isinstance(index, bool) or not isinstance(index, int):
+        raise TypeError("a whole number is needed")
+    if not 0 <= index < len(known):
+        raise ValueError(f"the list has {len(known)} items, counted from 0")
+    return known[index]
 
 
 def less(left: Any, right: Any) -> bool:
@@ -201,6 +211,9 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "abs": _numeric(abs),
     "min": _numeric(min),
     "max": _numeric(max),
+    "count": lambda items: len(_items(items)),
+    "in": lambda value, items: any(_is_item(value, item) for item in _items(items)),
+    "item": item_of,
     "distance": distance,
     "bearing": bearing,
 }
@@ -211,6 +224,19 @@ def _same(left: Any, right: Any) -> bool:
     if isinstance(left, int) and isinstance(right, int):
         return left == right
     return math.isclose(left, right, rel_tol=_RELATIVE, abs_tol=_ABSOLUTE)
+
+
+def _items(value: Any) -> tuple[Any, ...]:
+    if not isinstance(value, tuple):
+        raise TypeError("a list is needed")
+    return value
+
+
+def _is_item(value: Any, item: Any) -> bool:
+    try:
+        return equal(value, item)
+    except TypeError:  # values of two kinds
+        return False
 
 
 def _number(value: Any) -> Any:

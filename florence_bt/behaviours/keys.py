@@ -180,10 +180,10 @@ class KeyStore:
 
 
 def _check_storable(key: str, value: Any) -> None:
-    if not isinstance(value, _STORABLE):
-        raise TypeError(
-            f"the key {key!r} cannot hold {value!r}; text, numbers, booleans and poses can be held"
-        )
+    items = value if isinstance(value, tuple) else (value,)
+    if not all(isinstance(item, _STORABLE) for item in items):
+        held = "text, numbers, booleans, poses and tuples of them"
+        raise TypeError(f"the key {key!r} cannot hold {value!r}; {held} can be held")
 
 
 @runtime_checkable
@@ -248,6 +248,21 @@ class PoseFromParts:
         return Pose2(x, y, yaw)
 
 
+@dataclass(frozen=True, slots=True)
+class ListFromItems:
+    """A list that is put together from values and keys.
+
+    Attributes:
+        items: Values, or where to find them.
+    """
+
+    items: tuple[Any, ...]
+
+    def resolve(self, keys: KeyStore) -> tuple[Any, ...]:
+        """The list."""
+        return tuple(resolve(item, keys) for item in self.items)
+
+
 def resolve(value: Any, keys: KeyStore) -> Any:
     """A literal as it is; a value source as it stands now.
 
@@ -270,4 +285,6 @@ def readable(value: Any) -> str:
         return f"{value:.4g}"
     if isinstance(value, Pose2):
         return f"(x {value.x:.2f} m, y {value.y:.2f} m, yaw {value.yaw:.2f} rad)"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(readable, value))}]"
     return str(value)

@@ -75,6 +75,42 @@ class SetKey(Behaviour):
         return Status.SUCCESS
 
 
+class AppendToKeys(Behaviour):
+    """Adds to keys that hold a text or a list: all of them, or none when a value cannot be found.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        values: By key: what is added, a value or a value source.
+    """
+
+    def __init__(self, name: str, context: TreeContext, values: Mapping[str, Any]) -> None:
+        super().__init__(name)
+        self.result: Result | None = None
+        self._context = context
+        self._values = dict(values)
+
+    def update(self) -> Status:
+        """SUCCESS with the keys written."""
+        keys = self._context.keys
+        added: dict[str, Any] = {}
+        try:
+            new: dict[str, Any] = {}
+            for key, value in self._values.items():
+                held, added[key] = keys.read(key), resolve(value, keys)
+                new[key] = (*held, added[key]) if isinstance(held, tuple) else held + readable(added[key])
+                keys.check(key, new[key])
+        except ValueProblem as error:
+            self.result = error.as_result()
+            self.feedback_message = self.result.reason
+            return Status.FAILURE
+        self.result = None
+        for key, value in new.items():
+            keys.write(key, value)
+        self.feedback_message = ", ".join(f"{key} + {readable(value)}" for key, value in added.items())
+        return Status.SUCCESS
+
+
 class Condition(Behaviour):
     """Succeeds when an expression holds, fails when it does not.
 

@@ -1,4 +1,4 @@
-"""Nodes that start what is below them again: retry, repeat."""
+"""Nodes that start what is below them again: retry, repeat, for_each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import ValueProblem, resolve
+from florence_bt.behaviours.keys import ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
 from florence_bt.core.outcome import Result, failure
@@ -173,3 +173,102 @@ class Repeat(Loop):
         last = "" if self.rounds == math.inf else f" of {self.rounds}"
         self.feedback_message = f"round {self.round + 1}{last}"
         return True
+
+
+class ForEach(Branching):
+    """Does its child for one item of a list after the other.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is done.
+        context: What the tree shares.
+        items: The list, or a value source that gives it; looked up once, at the start.
+        item_key: The key that receives the item.
+        index_key: The key that receives the number of the item, counted from 0.
+        goes_on_over: The codes of failures after which the next item follows; None: all.
+        first_success: Whether the first item that succeeds ends it.
+        code: The code of the failure when that is so and no item succeeds.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        context: TreeContext,
+        items: Any,
+        item_key: str,
+        index_key: str | None = None,
+        *,
+        goes_on_over: Collection[str] | None = (),
+        first_success: bool = False,
+        code: str = "none_worked",
+    ) -> None:
+        super().__init__(name, context, [child])
+        self.child = child
+        self._items = items
+        self._item_key = item_key
+        self._index_key = index_key
+        self._goes_on_over = goes_on_over
+        self._first_success = first_success
+        self._code = code
+        self._left: list[tuple[int, Any]] = []
+        self._last: Why | None = None
+
+    def steps(self) -> Steps:
+        """Do the item; the next one follows with the next tick."""
+        if self.status is not Status.RUNNING:
+            self.begin()
+            self._last = None
+            try:
+                items = resolve(self._items, self._context.keys)
+            except ValueProblem as error:
+                return self.give_up(error.as_result())
+            if not isinstance(items, tuple):
+                return self.give_up(failure("bad_input", f"{self.name} needs a list, not {readable(items)}"))
+            self._left = list(enumerate(items))
+            problem = self._next()
+        else:
+            problem = None
+        if problem is None and self.branch is not None:
+            status = yield from self.branch_steps()
+            if not self._goes_on(status):
+                return status
+            problem = self._next()
+        if problem is not None:
+            return self.give_up(problem)
+        if self.branch is not None:
+            self._context.wake()
+            return Status.RUNNING
+        if self._first_success:
+            return self.give_up(failure(self._code, self._none_worked()))
+        return Status.SUCCESS
+
+    def _goes_on(self, status: Status) -> bool:
+        """Whether the next item follows."""
+        if status is Status.SUCCESS:
+            return not self._first_success
+        self._last = explain(self.child)
+        if self._last is None:
+            return False  # it runs
+        return self._goes_on_over is None or self._last.code in self._goes_on_over
+
+    def _next(self) -> Result | None:
+        """Go to the next item; a failure when its keys cannot hold it."""
+        self.branch = None
+        if not self._left:
+            return None
+        index, item = self._left.pop(0)
+        try:
+            self._context.keys.write(self._item_key, item)
+            if self._index_key is not None:
+                self._context.keys.write(self._index_key, index)
+        except ValueProblem as error:
+            return error.as_result()
+        self.branch = self.child
+        self.feedback_message = readable(item)
+        return None
+
+    def _none_worked(self) -> str:
+        if self._last is None:
+            return "the list is empty"
+        return f"no item succeeded; the last one: {self._last.reason}"

@@ -765,6 +765,12 @@ def florence_set(c: Converter, e: Element) -> Node:
     return {"set": values} if isinstance(values, dict) and values else c.stand_in(e, "it sets nothing")
 
 
+@_converts("FlorenceAppend")
+def florence_append(c: Converter, e: Element) -> Node:
+    """``FlorenceAppend``."""
+    return {"append": florence_set(c, e)["set"]}
+
+
 @_converts("FlorenceCondition")
 def florence_condition(c: Converter, e: Element) -> Node:
     """``FlorenceCondition``."""
@@ -774,8 +780,8 @@ def florence_condition(c: Converter, e: Element) -> Node:
 @_converts("Sequence", "AsyncSequence")
 def sequence(c: Converter, e: Element) -> Node:
     """``Sequence``, ``AsyncSequence``."""
-    if e.get(MARK) == "keys" and len(e.children) == 2:
-        return c.node(e.children[1])
+    if e.get(MARK) == "keys" and len(e.children) in (2, 3):
+        return c.node(e.children[-1])
     return {"sequence": c.children(e)}
 
 
@@ -1272,6 +1278,23 @@ def florence_retry(c: Converter, e: Element) -> Node:
         node["attempt"] = c.key_name(attempt)
     child, *between = c.children(e)
     return {**node, "do": child, **({"between": between[0]} if between else {})}
+
+
+@_converts("FlorenceForEach")
+def florence_for_each(c: Converter, e: Element) -> Node:
+    """``FlorenceForEach``."""
+    item, index = (pointer(e.get(name), name) for name in ("as", "index"))
+    if item is None:
+        return c.stand_in(e, "it needs a key for the item under as")
+    node: Node = {"for_each": c.value(e, "items", None), "as": c.key_name(item)}
+    if index is not None:
+        node["index"] = c.key_name(index)
+    codes = [code.strip() for code in e.get("go_on_over").split(";") if code.strip()]
+    if codes:
+        node["go_on_over"] = codes
+    if e.get("until") == "success":
+        node["until"] = "success"
+    return {**node, "do": c.only_child(e)}
 
 
 @_converts("FlorenceTimeout", "FlorenceCooldown")

@@ -38,7 +38,15 @@ from florence_bt.core.errors import ConfigError
 
 _UNSURE = frozenset(
     {
-        *("Inverter", "ForceSuccess", "ForceFailure", "Precondition", "FlorenceGuard", "ManualSelector"),
+        *(
+            "Inverter",
+            "ForceSuccess",
+            "ForceFailure",
+            "Precondition",
+            "FlorenceGuard",
+            "ManualSelector",
+            "FlorenceForEach",
+        ),
         *("LoopInt", "LoopDouble", "LoopString", "LoopBool", "SkipUnlessUpdated", "WaitValueUpdate"),
     }
 )

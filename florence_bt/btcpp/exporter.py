@@ -302,6 +302,8 @@ class NodeWriter:
                 return self._retry(node, children)
             case model.Repeat(rounds=None):
                 return Element("Repeat", {"num_cycles": "-1", MARK: ENDLESS}, children=children)
+            case model.ForEach():
+                return self._for_each(node, children)
             case model.OnFailure(handlers=handlers):
                 self._florence_node(node, "FlorenceCatch", "BehaviorTree.CPP knows no failure codes")
                 codes = {"codes": ";".join(code.text for code, _ in handlers)}
@@ -325,6 +327,17 @@ class NodeWriter:
                 seconds = {"seconds": port_attribute(duration, Kind.DURATION)}
                 return _florence("Decorator", "FlorenceCooldown", seconds, children)
         raise TypeError(f"no element is known for {type(node).__name__}")
+
+    def _for_each(self, node: model.ForEach, children: list[Element]) -> Element:
+        self._florence_node(node, "FlorenceForEach", "BehaviorTree.CPP loops over queues, not over lists")
+        attributes = {"items": port_attribute(node.items, None), "as": f"{{{node.item_key.text}}}"}
+        if node.index_key is not None:
+            attributes["index"] = f"{{{node.index_key.text}}}"
+        if node.goes_on_over:
+            attributes["go_on_over"] = ";".join(code.text for code in node.goes_on_over)
+        if node.first_success:
+            attributes["until"] = "success"
+        return _florence("Decorator", "FlorenceForEach", attributes, children)
 
     def _retry(self, node: model.Retry, children: list[Element]) -> Element:
         attributes = {"num_attempts": port_attribute(node.attempts, Kind.INTEGER)}
@@ -364,6 +377,10 @@ class NodeWriter:
                 return Element("AlwaysFailure", {f"{MARK}_reason": own_value(reason)})
             case model.Set():
                 return self._set(node)
+            case model.Append(values=values):
+                self._florence_node(node, "FlorenceAppend", "the scripts of BehaviorTree.CPP have no lists")
+                text = write_flow({key.text: flow_value(value) for key, value in values})[1:-1]
+                return _florence("Action", "FlorenceAppend", {"values": text})
             case model.RunSkill():
                 return self._use(node)
             case model.CallMission():
@@ -552,11 +569,15 @@ def _tree(
         documents = {name: port_document(port) for name, port in mission.keys.items()}
         attributes[f"{MARK}_keys"] = write_flow(documents)[1:-1]
         started = {name: port for name, port in mission.keys.items() if not port.required}
-        if started:
-            script = Element(
-                "Script", {"code": "; ".join(_start(name, port) for name, port in started.items())}
-            )
-            root = Element("Sequence", {MARK: "keys"}, children=[script, root])
+        listed = {name: documents[name]["default"] for name, port in started.items() if port.kind.item}
+        scripts = [_start(name, port) for name, port in started.items() if name not in listed]
+        first = [Element("Script", {"code": "; ".join(scripts)})] if scripts else []
+        if listed:
+            message = "scripts hold no lists; written as FlorenceSet, which must be registered there"
+            notes.notice(mission.file, mission.tree.position, f"keys: {', '.join(listed)}: {message}")
+            first.append(_florence("Action", "FlorenceSet", {"values": write_flow(listed)[1:-1]}))
+        if first:
+            root = Element("Sequence", {MARK: "keys"}, children=[*first, root])
     return Element("BehaviorTree", attributes, children=[root])
 
 

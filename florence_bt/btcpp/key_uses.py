@@ -184,7 +184,8 @@ def _florence(element: Element) -> Iterator[KeyUse]:
             continue
         if key is not None:
             written = _is_output(element.tag, name)
-            yield KeyUse(key, WRITE if written else READ, Kind.INTEGER if written else None, None, element)
+            number = written and name != "as"
+            yield KeyUse(key, WRITE if written else READ, Kind.INTEGER if number else None, None, element)
         elif name in ("when", "unless", "while", "code", "values") or value.startswith(PREFIX):
             yield from own_references(value, element)
         if name == "values":

@@ -102,6 +102,9 @@ def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
     """The kind for a C++ type and a unit, None when there is not one."""
     with_unit = next((kind for kind, text in KIND_UNITS.items() if text == f"[{unit}]"), None)
     name = type_name.strip().removeprefix("BT::")
+    if name.startswith("std::vector<") and name.endswith(">"):
+        item = kind_of_type(name[len("std::vector<") : -1], unit)
+        return item.list if item is not None and item.item is None else None
     if name in ("double", "float", "long double"):
         return with_unit or Kind.NUMBER
     if not name:

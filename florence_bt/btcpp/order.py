@@ -25,7 +25,16 @@ CONCURRENT = frozenset(
 REPEATING = frozenset(
     {
         *("Repeat", "RetryUntilSuccessful", "RetryUntilSuccesful", "KeepRunningUntilFailure"),
-        *("LoopInt", "LoopDouble", "LoopString", "LoopBool", "RecoveryNode", "RoundRobin", "FlorenceRetry"),
+        *(
+            "LoopInt",
+            "LoopDouble",
+            "LoopString",
+            "LoopBool",
+            "RecoveryNode",
+            "RoundRobin",
+            "FlorenceRetry",
+            "FlorenceForEach",
+        ),
     }
 )
 """Nodes that start again what is below them."""

@@ -12,7 +12,7 @@ from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.trees.language import model
-from florence_bt.trees.language.model import Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.language.model import ListItems, Literal, PoseParts, Reference, Template, Value
 from florence_bt.trees.language.quantities import UNITS, guess_value, read_value
 from florence_bt.trees.language.values import tree_value
 
@@ -51,6 +51,8 @@ def si_text(value: Any) -> str:
     match value:
         case bool():
             return "true" if value else "false"
+        case tuple():
+            return ";".join(map(si_text, value))
         case Pose2():
             return ";".join(_plain(part) for part in (value.x, value.y, value.yaw))
         case float():
@@ -228,6 +230,8 @@ def flow_value(value: Value) -> Any:
             return Quoted(text.replace("$", "$$")) if quoted else text_value(text, Kind.TEXT)
         case PoseParts(x=x, y=y, yaw=yaw):
             return {"x": flow_value(x), "y": flow_value(y), "yaw": flow_value(yaw)}
+        case ListItems(items=items):
+            return [flow_value(item) for item in items]
         case Template(parts=parts):
             return Quoted(
                 "".join(p.replace("$", "$$") if isinstance(p, str) else f"${{{p.key}}}" for p in parts)

@@ -62,6 +62,7 @@ KIND_TYPES: dict[Kind, str] = {
     Kind.POSE: "Pose2D",
 }
 """Our kinds -> the types of ports."""
+KIND_TYPES |= {kind: f"std::vector<{KIND_TYPES[kind.item]}>" for kind in Kind if kind.item is not None}
 KIND_UNITS: dict[Kind, str] = {
     Kind.LENGTH: "[m]",
     Kind.ANGLE: "[rad]",
@@ -69,6 +70,7 @@ KIND_UNITS: dict[Kind, str] = {
     Kind.SPEED: "[m/s]",
     Kind.POSE: "[m;m;rad]",
 }
+KIND_UNITS |= {kind: KIND_UNITS[kind.item] for kind in Kind if kind.item in KIND_UNITS}
 """Kinds with units -> what ends the description of their ports."""
 
 

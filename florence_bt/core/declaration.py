@@ -33,10 +33,33 @@ class Kind(enum.Enum):
     """float, metres per second"""
     POSE = "pose"
     """:class:`Pose2` in the map frame"""
+    LIST_OF_TEXT = "list of text"
+    LIST_OF_BOOLEAN = "list of boolean"
+    LIST_OF_INTEGER = "list of integer"
+    LIST_OF_NUMBER = "list of number"
+    LIST_OF_LENGTH = "list of length"
+    LIST_OF_ANGLE = "list of angle"
+    LIST_OF_DURATION = "list of duration"
+    LIST_OF_SPEED = "list of speed"
+    LIST_OF_POSE = "list of pose"
+    """tuples of the values above"""
+
+    @cached_property
+    def item(self) -> Kind | None:
+        """The kind of the items of a list; None for what is no list."""
+        word = self.value.removeprefix("list of ")
+        return Kind(word) if word != self.value else None
+
+    @cached_property
+    def list(self) -> Kind:
+        """The kind of a list of such values."""
+        return Kind(f"list of {self.value}")
 
     @cached_property
     def python_types(self) -> tuple[type, ...]:
         """The types that a value of this kind may have."""
+        if self.item is not None:
+            return (tuple,)
         match self:
             case Kind.TEXT:
                 return (str,)
@@ -102,6 +125,9 @@ class Port:
         )
         if wrong_type:
             return f"a value of type {self.kind.value} is needed, not {value!r}"
+        if self.kind.item is not None:
+            one = Port(self.kind.item, "")
+            return next((problem for each in value if (problem := one.problem_with(each))), None)
         if isinstance(value, Pose2):
             return None if value.is_within_limits() else f"{value!r} is not finite, or too far away"
         if isinstance(value, float) and not math.isfinite(value):

@@ -69,6 +69,8 @@ def read_kind(value: Any, kind: Kind) -> Any:
     """
     if kind is Kind.POSE:
         return read_pose(value)
+    if kind.item is not None and isinstance(value, Sequence) and not isinstance(value, str):
+        return tuple(read_kind(item, kind.item) for item in value)
     if isinstance(value, str):
         return read_value(value, kind)
     whole = isinstance(value, int) and not isinstance(value, bool)
@@ -128,6 +130,8 @@ def same(expected: Any, actual: Any) -> bool:
         return expected is actual
     if isinstance(expected, numbers) and isinstance(actual, numbers):
         return math.isclose(expected, actual, rel_tol=1e-9, abs_tol=1e-6)
+    if isinstance(expected, tuple | list) and isinstance(actual, tuple | list):
+        return len(expected) == len(actual) and all(map(same, expected, actual))
     return bool(expected == actual)
 
 

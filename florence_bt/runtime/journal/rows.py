@@ -217,6 +217,8 @@ def typed(value: Any, port: Port | None) -> Any:
     is_pose = isinstance(value, Mapping) and value.keys() == {"x", "y", "yaw"}
     if port is not None and port.kind is Kind.POSE and is_pose:
         return Pose2(**value)
+    if port is not None and port.kind.item is not None and isinstance(value, list):
+        return tuple(typed(item, Port(port.kind.item, "")) for item in value)
     return value
 
 

@@ -18,7 +18,7 @@ from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
 from florence_bt.behaviours.composites import Finally
-from florence_bt.behaviours.looping import Loop
+from florence_bt.behaviours.looping import ForEach, Loop
 from florence_bt.behaviours.parallel import CountingParallel
 
 WITH_MEMORY = "WithMemory"
@@ -136,7 +136,7 @@ def type_of(node: Behaviour) -> NodeType:
         return NodeType.SEQUENCE
     if isinstance(node, Selector):
         return NodeType.SELECTOR
-    if isinstance(node, (Decorator, Loop)) and len(node.children) == 1:
+    if isinstance(node, (Decorator, Loop, ForEach)) and len(node.children) == 1:
         return NodeType.DECORATOR
     return NodeType.SELECTOR if isinstance(node, Composite) else NodeType.BEHAVIOUR
 

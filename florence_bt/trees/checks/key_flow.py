@@ -108,7 +108,7 @@ class KeyFlow:
             start = start.plus(self._bit(node.attempt_key.text))
         body = self._body(node, start, observer)
         success, failure, touched = body.success, join(body.failure, failed), body.touched
-        if success is not None and not isinstance(node, model.Retry | model.OnFailure):
+        if success is not None and not isinstance(node, model.Retry | model.OnFailure | model.ForEach):
             success = success.plus(self._mask(self._writes(node)))
             touched |= success.maybe
         if node.holds is not None:
@@ -247,6 +247,8 @@ class KeyFlow:
     ) -> Flow:
         if isinstance(node, model.OnFailure):
             return self._on_failure(node, before, observer)
+        if isinstance(node, model.ForEach):
+            return self._for_each(node, before, observer)
         if isinstance(node, model.Until):
             return self._until(node, before, observer)
         if isinstance(node, model.Retry | model.Repeat):
@@ -272,6 +274,26 @@ class KeyFlow:
         ways = [self.follow(each, failed, observer) for _, each in node.handlers]
         # What is not caught stands; whether there is such a failure is known from the outcomes.
         return _either([flow, *ways], before, nothing_done=None, not_done=flow.failure)
+
+    def _for_each(self, node: model.ForEach, before: Written, observer: ReadObserver | None) -> Flow:
+        keys = self._mask(self._writes(node))
+        state = before.plus(keys)
+        goes_on = bool(node.goes_on_over) or node.first_success
+        while True:
+            flow = self.follow(node.child, state)
+            again = flow.failure if node.first_success else flow.success
+            again = join(again, flow.failure) if goes_on else again
+            joined = join(state, again)
+            if joined is None or joined == state:
+                break
+            state = joined
+        flow = self.follow(node.child, state, observer)
+        touched = flow.touched | state.maybe
+        if node.first_success:
+            return Flow(flow.success, join(before, flow.failure), touched)
+        # The list may be empty.
+        success = join(before, join(flow.success, flow.failure if goes_on else None))
+        return Flow(success, join(flow.failure, before), touched)
 
     def _until(self, node: model.Until, before: Written, observer: ReadObserver | None) -> Flow:
         state = self._together(node.parts, before)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from florence_bt.core.declaration import Port
+from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import close_matches, closest_first
 from florence_bt.trees.checks.values import ValueChecks, literal_kind
 from florence_bt.trees.language import model
@@ -60,12 +60,38 @@ class NameChecks:
             case model.Set(values=values):
                 for key, value in values:
                     check(value, self._mission.keys.get(key.text), key.text)
+            case model.Append(values=values):
+                for key, value in values:
+                    self._check_append(key, value)
+            case model.ForEach(items=items):
+                self._check_list(items)
             case model.Fail(reason=reason):
                 self._values.text(reason, "fail")
             case model.Switch():
                 self._check_switch(node)
             case model.Parallel():
                 self._check_policy(node)
+
+    def _check_append(self, key: Literal, value: model.Value) -> None:
+        kind = self._kinds.get(key.text)
+        if kind is not None and kind.item is not None:
+            self._values.check(value, Port(kind.item, ""), key.text)
+        elif kind is Kind.TEXT:
+            self._values.text(value, key.text)
+        else:
+            what = with_article(kind) if kind is not None else "of no known kind"
+            message = f"append: ${key.text} is {what}, and only a text or a list can be added to"
+            valid = [f'keys: {{{key.text}: {{type: text, default: ""}}}}', f"set: {{{key.text}: ...}}"]
+            self._findings.error(key.position, message, valid)
+
+    def _check_list(self, items: model.Value) -> None:
+        kind = self._values.kind(items)
+        if isinstance(items, model.ListItems) or kind is None or kind.item is not None:
+            self._values.check(items, None, "for_each")
+            return
+        valid = [f"[{model.show(items)}]", "an input or a key with type: list of text"]
+        message = f"for_each needs a list, but {model.show(items)!r} is {with_article(kind)}"
+        self._findings.error(items.position, message, valid)
 
     def _check_conditions(self, node: Node) -> None:
         named = (("when", node.when), ("unless", node.unless), ("while", node.holds))

@@ -59,13 +59,16 @@ def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Posit
     """Every written label, where it stands, and what it names."""
     names = analysis.of(mission).names
     for name, port in (*mission.inputs.items(), *mission.keys.items()):
-        if name in names and isinstance(port.default, str):
-            declared = mission.positions.get(name, Position())
-            yield port.default, mission.positions.get(default_of(name), declared), names[name]
+        given = port.default if isinstance(port.default, tuple) else (port.default,)
+        for text in given if name in names else ():
+            if isinstance(text, str):
+                declared = mission.positions.get(name, Position())
+                yield text, mission.positions.get(default_of(name), declared), names[name]
     for node in analysis.of(mission).all:
         for _, value, what in analysis.names_in(node):
-            if isinstance(value, Literal):
-                yield value.text, value.position, what
+            for item in value.items if isinstance(value, model.ListItems) else (value,):
+                if isinstance(item, Literal):
+                    yield item.text, item.position, what
         for literal, key in _meets_key(node):
             if key in names and isinstance(literal_value(literal, None), str):
                 yield literal.text, literal.position, names[key]
@@ -79,6 +82,8 @@ def _meets_key(node: Node) -> Iterator[tuple[Literal, str]]:
     match node:
         case model.Set(values=values):
             yield from ((value, key.text) for key, value in values if isinstance(value, Literal))
+        case model.ForEach(items=model.ListItems(items=items)):
+            yield from ((item, node.item_key.text) for item in items if isinstance(item, Literal))
         case model.Switch(value=model.Reference(key=key), cases=cases):
             yield from ((case, key) for case, _ in cases)
 

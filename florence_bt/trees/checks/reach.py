@@ -61,6 +61,8 @@ class ReachChecks:
                     self._check_retry(node)
                 case model.Repeat():
                     self._check_repeat(node)
+                case model.ForEach():
+                    self._check_for_each(node)
                 case model.OnFailure():
                     self._check_on_failure(node)
                 case model.Until():
@@ -186,6 +188,20 @@ class ReachChecks:
         elif isinstance(node.child, model.Cooldown):
             message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
             self._findings.warning(node.position, message, ["wait: a pause, after the node"])
+
+    def _check_for_each(self, node: model.ForEach) -> None:
+        below = self._known.of(node.child)
+        if node.code is not None and not node.first_success:
+            message = "code: a for_each has a failure of its own only with `until: success`"
+            self._findings.error(node.code.position, message, ["until: success"])
+        if not below.known:
+            return
+        for code in node.goes_on_over:
+            if not self._can_be(code.text, below.outcomes.codes):
+                message = f"go_on_over: {node.child.title!r} cannot fail with {self._in_words(code.text)}"
+                self._findings.in_vain(
+                    code.position, message, self._most_likely(code.text, below.outcomes.codes)
+                )
 
     def _check_on_failure(self, node: model.OnFailure) -> None:
         below, title = self._known.of(node.child), node.child.title

@@ -49,8 +49,20 @@ class ValueChecks:
             case model.PoseParts(x=x, y=y, yaw=yaw) if port is None or port.kind is Kind.POSE:
                 for part, kind in ((x, Kind.LENGTH), (y, Kind.LENGTH), (yaw, Kind.ANGLE)):
                     self.check(part, Port(kind, ""), what)
+            case model.ListItems(items=items) if items and (port is None or port.kind.item is not None):
+                self._items(value, port, what)
             case _:
                 self._written(value, port, what)
+
+    def _items(self, value: model.ListItems, port: Port | None, what: str) -> None:
+        kinds = {kind for item in value.items if (kind := self.kind(item)) is not None}
+        wanted = port.kind.item if port is not None else next(iter(kinds)) if len(kinds) == 1 else None
+        if port is None and (len(kinds) > 1 or any(kind.item is not None for kind in kinds)):
+            found = " and ".join(sorted(with_article(kind) for kind in kinds))
+            self._findings.error(value.position, f"{what}: the items of a list are of one kind, not {found}")
+            return
+        for item in value.items:
+            self.check(item, Port(wanted, "") if wanted is not None else None, f"an item of {what}")
 
     def condition(self, expression: model.Expression, what: str) -> None:
         """Check an expression that must give true or false."""

@@ -88,6 +88,8 @@ def _kind(node: Node) -> str:
             return "on_failure"
         case model.WaitUntil():
             return "wait_until"
+        case model.ForEach():
+            return "for_each"
     return type(node).__name__.lower()
 
 
@@ -136,6 +138,16 @@ def _details(node: Node) -> Iterator[str]:
             yield from (f"{output.text} -> ${key.text}" for output, key in node.outputs)
         case model.Set(values=values):
             yield from (f"${key.text} = {show(value)}" for key, value in values)
+        case model.Append(values=values):
+            yield from (f"${key.text} + {show(value)}" for key, value in values)
+        case model.ForEach(goes_on_over=over, index_key=index):
+            yield f"as ${node.item_key.text}"
+            if index is not None:
+                yield f"index -> ${index.text}"
+            if over:
+                yield "goes on over " + ", ".join(code.text for code in over)
+            if node.first_success:
+                yield "until success"
         case model.Retry(on=on, attempt_key=key):
             if on:
                 yield "on " + ", ".join(code.text for code in on)

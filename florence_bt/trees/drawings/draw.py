@@ -17,6 +17,8 @@ SYMBOLS = {
     "if": "◇",
     "switch": "◈",
     "condition": "◇",
+    "for_each": "↻",
+    "append": "+",
     "retry": "↻",
     "repeat": "↻",
     "timeout": "⏱",

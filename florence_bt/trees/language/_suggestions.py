@@ -36,7 +36,8 @@ OTHER_KINDS = by_spelling(
         "selector": ("fallback", "priority", "reactive_fallback", "reactivefallback"),
         "sequence": ("reactive_sequence", "reactivesequence"),
         "invert": ("inverter", "not"),
-        "repeat": ("loop", "for"),
+        "repeat": ("loop",),
+        "for_each": ("for", "foreach", "for_all", "each", "map"),
         "retry": ("retry_until_successful",),
         "succeed": ("force_success",),
         "sequence: [the node, {fail: the reason}]": ("force_failure", "forcefailure"),
@@ -147,9 +148,13 @@ def written_keys(source: YamlNode | None) -> Iterator[str]:
                     item.text.removeprefix("$") for _, item in value.entries if isinstance(item, YamlScalar)
                 ]
                 yield from filter(IDENTIFIER.fullmatch, targets)
-            elif key.text == "set" and isinstance(value, YamlMapping):
+            elif key.text in ("set", "append") and isinstance(value, YamlMapping):
                 yield from (name.text for name, _ in value.entries if IDENTIFIER.fullmatch(name.text))
-            elif key.text == "attempt" and isinstance(value, YamlScalar) and IDENTIFIER.fullmatch(value.text):
+            elif (
+                key.text in ("attempt", "as", "index")
+                and isinstance(value, YamlScalar)
+                and IDENTIFIER.fullmatch(value.text)
+            ):
                 yield value.text
             else:
                 yield from FAILURE_KEYS if key.text == "on_failure" else ()

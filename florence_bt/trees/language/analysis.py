@@ -170,6 +170,13 @@ class Analysis:
                 yield from ((key, given.get(output.text)) for output, key in outputs)
             case model.Set(values=values):
                 yield from ((key, kind_of(value, kinds)) for key, value in values)
+            case model.Append(values=values):
+                yield from ((key, None) for key, _ in values)
+            case model.ForEach(items=items):
+                listed = kind_of(items, kinds)
+                yield node.item_key, listed.item if listed is not None else None
+                if node.index_key is not None:
+                    yield node.index_key, Kind.INTEGER
             case model.Retry(attempt_key=key) if key is not None:
                 yield key, Kind.INTEGER
             case model.OnFailure(handlers=((code, _), *_)):
@@ -293,6 +300,11 @@ class _FactsOfMission:
                 # A room is a hotspot too, but not every hotspot is a room.
                 if what == "room" or key not in names:
                     names[key] = what
+        for node in self._all:
+            # A list names what its items name.
+            match node:
+                case model.ForEach(items=model.Reference(key=key), item_key=item) if item.text in names:
+                    names.setdefault(key, names[item.text])
         return names
 
 

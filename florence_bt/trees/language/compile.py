@@ -28,8 +28,8 @@ from florence_bt.behaviours.decorators import (
 )
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, is_source, readable
-from florence_bt.behaviours.leaves import Condition, Fail, SetKey
-from florence_bt.behaviours.looping import Repeat, Retry
+from florence_bt.behaviours.leaves import AppendToKeys, Condition, Fail, SetKey
+from florence_bt.behaviours.looping import ForEach, Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
@@ -54,6 +54,7 @@ from florence_bt.trees.language.vocabulary import (
     CONDITION_FALSE,
     FAILED,
     GUARD_FAILED,
+    NONE_WORKED,
     UNEXPECTED_SUCCESS,
     UNTIL_NOT_MET,
 )
@@ -242,7 +243,7 @@ class _TreeBuilder:
     def _depend(self, node: Node, watch: Watch) -> None:
         """Have a condition asked again when a key changes that a node of it reads to decide something."""
         keys = {key for expression in node.expressions for key in expression.keys}
-        if isinstance(node, model.Switch | model.Set | model.CallMission):
+        if isinstance(node, model.Switch | model.Set | model.Append | model.ForEach | model.CallMission):
             keys |= {each.key for value in model.values_of(node) for each in model.references(value)}
         if keys:
             self._context.keys.watch(keys, Spot(watch, keeps=False).change)
@@ -393,7 +394,7 @@ class _TreeBuilder:
         spot = self._spot() if isinstance(node, model.Cooldown) else None
         child = self._node(node.child, skipped_fails=skipped_fails)
         self.watch = outer
-        if self.watch is not None and isinstance(node, model.Retry | model.Repeat):
+        if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
             self.watch.keep()
         return self._decorator(node, name, child, spot, skipped_fails)
 
@@ -411,6 +412,8 @@ class _TreeBuilder:
                 return self._on_failure(node, name, child, skipped_fails)
             case model.Until():
                 return self._until(node, name, child)
+            case model.ForEach():
+                return self._for_each(node, name, child)
             case model.Repeat(rounds=None):
                 return Repeat(name, child, self._context, math.inf)
         kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
@@ -431,6 +434,20 @@ class _TreeBuilder:
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
+
+    def _for_each(self, node: model.ForEach, name: str, child: Behaviour) -> Behaviour:
+        every = node.first_success and not node.goes_on_over
+        return ForEach(
+            name,
+            child,
+            self._context,
+            self._value(node.items, None),
+            node.item_key.text,
+            node.index_key.text if node.index_key is not None else None,
+            goes_on_over=None if every else self._codes(node.goes_on_over),
+            first_success=node.first_success,
+            code=node.own_failure(NONE_WORKED),
+        )
 
     def _on_failure(
         self, node: model.OnFailure, name: str, body: Behaviour, skipped_fails: bool
@@ -477,6 +494,10 @@ class _TreeBuilder:
                 return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
             case model.Set(values=values):
                 return SetKey(name, context, {key.text: self._set_value(key, value) for key, value in values})
+            case model.Append(values=values):
+                return AppendToKeys(
+                    name, context, {key.text: self._added(key, value) for key, value in values}
+                )
             case model.RunSkill():
                 return self._run_skill(node, name)
         raise TypeError(f"no behaviour is known for {type(node).__name__}")
@@ -484,6 +505,13 @@ class _TreeBuilder:
     def _set_value(self, key: Literal, value: Value) -> Any:
         port = self._mission.keys.get(key.text)
         return self._value(value, port.kind if port is not None else None)
+
+    def _added(self, key: Literal, value: Value) -> Any:
+        """What is added to a list, or to a text."""
+        kind = self._kinds.get(key.text)
+        if kind is not None and kind.item is not None:
+            return self._value(value, kind.item)
+        return self._parts.get(value, "added", lambda: self._placed(value, template_of))
 
     def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
         declaration = self._context.declarations.get(node.skill)
@@ -563,7 +591,11 @@ class _TreeBuilder:
 
     def _kinds_for(self, value: Value) -> Mapping[str, Kind]:
         """Only expressions need to know kinds, and these take a walk through the mission to find."""
-        parts = (value.x, value.y, value.yaw) if isinstance(value, model.PoseParts) else (value,)
+        parts: tuple[Value, ...] = (value,)
+        if isinstance(value, model.PoseParts):
+            parts = (value.x, value.y, value.yaw)
+        elif isinstance(value, model.ListItems):
+            parts = value.items
         return self._kinds if any(isinstance(part, Expression) for part in parts) else {}
 
     def _placed(self, value: Value, read: Callable[[Value], Any]) -> Any:

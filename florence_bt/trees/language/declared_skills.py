@@ -162,6 +162,12 @@ def _written(declaration: SkillDeclaration) -> dict[str, Any]:
     return written
 
 
+def _value(value: Any, kind: Kind) -> Any:
+    if kind.item is not None:
+        return [_value(item, kind.item) for item in value]
+    return _pose(value) if isinstance(value, Pose2) else format_value(value, kind)
+
+
 def _pose(pose: Pose2) -> dict[str, str]:
     parts = {"x": (pose.x, Kind.LENGTH), "y": (pose.y, Kind.LENGTH), "yaw": (pose.yaw, Kind.ANGLE)}
     return {name: format_value(value, kind) for name, (value, kind) in parts.items()}
@@ -173,7 +179,7 @@ def port_document(port: Port) -> dict[str, Any]:
     limits = {"default": None if port.required else port.default, "min": port.minimum, "max": port.maximum}
     for key, value in limits.items():
         if value is not None:
-            written[key] = _pose(value) if isinstance(value, Pose2) else format_value(value, port.kind)
+            written[key] = _value(value, port.kind)
     if port.description:
         written["description"] = port.description
     return written

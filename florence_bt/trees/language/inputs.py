@@ -11,7 +11,7 @@ from florence_bt.behaviours.keys import is_source
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import parse_yaml
-from florence_bt.trees.language.model import Mission, PoseParts, Value
+from florence_bt.trees.language.model import ListItems, Mission, PoseParts, Value
 from florence_bt.trees.language.quantities import example_of, out_of_range, read_value
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import tree_value
@@ -62,29 +62,32 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _read(value: Any, port: Port) -> Any:
     if isinstance(value, str):
-        read = _read_pose(value) if port.kind is Kind.POSE else read_value(value, port.kind)
+        of_poses = Kind.POSE in (port.kind, port.kind.item)
+        read = _read_poses(value, port.kind) if of_poses else read_value(value, port.kind)
         problem = out_of_range(read, port)
     else:
         number = isinstance(value, int) and not isinstance(value, bool)
         read = float(value) if number and float in port.kind.python_types else value
+        read = tuple(read) if isinstance(read, list) else read
         problem = port.problem_with(read)
     if problem:
         raise ConfigError(problem)
     return read
 
 
-def _read_pose(text: str) -> Any:
+def _read_poses(text: str, kind: Kind) -> Any:
+    """A pose or a list of poses."""
     try:
         source = parse_yaml(text.encode(), Path("input"))
     except ConfigError:
-        return read_value(text, Kind.POSE)
+        return read_value(text, kind)
     reader = Reader(Path("input"))
     value: Value | None = reader.value(source, "the input")
     if reader.findings:
         raise ConfigError(reader.findings[0].message, valid=reader.findings[0].valid)
-    if not isinstance(value, PoseParts):
-        return read_value(text, Kind.POSE)
-    pose = tree_value(value, Kind.POSE)
+    if not isinstance(value, PoseParts | ListItems):
+        return read_value(text, kind)
+    pose = tree_value(value, kind)
     if is_source(pose):
-        raise ConfigError("an input from outside cannot refer to keys", valid=[example_of(Kind.POSE)])
+        raise ConfigError("an input from outside cannot refer to keys", valid=[example_of(kind)])
     return pose

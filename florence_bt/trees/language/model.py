@@ -76,7 +76,20 @@ class PoseParts:
     position: Position
 
 
-Value = Literal | Reference | Template | PoseParts | Expression
+@dataclass(frozen=True, slots=True)
+class ListItems:
+    """``[kitchen, $room]``.
+
+    Attributes:
+        items: The values, in order.
+        position: Where it stands.
+    """
+
+    items: tuple[Value, ...]
+    position: Position
+
+
+Value = Literal | Reference | Template | PoseParts | ListItems | Expression
 """What can stand where a value is expected; an expression stands in ``${...}``."""
 
 
@@ -107,6 +120,9 @@ def references(value: Value) -> Iterator[Reference]:
         case PoseParts(x=x, y=y, yaw=yaw):
             for part in (x, y, yaw):
                 yield from references(part)
+        case ListItems(items=items):
+            for item in items:
+                yield from references(item)
         case Expression(term=term):
             yield from (Reference(key.key, key.position) for key in keys_of(term))
 
@@ -122,6 +138,8 @@ def show(value: Value) -> str:
             return "".join(part if isinstance(part, str) else f"${part.key}" for part in parts)
         case PoseParts(x=x, y=y, yaw=yaw):
             return f"{{x: {show(x)}, y: {show(y)}, yaw: {show(yaw)}}}"
+        case ListItems(items=items):
+            return f"[{', '.join(map(show, items))}]"
         case Expression(text=text):
             return f"${{{text}}}"
 
@@ -275,6 +293,18 @@ class Set(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Append(Node):
+    """``append``: adds to keys that hold a text or a list."""
+
+    values: tuple[tuple[Literal, Value], ...]
+
+    @property
+    def default_title(self) -> str:
+        """Such as ``append to report``."""
+        return "append to " + ", ".join(key.text for key, _ in self.values)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunSkill(Node):
     """``skill_name``: runs a skill.
 
@@ -358,6 +388,30 @@ class Repeat(Wrapper):
     def default_title(self) -> str:
         """Such as ``repeat 3 times``."""
         return f"repeat {show(self.rounds)} times" if self.rounds is not None else "repeat forever"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ForEach(Wrapper):
+    """``for_each``: once for each item of a list.
+
+    Attributes:
+        items: The list.
+        item_key: ``as``: the key that receives the item.
+        index_key: ``index``: the key that receives the number of the item, counted from 0, or None.
+        goes_on_over: ``go_on_over``: the codes of failures after which the next item follows.
+        first_success: Whether the first item that succeeds ends it (``until: success``).
+    """
+
+    items: Value
+    item_key: Literal
+    index_key: Literal | None = None
+    goes_on_over: tuple[Literal, ...] = ()
+    first_success: bool = False
+
+    @property
+    def default_title(self) -> str:
+        """Such as ``for each $rooms``."""
+        return f"for each {show(self.items)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -673,6 +727,11 @@ def values_of(node: Node) -> Iterator[Value]:
             yield from (value for _, value in values)
         case Repeat(rounds=None):
             pass
+        case Append(values=values):
+            yield from (Reference(key.text, key.position) for key, _ in values)
+            yield from (value for _, value in values)
+        case ForEach(items=value):
+            yield value
         case Retry(attempts=value) | Repeat(rounds=value) | Switch(value=value) | Fail(reason=value):
             assert value is not None  # that was the case above
             yield value

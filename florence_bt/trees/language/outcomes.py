@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES, LASTING_CODES
 from florence_bt.trees.language import model
-from florence_bt.trees.language.code_groups import ANY, by_code, groups_of
+from florence_bt.trees.language.code_groups import ANY, by_code, codes_named, groups_of
 from florence_bt.trees.language.expressions.compiling import can_break, constant_of
-from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
+from florence_bt.trees.language.model import Expression, ListItems, Literal, Mission, Node, PolicyKind, Value
 from florence_bt.trees.language.vocabulary import (
     CONDITION_FALSE,
     FAILED,
     GUARD_FAILED,
+    NONE_WORKED,
     UNEXPECTED_SUCCESS,
     UNTIL_NOT_MET,
 )
@@ -173,6 +174,8 @@ class MissionOutcomes:
                 return NodeOutcomes(child.can_succeed, codes)
             case model.Repeat(rounds=None):
                 return NodeOutcomes(False, child.codes)
+            case model.ForEach(items=value):
+                return self._for_each(node, child, value)
             case model.OnFailure():
                 return self._on_failure(node, child, in_selector)
             case model.Until(goal=goal):
@@ -184,6 +187,14 @@ class MissionOutcomes:
                 assert value is not None  # that was a case above
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, COUNT))
         return child
+
+    def _for_each(self, node: model.ForEach, child: NodeOutcomes, items: Value) -> NodeOutcomes:
+        over = _NO_CODES.union(*(codes_named(code.text, self._groups) for code in node.goes_on_over))
+        left = self._of_value(items) | {"bad_input"} if not isinstance(items, ListItems) else _NO_CODES
+        if node.first_success:
+            left |= child.codes - over if over else _NO_CODES
+            return NodeOutcomes(child.can_succeed, left | {node.own_failure(NONE_WORKED)})
+        return NodeOutcomes(True, left | (child.codes - over))
 
     def _on_failure(self, node: model.OnFailure, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
         handlers = [(code.text, self._of(each, in_selector=in_selector)) for code, each in node.handlers]
@@ -205,6 +216,8 @@ class MissionOutcomes:
                 return NodeOutcomes(False, self._of_value(reason) | {node.own_failure(FAILED)})
             case model.Wait(duration=duration):
                 return NodeOutcomes(True, self._of_value(duration, PAUSE))
+            case model.Append(values=values):
+                return NodeOutcomes(True, self._of_append(values))
             case model.Set(values=values):
                 return NodeOutcomes(
                     True, _NO_CODES.union(*(self._of_write(key, value) for key, value in values))
@@ -222,6 +235,11 @@ class MissionOutcomes:
                     below.can_succeed, codes | ({"bad_output"} if node.outputs else _NO_CODES)
                 )
         return NodeOutcomes(True, _NO_CODES)
+
+    def _of_append(self, values: tuple[tuple[Literal, Value], ...]) -> frozenset[str]:
+        missing = any(not self._always_there(key.text) for key, _ in values)
+        codes = frozenset({"missing_key"}) if missing else _NO_CODES
+        return codes.union(*(self._of_value(value) for _, value in values))
 
     def _of_write(self, key: Literal, value: Value) -> frozenset[str]:
         checked = key.text in self._declared and not isinstance(value, Literal)

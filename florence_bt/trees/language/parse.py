@@ -22,14 +22,14 @@ from florence_bt.trees.language import model, vocabulary
 from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import read_value, with_article
-from florence_bt.trees.language.reader import Reader
+from florence_bt.trees.language.reader import Reader, without_dollar
 
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
-_EXAMPLES = {"retry": "3", "repeat": "3"}
+_EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
 """How the value after a kind key is written; where nothing stands it is a duration."""
 
 _Fields = dict[str, Any]
@@ -157,6 +157,8 @@ class _MissionParser(Reader):
         if self._is_misplaced(key, value, source):
             return None
         until, handlers = source.get("until"), source.get("on_failure")
+        if key.text == "for_each" and _is_first_success(until):
+            until = None
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
@@ -254,6 +256,11 @@ class _MissionParser(Reader):
                 return model.WaitUntil(goal=goal, **fields) if goal is not None else None
             case "set":
                 return self._set(key, value, mapping)
+            case "append":
+                values, fields = self.values(value, "append"), self._fields(key, mapping)
+                if not isinstance(value, YamlMapping) or not value.entries:
+                    self.error(value.position, "append needs keys and values", ['append: {report: "text"}'])
+                return model.Append(values=values, **fields)
             case "run":
                 return self._call_mission(key, value, mapping)
         return self._run_skill(key, value, mapping)
@@ -329,6 +336,8 @@ class _MissionParser(Reader):
             kinds = vocabulary.MODIFIERS.get(key.text)
             beside = vocabulary.BESIDE.get(key.text, ())
             named = [word for word in beside if mapping.get(word) is not None]
+            if kind == "for_each" and "until" in named and _is_first_success(mapping.get("until")):
+                named.remove("until")
             if kinds is not None and own in kinds:
                 named.insert(0, own)
             if len(named) > 1:
@@ -463,6 +472,8 @@ class _MissionParser(Reader):
     def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         """A node with the node below it under ``do``."""
         fields, child = self._fields(key, mapping), self._child(key, mapping)
+        if key.text == "for_each":
+            return self._for_each(key, value, mapping, child, fields)
         if key.text == "repeat" and isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER:
             return model.Repeat(child=child, rounds=None, **fields) if child is not None else None
         argument = self.value(value, key.text)
@@ -479,6 +490,32 @@ class _MissionParser(Reader):
             return model.Repeat(child=child, rounds=argument, **fields)
         timed = {"timeout": model.Timeout, "cooldown": model.Cooldown}[key.text]
         return timed(child=child, duration=argument, **fields)
+
+    def _for_each(
+        self,
+        key: YamlScalar,
+        value: YamlNode,
+        mapping: YamlMapping,
+        child: model.Node | None,
+        fields: _Fields,
+    ) -> model.Node | None:
+        items = self.value(value, "for_each")
+        name, index, over = (mapping.get(word) for word in ("as", "index", "go_on_over"))
+        if name is None:
+            self.error(key.position, "for_each needs a key for the item under `as`", ["as: room"])
+            return None
+        item_key = self.identifier(without_dollar(name), "as")
+        if child is None or items is None or item_key is None:
+            return None
+        return model.ForEach(
+            child=child,
+            items=items,
+            item_key=item_key,
+            index_key=self.identifier(without_dollar(index), "index") if index is not None else None,
+            goes_on_over=self.identifiers(over, "a code in go_on_over") if over is not None else (),
+            first_success=_is_first_success(mapping.get("until")),
+            **fields,
+        )
 
     # ---- leaves ---------------------------------------------------------------------------------------
 
@@ -545,6 +582,10 @@ class _MissionParser(Reader):
             (name, item) for name, item in value.entries if name.text not in vocabulary.NEVER_INPUTS
         )
         return YamlMapping(entries, value.position)
+
+
+def _is_first_success(until: YamlNode | None) -> bool:
+    return isinstance(until, YamlScalar) and until.text == vocabulary.FIRST_SUCCESS
 
 
 def _is_misspelt(mapping: YamlMapping, name: str) -> bool:

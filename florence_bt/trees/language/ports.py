@@ -8,7 +8,7 @@ from typing import Any
 from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.trees.language import quantities
 from florence_bt.trees.language.model import default_of
 from florence_bt.trees.language.reader import Reader
@@ -26,9 +26,13 @@ _OTHER_KINDS = by_spelling(
         "angle": ("degree", "degrees", "deg", "rad"),
         "speed": ("velocity",),
         "pose": ("position",),
+        "list of text": ("list", "texts", "strings", "rooms", "array", "text list"),
+        "list of pose": ("poses", "list of poses"),
     }
 )
 """What other languages call the types."""
+_SHOWN_KINDS = (*(kind.value for kind in Kind if kind.item is None), Kind.LIST_OF_TEXT.value)
+"""The types as they are suggested: one list stands for all."""
 
 
 def read_ports(
@@ -51,11 +55,7 @@ def read_ports(
         name = reader.identifier(key, what)
         if not isinstance(item, YamlMapping):
             written = item.text if isinstance(item, YamlScalar) else ""
-            kinds = (
-                _OTHER_KINDS.get(written, written)
-                if _is_kind(written)
-                else "|".join(kind.value for kind in Kind)
-            )
+            kinds = _OTHER_KINDS.get(written, written) if _is_kind(written) else "|".join(_SHOWN_KINDS)
             valid = [f"{key.text}: {{type: {kinds}}}"]
             reader.error(key.position, f"{what} is a mapping with its type", valid)
         elif name is not None:
@@ -102,7 +102,7 @@ def _kind(reader: Reader, name: str, fields: YamlMapping) -> Kind:
     known = [kind.value for kind in Kind]
     if source is None:
         if not any(get_close_matches(key.text, ["type"]) for key, _ in fields.entries):
-            reader.error(fields.position, f"{name!r} needs a type", known)
+            reader.error(fields.position, f"{name!r} needs a type", _SHOWN_KINDS)
         return Kind.TEXT
     written = source.text if isinstance(source, YamlScalar) else "this"
     if written in known:
@@ -132,7 +132,14 @@ def _limit(reader: Reader, fields: YamlMapping, key: str, kind: Kind) -> Any:
 def _literal(reader: Reader, source: YamlNode, kind: Kind, what: str) -> Any:
     if kind is Kind.POSE and isinstance(source, YamlMapping):
         return _pose(reader, source, what)
-    if not isinstance(source, YamlScalar) or (source.empty and kind is not Kind.TEXT):
+    if kind.item is not None and isinstance(source, YamlSequence):
+        items = [_literal(reader, item, kind.item, f"an item of {what}") for item in source.items]
+        return tuple(items) if None not in items else None
+    empty = isinstance(source, YamlScalar) and source.empty and not source.quoted
+    if kind.item is not None and empty:
+        reader.error(source.position, f"{what} has no value", ["[]", quantities.example_of(kind)])
+        return None
+    if not isinstance(source, YamlScalar) or (source.empty and kind is not Kind.TEXT and kind.item is None):
         reader.error(source.position, f"{what} must be a single {kind.value}", [quantities.example_of(kind)])
         return None
     try:

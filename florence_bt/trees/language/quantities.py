@@ -45,7 +45,9 @@ def with_article(kind: Kind) -> str:
 
 def example_of(kind: Kind) -> str:
     """How a value of a kind is written."""
-    return _EXAMPLES[kind]
+    if kind.item is None:
+        return _EXAMPLES[kind]
+    return "[kitchen, hall]" if kind.item is Kind.TEXT else f"[{_EXAMPLES[kind.item]}]"
 
 
 def read_value(text: str, kind: Kind) -> Any:
@@ -62,6 +64,8 @@ def read_value(text: str, kind: Kind) -> Any:
         ConfigError: The text is not a value of that kind; the error says what would have worked.
     """
     text = text.strip() if kind is not Kind.TEXT else text
+    if kind.item is not None:
+        return tuple(read_value(part, kind.item) for part in _list_items(text, kind))
     match kind:
         case Kind.TEXT:
             return text
@@ -91,8 +95,23 @@ def guess_value(text: str) -> tuple[Kind, Any]:
     return Kind.TEXT, text
 
 
+def _list_items(text: str, kind: Kind) -> list[str]:
+    """The items of a list that is written with commas, with or without brackets."""
+    if kind.item is Kind.POSE and text.strip("[] "):
+        raise ConfigError(f"{with_article(kind)} is needed, not {text!r}", valid=[example_of(kind), "$key"])
+    inside = text[1:-1] if text.startswith("[") and text.endswith("]") else text
+    parts = [part.strip() for part in inside.split(",")]
+    return [_unquoted(part) for part in parts if part]
+
+
+def _unquoted(text: str) -> str:
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else text
+
+
 def format_value(value: Any, kind: Kind) -> str:
     """Write a value (SI units) as people would: the inverse of :func:`read_value` up to rounding."""
+    if kind.item is not None:
+        return f"[{', '.join(format_value(each, kind.item) for each in value)}]"
     match kind:
         case Kind.BOOLEAN:
             return "true" if value else "false"
@@ -110,6 +129,8 @@ def format_value(value: Any, kind: Kind) -> str:
 
 def out_of_range(value: Any, port: Port) -> str | None:
     """Why a value of the right kind is outside the limits of a port, or None when it is inside."""
+    if port.kind.item is not None:
+        return None
     shown = format_value(value, port.kind)
     if port.minimum is not None and value < port.minimum:
         return f"{shown} is below the minimum of {format_value(port.minimum, port.kind)}"

@@ -14,7 +14,15 @@ from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlSca
 from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
 from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
 from florence_bt.trees.language.findings import FindingList
-from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.language.model import (
+    Expression,
+    ListItems,
+    Literal,
+    PoseParts,
+    Reference,
+    Template,
+    Value,
+)
 from florence_bt.trees.language.quantities import read_value
 from florence_bt.trees.language.vocabulary import IDENTIFIER
 
@@ -127,7 +135,7 @@ class Reader(FindingList):
         pairs = []
         for key, item in mapping.entries if mapping else ():
             output = self.identifier(key, "an output")
-            target = self.identifier(_without_dollar(item), "a key")
+            target = self.identifier(without_dollar(item), "a key")
             if output is not None and target is not None:
                 pairs.append((output, target))
         return tuple(pairs)
@@ -137,9 +145,9 @@ class Reader(FindingList):
         if isinstance(source, YamlMapping):
             return self._pose(source, what)
         if isinstance(source, YamlSequence):
-            valid = [_POSE] if len(source.items) == 3 else ["a single value"]
-            self.error(source.position, f"{what} cannot be a list", valid)
-            return None
+            items = [self.value(item, f"an item of {what}") for item in source.items]
+            given = tuple(item for item in items if item is not None)
+            return ListItems(given, source.position) if len(given) == len(items) else None
         if source.empty:
             # What begins with # is a comment.
             self.error(source.position, f"{what} has no value", ["a value", 'quotes round it: "..."'])
@@ -241,7 +249,7 @@ def _as_name(written: str) -> str | None:
     return name if IDENTIFIER.fullmatch(name) else None
 
 
-def _without_dollar(source: YamlNode) -> YamlNode:
+def without_dollar(source: YamlNode) -> YamlNode:
     """``out: {pose: $goal}`` means the key ``goal`` as well."""
     if isinstance(source, YamlScalar) and source.text.startswith("$"):
         return YamlScalar(source.text[1:], source.quoted, source.position)

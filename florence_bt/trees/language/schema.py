@@ -45,7 +45,7 @@ DEFINITIONS: dict[str, Schema] = {
     },
     "any": {
         "title": "a value",
-        "anyOf": [TEXT, {"$ref": "#/definitions/pose"}],
+        "anyOf": [TEXT, {"$ref": "#/definitions/pose"}, {"type": "array"}],
     },
     "pose": {
         "title": "a pose in the frame of the map",
@@ -61,6 +61,8 @@ DEFINITIONS: dict[str, Schema] = {
 
 def literal(kind: Kind) -> Schema:
     """A value of a kind that is written out."""
+    if kind.item is not None:
+        return {"anyOf": [{"type": "array", "items": given(kind.item)}, TEXT]}
     match kind:
         case Kind.TEXT:
             return TEXT
@@ -102,13 +104,18 @@ def value(kind: Kind) -> Schema:
 
 def definitions() -> dict[str, Schema]:
     """What the other schemas refer to: one definition per kind of value, and the common ones."""
-    kinds = {kind.value: value(kind) for kind in Kind if kind is not Kind.POSE}
-    return {**kinds, **DEFINITIONS, "a_pose": value(Kind.POSE)}
+    kinds = {_definition(kind): value(kind) for kind in Kind if kind is not Kind.POSE}
+    return {**kinds, **DEFINITIONS, _definition(Kind.POSE): value(Kind.POSE)}
 
 
 def given(kind: Kind) -> Schema:
     """A reference to the schema of a value of a kind."""
-    return {"$ref": f"#/definitions/{'a_pose' if kind is Kind.POSE else kind.value}"}
+    return {"$ref": f"#/definitions/{_definition(kind)}"}
+
+
+def _definition(kind: Kind) -> str:
+    """The name of the definition of a value of a kind; ``pose`` is a pose that is written out."""
+    return "a_pose" if kind is Kind.POSE else kind.value.replace(" ", "_")
 
 
 def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
@@ -120,13 +127,16 @@ def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
     """
     schema: Schema = dict(given(port.kind))
     if port.names in labels:
-        schema = {"anyOf": [{"enum": list(labels[port.names])}, REFERENCE]}
+        named: Schema = {"enum": list(labels[port.names])}
+        if port.kind.item is not None:
+            named = {"type": "array", "items": {"anyOf": [named, REFERENCE]}}
+        schema = {"anyOf": [named, REFERENCE]}
     elif port.kind in (Kind.INTEGER, Kind.NUMBER) and (port.minimum, port.maximum) != (None, None):
         limits = {"minimum": port.minimum, "maximum": port.maximum}
         number = literal(port.kind) | {key: limit for key, limit in limits.items() if limit is not None}
         schema = {"anyOf": [number, REFERENCE]}
     schema["description"] = _about(port)
-    if not port.required and port.kind is not Kind.POSE:
+    if not port.required and Kind.POSE not in (port.kind, port.kind.item):
         schema["default"] = (
             port.default
             if port.kind in (Kind.BOOLEAN, Kind.INTEGER, Kind.NUMBER)
@@ -206,6 +216,8 @@ KIND_VALUES: dict[str, Schema] = {
     "parallel": _NODES,
     "if": {"anyOf": [EXPRESSION, NODE]},
     "switch": {"$ref": "#/definitions/any"},
+    "for_each": {"anyOf": [{"type": "array"}, REFERENCE]},
+    "append": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
     "retry": _COUNT,
     "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "timeout": _PAUSE,
@@ -235,6 +247,9 @@ MODIFIER_TEXTS: dict[str, str] = {
     "else": "the node to run when the condition does not hold",
     "cases": "the values, each with the node to run for it",
     "default": "the node to run when no case fits",
+    "as": "the key that receives the item",
+    "index": "the key that receives the number of the item, counted from 0",
+    "go_on_over": "failures with these codes, or of these groups of codes, do not end the loop",
     "on": "only failures with these codes, or of these groups of codes, are worth another attempt",
     "between": "a node that runs before each further attempt, such as a pause",
     "attempt": "the key that receives the number of the attempt",
@@ -344,7 +359,7 @@ class NodeSchemas:
                     },
                 ]
             },
-            "until": {"anyOf": [EXPRESSION, NODE]},
+            "until": {"anyOf": [{"const": vocabulary.FIRST_SUCCESS}, EXPRESSION, NODE]},
             "on_failure": {
                 "type": "object",
                 "properties": {
@@ -362,6 +377,9 @@ class NodeSchemas:
             "cases": {"type": "object", "additionalProperties": NODE, "minProperties": 1},
             "default": NODE,
             "on": {"anyOf": [wanted, {"type": "array", "items": wanted}]},
+            "as": NAME,
+            "index": NAME,
+            "go_on_over": {"anyOf": [wanted, {"type": "array", "items": wanted}]},
             "attempt": NAME,
             "between": NODE,
             "memory": {"type": "boolean", "default": True, "errorMessage": "true or false"},
@@ -408,6 +426,7 @@ class NodeSchemas:
             yield {"if": where({"required": [modifier]}, known, elsewhere), "then": then}
         for kind, modifier in _NEEDED.items():
             yield _rule(kind, {"required": [modifier]})
+        yield _rule("for_each", {"required": ["as"]})
 
     def _skill_rules(self) -> Iterable[Schema]:
         for name, skill in self._declarations.items():

@@ -8,6 +8,7 @@ from typing import Any
 from florence_bt.behaviours.keys import (
     KeyReference,
     KeyStore,
+    ListFromItems,
     PoseFromParts,
     TextTemplate,
     ValueProblem,
@@ -17,11 +18,21 @@ from florence_bt.behaviours.keys import (
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import quantities
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.parser import parse_expression
-from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value, show
+from florence_bt.trees.language.model import (
+    Expression,
+    ListItems,
+    Literal,
+    PoseParts,
+    Reference,
+    Template,
+    Value,
+    show,
+)
 
 Kinds = Mapping[str, Kind | None]
 """The kinds of keys, as far as they are known."""
@@ -53,6 +64,8 @@ def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> A
             return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
         case PoseParts():
             return _pose(value, kind, kinds)
+        case ListItems():
+            return _list(value, kind, kinds)
         case Expression():
             return _formula(value, kind, kinds)
 
@@ -65,6 +78,23 @@ def _pose(value: PoseParts, kind: Kind | None, kinds: Kinds | None) -> Any:
     if all(isinstance(number, (int, float)) for number in numbers):
         return Pose2(*numbers)
     return PoseFromParts(*numbers)
+
+
+def _list(value: ListItems, kind: Kind | None, kinds: Kinds | None) -> Any:
+    if kind is not None and kind.item is None:
+        meant = (quantities.example_of(kind),) if kind is Kind.POSE else ("a single value",)
+        raise ConfigError(f"{quantities.with_article(kind)} is needed, not a list", valid=meant)
+    given = kind if kind is not None else kind_of(value, {})
+    items = [_item(item, given.item if given is not None else None, kinds) for item in value.items]
+    return ListFromItems(tuple(items)) if any(map(is_source, items)) else tuple(items)
+
+
+def _item(value: Value, kind: Kind | None, kinds: Kinds | None) -> Any:
+    try:
+        return tree_value(value, kind, kinds)
+    except ConfigError as error:
+        place = Position(error.line, error.column or 1) if error.line else value.position
+        raise ConfigError(error.problem, line=place.line, column=place.column, valid=error.valid) from error
 
 
 def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
@@ -140,6 +170,10 @@ def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
             return Kind.TEXT
         case PoseParts():
             return Kind.POSE
+        case ListItems(items=items):
+            found = {kind_of(item, kinds) for item in items}
+            kind = next(iter(found)) if len(found) == 1 else None
+            return kind.list if kind is not None and kind.item is None else None
         case Expression():
             return check_kinds(value, kinds).kind
 

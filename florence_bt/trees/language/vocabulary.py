@@ -11,6 +11,7 @@ NODE_KINDS: dict[str, str] = {
     "parallel": "runs its nodes at the same time",
     "if": "runs one of two nodes",
     "switch": "runs the node whose case equals a value",
+    "for_each": "runs a node once for each item of a list",
     "retry": "starts a node again when it fails, up to a number of attempts",
     "repeat": "runs a node a number of times",
     "timeout": "stops a node that takes longer",
@@ -23,6 +24,7 @@ NODE_KINDS: dict[str, str] = {
     "wait": "pauses",
     "wait_until": "pauses until something is so",
     "set": "writes keys",
+    "append": "adds to a text or a list",
     "run": "runs another mission with keys of its own",
 }
 """Kind key -> what the node does."""
@@ -37,17 +39,20 @@ ANYWHERE = ("name", *GUARDS, "until", "on_failure", "because", "finally")
 """Modifiers that every node may have."""
 
 MODIFIERS: dict[str, tuple[str, ...]] = {
-    "do": ("retry", "repeat", "timeout", "cooldown"),
+    "do": ("for_each", "retry", "repeat", "timeout", "cooldown"),
     "then": ("if",),
     "else": ("if",),
     "cases": ("switch",),
     "default": ("switch",),
+    "as": ("for_each",),
+    "index": ("for_each",),
+    "go_on_over": ("for_each",),
     "on": ("retry",),
     "attempt": ("retry",),
     "between": ("retry",),
     "memory": ("sequence", "selector", "if"),
     "policy": ("parallel",),
-    "code": ("fail", "condition", "invert"),
+    "code": ("fail", "condition", "invert", "for_each"),
     "with": ("run",),
     "out": ("run", "a skill"),
     "every": ("a skill",),
@@ -73,6 +78,7 @@ NEVER_INPUTS = (
     "else",
     "cases",
     "between",
+    "go_on_over",
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
@@ -110,6 +116,10 @@ GUARD_FAILED = "guard_failed"
 """The code of a ``while`` that names none."""
 UNTIL_NOT_MET = "until_not_met"
 """The code of an ``until`` that names none."""
+NONE_WORKED = "none_worked"
+"""The code of a ``for_each`` with ``until: success`` that names none."""
+FIRST_SUCCESS = "success"
+"""What stands after ``until`` at a ``for_each`` that the first success ends."""
 FOREVER = "forever"
 """What stands after ``repeat`` in place of a number."""
 
@@ -126,6 +136,7 @@ TREE_CODES: dict[str, str] = {
     "guard_failed": "`while` did not hold",
     "until_not_met": "a node was done before what its `until` waits for",
     "condition_false": "the expression of a `condition` does not hold",
+    "none_worked": "a `for_each` with `until: success` has no item that succeeds",
     "no_case": "no case of a `switch` fits",
     "cooling_down": "a cool-down has not passed",
     "failed": "`fail` without a code",

@@ -84,6 +84,12 @@ NODES = [
     "{retry: $tries, on: [nobody, rejected], attempt: number, do: {look: }, because: 'round $number'}",
     "{retry: 3, do: {look: }, between: {turn: {angle: 5 deg}}}",
     "{retry: 3, on: [nobody], do: {look: }, between: {wait: 1 s, when: $found}}",
+    "{for_each: $rooms, as: mode, do: {room_is: {room: $mode}}}",
+    "{for_each: [kitchen, $room], as: mode, index: number, go_on_over: [nobody], do: {look: }}",
+    "{for_each: [1, 2], as: number, until: success, do: {condition: $number > 1}, code: no_one}",
+    "{append: {mode: ' and $room', rooms: $room}}",
+    "{condition: 'count($rooms) > 1 and $room in $rooms and $rooms[0] == $room'}",
+    "{set: {rooms: [hall, $room]}}",
     "{repeat: 2, do: {turn: {angle: 5 deg}}}",
     "{timeout: 1.5 s, do: {look: }}",
     "{timeout: $limit, do: {go: {goal: {x: $near, y: 1 m, yaw: 90 deg}}}}",
@@ -122,8 +128,12 @@ NODES = [
 ]
 
 
+ROOMS = '  rooms: {type: list of text, default: [kitchen, "the hall"]}\n'
+
+
 def mission(tree):
-    return f"{HEAD}tree: {tree}\n"
+    head = HEAD.replace("keys:\n", f"keys:\n{ROOMS}") if "rooms" in tree else HEAD
+    return f"{head}tree: {tree}\n"
 
 
 @pytest.fixture

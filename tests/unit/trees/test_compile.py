@@ -222,7 +222,7 @@ def test_names_and_paths_are_unique(workshop):
         ("tree: {turn: {angle: 5}}\n", "2:22: an angle needs a unit"),
         ("tree: {run: gone}\n", "there is no mission 'gone'"),
         ("tree: {run: m}\n", "the mission 'm' calls itself: m -> m"),
-        ("tree: {wait: []}\n", "wait cannot be a list"),
+        ("tree: {wait: []}\n", "a duration is needed, not a list"),
     ],
 )
 def test_a_mission_with_errors_is_not_built(workshop, tree, problem):

@@ -201,11 +201,11 @@ def test_modifiers_of_every_node():
         ("tree: {parallel: [{go: }], policy: some}", "2:36 policy cannot be 'some' | all, any"),
         (
             "tree: {go: {}, do: {stop: }}",
-            "2:16 'do' does not belong to 'go' but to retry and repeat and timeout",
+            "2:16 'do' does not belong to 'go' but to for_each and retry and repeat and timeout",
         ),
         ("tree: {retry: 3}", "2:8 retry needs a node under `do`"),
         ("tree: {retry: , do: {go: }}", "2:15 retry has no value"),
-        ("tree: {wait: [1]}", "2:14 wait cannot be a list"),
+        ("tree: {wait: [{x: 1 m}]}", "2:15 an item of wait: the pose lacks y, yaw"),
         ("tree: {wait: $}", "2:14 a lone $ in '$' | $key, $$ for a dollar sign"),
         ("tree: {go: {a: $Key}}", "2:16 keys have lower-case letters, not $Key in '$Key' | $key, $$"),
         ("tree: {go: {A: 1}}", "2:13 a name in go must be a name"),
@@ -233,7 +233,7 @@ def test_all_problems_at_once_and_what_can_be_read_is_kept():
 tree:
   sequence:
     - stop
-    - wait: []
+    - wait:
     - go: {a: 1}
 """
     )

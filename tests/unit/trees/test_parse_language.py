@@ -251,7 +251,7 @@ def test_what_is_wrong(written):
 
 KEYS = """
 keys: {n: {default: 3}}
-    2:11 'n' needs a type | text, boolean, integer, number, length, angle, duration, speed, pose
+    2:11 'n' needs a type | text, boolean, integer, number, length, angle, duration, speed, pose, list of text
 
 keys: {n: {type: integer, default: x}}
     2:36 the default of 'n': a whole number is needed, not 'x' | 3

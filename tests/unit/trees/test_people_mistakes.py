@@ -143,7 +143,7 @@ MISTAKES = {
     ),
     "a pose as a list": (
         HEAD + "  navigate_to: {goal: [1, 2, 90]}\n",
-        "3:23 'goal' cannot be a list | {x: 1 m, y: 2 m, yaw: 90 deg}",
+        "3:23 goal: a pose is needed, not a list | {x: 1 m, y: 2 m, yaw: 90 deg}",
     ),
     "a pose in parentheses": (
         HEAD + "  navigate_to: {goal: (1 m, 2 m, 90 deg)}\n",

@@ -116,6 +116,12 @@ class _Checker:
             case syntax.PosePart(pose=pose, part=part):
                 self._need(pose, Kind.POSE, f".{part}")
                 return Kind.ANGLE if part == "yaw" else Kind.LENGTH
+            case syntax.Item(items=items, index=index):
+                self._need(index, Kind.INTEGER, "[ ]")
+                return self._list(items, "[ ]")
+            case syntax.Binary(operator="in", left=left, right=right):
+                self._contained(term, left, right)
+                return Kind.BOOLEAN
             case syntax.Unary(operator="not", operand=operand):
                 self._need(operand, Kind.BOOLEAN, "not")
                 return Kind.BOOLEAN
@@ -154,11 +160,29 @@ class _Checker:
         self.add(syntax.start_of(term), message, *valid)
         return None
 
+    def _list(self, term: syntax.Term, what: str) -> Kind | None:
+        """The kind of the items of what must be a list."""
+        kind = self.kind(term)
+        if kind is not None and kind.item is None:
+            message = f"{what!r} needs a list, but {syntax.print_term(term)!r} is {_article(kind)}"
+            self.add(syntax.start_of(term), message)
+        return kind.item if kind is not None else None
+
+    def _contained(self, term: syntax.Binary, left: syntax.Term, right: syntax.Term) -> None:
+        kind, item = self.kind(left), self._list(right, "in")
+        if kind is not None and item is not None and not _common(left, kind, right, item)[1]:
+            message = f"{syntax.print_term(left)!r} is {_article(kind)}, but the items of "
+            message += f"{syntax.print_term(right)!r} are of the kind {item.value}"
+            self.add(term.position, message)
+
     def _function(self, term: syntax.Function) -> Kind | None:
         if term.name in _OF_POSES:
             for argument in term.arguments:
                 self._need(argument, Kind.POSE, term.name)
             return _OF_POSES[term.name]
+        if term.name == "count":
+            self._list(term.arguments[0], "count")
+            return Kind.INTEGER
         if term.name == "abs":
             return self._number(term.arguments[0], "abs")
         return self._alike(term, *term.arguments)

@@ -35,6 +35,8 @@ def _compiled(term: syntax.Term) -> Evaluate:
             return KeyReference(key).resolve
         case syntax.PosePart(pose=pose, part=part):
             return pose_part(_compiled(pose), part)
+        case syntax.Item(items=items, index=index):
+            return operation("item", _compiled(items), _compiled(index))
         case syntax.Unary(operator=sign, operand=operand):
             return operation("not" if sign == "not" else "negate", _compiled(operand))
         case syntax.Binary(operator=("and" | "or") as word, left=left, right=right):
@@ -65,7 +67,8 @@ def constant_of(expression: syntax.Expression | None) -> bool | None:
 def can_break(expression: syntax.Expression) -> bool:
     """Whether the evaluation of an expression can fail: a division by zero, an infinite number."""
     return any(
-        isinstance(part, syntax.Function)
+        (isinstance(part, syntax.Function) and part.name != "count")
+        or isinstance(part, syntax.Item)
         or (isinstance(part, syntax.Binary) and part.operator in _ARITHMETIC)
         for part in _walk(expression.term)
     )

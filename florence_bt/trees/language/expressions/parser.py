@@ -5,11 +5,11 @@ The grammar, loosest first; ``=`` here means "is"::
     or         = and {"or" and}
     and        = not {"and" not}
     not        = "not" not | comparison
-    comparison = sum [("==" | "!=" | "<" | "<=" | ">" | ">=") sum]
+    comparison = sum [("==" | "!=" | "<" | "<=" | ">" | ">=" | "in") sum]
     sum        = product {("+" | "-") product}
     product    = minus {("*" | "/") minus}
     minus      = "-" minus | part
-    part       = value ["." ("x" | "y" | "yaw")]
+    part       = value {"." ("x" | "y" | "yaw") | "[" or "]"}
     value      = number [unit] | text | "true" | "false" | "$" key | function "(" or {"," or} ")" | "(" or ")"
 """
 
@@ -28,6 +28,7 @@ from florence_bt.trees.language.expressions.syntax import (
     Constant,
     Expression,
     Function,
+    Item,
     Key,
     PosePart,
     Term,
@@ -48,7 +49,7 @@ _TOKEN = re.compile(
   | (?P<key>\$(?:[a-z][a-z0-9_]*|\{{[a-z][a-z0-9_]*\}}))
   | (?P<text>"[^"]*"|'[^']*')
   | (?P<word>[^\W\d]\w*)
-  | (?P<symbol><=(?!=)|>=(?!=)|==(?!=)|!=(?!=)|<(?![>=])|>(?!=)|[-+*/().,])
+  | (?P<symbol><=(?!=)|>=(?!=)|==(?!=)|!=(?!=)|<(?![>=])|>(?!=)|[-+*/().,\[\]])
     """,
     re.VERBOSE,
 )
@@ -175,7 +176,7 @@ def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
         rest = re.match(r"\$\{?(\w*)", text[offset:])
         name = rest[1].lower() if rest else ""
         return problem_at(position, "a $ must stand before the name of a key", f"${name or 'key'}")
-    if text[offset] in "[]{}":
+    if text[offset] in "{}":
         return problem_at(position, f"{text[offset]!r} has no place in an expression", "( and )")
     return problem_at(position, f"{text[offset]!r} has no place in an expression")
 
@@ -209,11 +210,11 @@ MAX_TOKENS = 200
 MAX_NESTING = 32
 """How deep parentheses, signs and functions are nested at most."""
 
-COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")
+COMPARISONS = ("==", "!=", "<", "<=", ">", ">=", "in")
 POSE_PARTS = ("x", "y", "yaw")
-FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "distance": 2, "bearing": 2}
+FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "count": 1, "distance": 2, "bearing": 2}
 """Function -> how many values it needs."""
-_WORDS = ("and", "or", "not", "true", "false")
+_WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
 
@@ -333,8 +334,13 @@ class _ExpressionParser:
 
     def _part(self) -> Term:
         term = self._value()
-        while self._is("."):
+        while self._is(".", "["):
             dot = self._take()
+            if dot.text == "[":
+                index = self._nested(dot.position, self._or)
+                self._expect("]", dot)
+                term = Item(term, index, dot.position)
+                continue
             name = self._take()
             if name.kind != "word" or name.text not in POSE_PARTS:
                 where = name.position if name.kind == "word" else dot.position
@@ -362,7 +368,7 @@ class _ExpressionParser:
     def _word(self, token: Token) -> Term:
         if token.text in ("true", "false"):
             return Constant(token.text == "true", Kind.BOOLEAN, token.text, token.position)
-        if self._is("(") and token.text not in ("and", "or", "not"):
+        if self._is("(") and token.text not in ("and", "or", "not", "in"):
             return self._function(token)
         raise self._bare_word(token)
 
@@ -402,8 +408,8 @@ class _ExpressionParser:
         return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close)
 
     def _left_over(self, token: Token, *wanted: str) -> ConfigError:
-        if token.text == ")":
-            return problem_at(token.position, "this ) closes nothing", *wanted)
+        if token.text in (")", "]"):
+            return problem_at(token.position, f"this {token.text} closes nothing", *wanted)
         if token.kind == "word":
             close = difflib.get_close_matches(token.text.lower(), ("and", "or"), n=1, cutoff=0.5)
             operator = _OTHER_WORDS.get(token.text.lower())

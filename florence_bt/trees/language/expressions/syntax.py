@@ -56,6 +56,21 @@ class PosePart:
 
 
 @dataclass(frozen=True, slots=True)
+class Item:
+    """``$rooms[0]``: an item of a list, counted from 0.
+
+    Attributes:
+        items: The list.
+        index: Which item.
+        position: Where the bracket stands.
+    """
+
+    items: Term
+    index: Term
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
 class Unary:
     """``not a`` and ``-a``.
 
@@ -75,7 +90,7 @@ class Binary:
     """Two operands with an operator between them.
 
     Attributes:
-        operator: ``or and == != < <= > >= + - * /``.
+        operator: ``or and in == != < <= > >= + - * /``.
         left: The first operand.
         right: The second operand.
         position: Where the operator stands.
@@ -92,7 +107,7 @@ class Function:
     """``min($a, $b)``.
 
     Attributes:
-        name: ``abs``, ``min``, ``max`` or ``distance``.
+        name: ``abs``, ``min``, ``max``, ``count`` or ``distance``.
         arguments: What it is given.
         position: Where the name stands.
     """
@@ -102,7 +117,7 @@ class Function:
     position: Position
 
 
-Term = Constant | Key | PosePart | Unary | Binary | Function
+Term = Constant | Key | PosePart | Item | Unary | Binary | Function
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +146,8 @@ def parts_of(term: Term) -> tuple[Term, ...]:
     match term:
         case PosePart(pose=pose):
             return (pose,)
+        case Item(items=items, index=index):
+            return (items, index)
         case Unary(operand=operand):
             return (operand,)
         case Binary(left=left, right=right):
@@ -155,6 +172,8 @@ def start_of(term: Term) -> Position:
             return start_of(left)
         case PosePart(pose=pose):
             return start_of(pose)
+        case Item(items=items):
+            return start_of(items)
     return term.position
 
 
@@ -187,6 +206,8 @@ def _print(term: Term) -> tuple[str, int]:
             return f"${key}", _TIGHT
         case PosePart(pose=pose, part=part):
             return f"{_at_least(pose, _TIGHT)}.{part}", _TIGHT
+        case Item(items=items, index=index):
+            return f"{_at_least(items, _TIGHT)}[{print_term(index)}]", _TIGHT
         case Unary(operator="not", operand=operand):
             return f"not {_at_least(operand, _LOOSENESS['not'])}", _LOOSENESS["not"]
         case Unary(operand=operand):

@@ -1,5 +1,7 @@
 import pytest
 
+# ruff: noqa: E501  (cases on one line)
+
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.parser import (
@@ -84,14 +86,14 @@ $a)                   | 3 | this ) closes nothing |
 $A > 1                | 1 | a $ must stand before | $a
 $a >                  | 5 | a value is missing after '>' | $key, 1.5 m
 * 2                   | 1 | a value is needed before '*' | $key, 1.5 m
-$a $b                 | 4 | an operator is missing before '$b' | and, or, ==, !=, <, <=, >, >=, +, -, *, /
+$a $b                 | 4 | an operator is missing before '$b' | and, or, ==, !=, <, <=, >, >=, in, +, -, *, /
 True                  | 1 | written in lower case | true
 $a AND $b             | 4 | an operator is needed, not 'AND' | and
 and $a                | 1 | a value is needed before 'and' | $key, true
 nt $a                 | 1 | neither a key nor text | $nt, "nt", not
 1e999                 | 1 | too large | 2.5
-$a + [1]              | 6 | no place in an expression | ( and )
-__import__('os')    | 1 | no function '__import__' | abs(...), bearing(...), distance(...), max(...), min(...)
+$a + [1]              | 6 | a value is needed before '[' | $key, 1.5 m
+__import__('os')    | 1 | no function '__import__' | abs(...), bearing(...), count(...), distance(...), max(...), min(...)
 $a; $b                | 3 | no place in an expression |
 """
 
