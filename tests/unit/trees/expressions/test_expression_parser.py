@@ -1,7 +1,6 @@
 import pytest
 
 # ruff: noqa: E501  (cases on one line)
-
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.parser import (
