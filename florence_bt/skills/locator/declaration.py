@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
@@ -74,26 +75,19 @@ GET_ROBOT_POSE = SkillDeclaration(
     instant=True,
 )
 
-NEXT_ROOM = SkillDeclaration(
-    name="next_room",
-    summary="Choose the room to visit next: first where the user is likely to be, then the nearest",
+GET_ROOMS = SkillDeclaration(
+    name="get_rooms",
+    summary="List the rooms to visit: first where the user is likely to be, then one near the other",
     inputs={
-        "visited": Port(Kind.TEXT, "the rooms that are done with, separated by commas", default=""),
         "rooms": Port(
-            Kind.TEXT,
-            "the rooms to choose from, separated by commas and visited in this order; "
-            "without it all rooms, the likely ones first",
-            default="",
+            Kind.LIST_OF_TEXT,
+            "the rooms to visit, in this order; without it all rooms, the likely ones first",
+            default=(),
+            names="room",
         ),
     },
-    outputs={
-        "room": Port(Kind.TEXT, "the label of the room", names="room"),
-        "left": Port(Kind.INTEGER, "how many rooms have not been visited yet, this one included"),
-    },
-    failures={
-        "no_more_rooms": "every room has been visited",
-        "unknown_room": "one of the rooms to choose from is not a room",
-    },
+    outputs={"rooms": Port(Kind.LIST_OF_TEXT, "the labels of the rooms, each once", names="room")},
+    failures={"unknown_room": "one of the rooms to visit is not a room"},
     deadline_s=5.0,
     instant=True,
 )
@@ -118,26 +112,20 @@ def _in_room(inputs: Inputs, result: Result) -> Result:
     return success()
 
 
-def _next_room(inputs: Inputs, result: Result) -> Result:
-    rooms = _labels(result.outputs["rooms"])
-    wanted = _labels(inputs["rooms"]) or rooms
+def _rooms(inputs: Inputs, result: Result) -> Result:
+    known = _labels(result.outputs["rooms"].split(","))
+    wanted = _labels(inputs["rooms"]) or known
     for room in wanted:
-        if room not in rooms:
-            close = ", ".join(closest_first(room, rooms))
+        if room not in known:
+            close = ", ".join(closest_first(room, known))
             return failure("unknown_room", f"there is no room {room!r} (would have worked: {close})")
-    visited = _labels(inputs["visited"])
-    left = [room for room in wanted if room not in visited]
-    if not left:
-        return failure(
-            "no_more_rooms", f"every room has been visited: {', '.join(wanted) or 'there is none'}"
-        )
-    return success(room=left[0], left=len(left))
+    return success(rooms=wanted)
 
 
-def _labels(text: str) -> list[str]:
-    """The labels of a text that separates them by commas, each once."""
-    labels = (label.strip() for label in text.split(","))
-    return list(dict.fromkeys(label for label in labels if label))
+def _labels(texts: Iterable[str]) -> tuple[str, ...]:
+    """The labels among some texts, each once."""
+    labels = (label.strip() for label in texts)
+    return tuple(dict.fromkeys(label for label in labels if label))
 
 
 SERVED = (
@@ -193,13 +181,13 @@ SERVED = (
         perform=lambda locator, inputs: locator.get_robot_pose(),
     ),
     ServedService(
-        skill=NEXT_ROOM,
+        skill=GET_ROOMS,
         interface="std_srvs/srv/Trigger",
         name="florenceLocator/getRooms",
         result=lambda message: success(rooms=message.message),
-        judge=_next_room,
+        judge=_rooms,
         component="locator",
-        perform=lambda locator, inputs: _next_room(inputs, success(rooms=", ".join(locator.likely_rooms()))),
+        perform=lambda locator, inputs: _rooms(inputs, success(rooms=", ".join(locator.likely_rooms()))),
     ),
     ServedService(
         skill=SET_USER_POSITION,

@@ -258,7 +258,7 @@ class Locator:
         """Every room, in the order in which to look for the user.
 
         First the room where the user was last known to be, then those where the user was on most days at this
-        hour, then the nearest to the robot, by the straight line to their hotspots.
+        hour, then the nearest to the robot and to the room before, by the straight line to their hotspots.
         """
         here, believed, now = self.robot, self.room_of_pose(self.user), self._clock.now()
 
@@ -266,7 +266,13 @@ class Locator:
             distance = here.distance_to(room.pose) if here is not None else 0.0
             return room.label != believed, -self.habits.count(room.label, now), distance
 
-        return tuple(room.label for room in sorted(self.hotspots.rooms(), key=order))
+        left, ordered = list(self.hotspots.rooms()), []
+        while left:
+            room = min(left, key=order)
+            left.remove(room)
+            ordered.append(room.label)
+            here = room.pose if here is not None else None
+        return tuple(ordered)
 
     def take_run_state(self, state: str) -> None:
         """Take over the state of the most recent mission run; an unknown word is kept as it is."""

@@ -125,8 +125,8 @@ def test_the_locator_as_skills():
     assert call("get_robot_pose").code == "no_pose"
     locator.robot = Pose2(1.0, 1.0, 0.0)
     assert call("get_robot_pose").outputs["pose"] == Pose2(1.0, 1.0, 0.0)
-    assert call("next_room", rooms="", visited="").outputs == {"room": "kitchen", "left": 1}
-    assert call("next_room", rooms="", visited="kitchen").code == "no_more_rooms"
+    assert call("get_rooms", rooms=()).outputs == {"rooms": ("kitchen",)}
+    assert call("get_rooms", rooms=("attic",)).code == "unknown_room"
 
 
 def test_proposals_look_at_the_costmap():

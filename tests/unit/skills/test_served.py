@@ -133,35 +133,29 @@ def test_the_robot_is_in_the_room_that_was_asked_for() -> None:
 
 
 @pytest.mark.parametrize(
-    ("inputs", "room", "left"),
+    ("wanted", "rooms"),
     [
-        ({}, "hall", 3),
-        ({"visited": "hall"}, "kitchen", 2),
-        ({"visited": ", hall,kitchen, nowhere"}, "bath room", 1),
-        ({"rooms": "bath room, hall, bath room"}, "bath room", 2),
-        ({"rooms": "bath room, hall", "visited": "bath room"}, "hall", 1),
+        ((), ("hall", "kitchen", "bath room")),
+        (("bath room", "hall", "bath room"), ("bath room", "hall")),
+        ((" hall ",), ("hall",)),
     ],
 )
-def test_the_next_room_is_the_first_that_was_not_visited(
-    inputs: dict[str, str], room: str, left: int
-) -> None:
-    assert next_room("hall, kitchen, bath room", **inputs) == success(room=room, left=left)
+def test_the_rooms_are_those_of_the_caller_or_all(wanted: tuple[str, ...], rooms: tuple[str, ...]) -> None:
+    assert get_rooms("hall, kitchen, bath room", wanted) == success(rooms=rooms)
 
 
-def test_without_a_next_room_the_reason_says_what_there_is() -> None:
-    done = next_room("hall, kitchen", visited="kitchen, hall")
-    assert done == failure("no_more_rooms", "every room has been visited: hall, kitchen")
-    assert next_room("").reason == "every room has been visited: there is none"
-    unknown = next_room("hall, kitchen", rooms="hall, kichen")
+def test_a_room_that_does_not_exist_is_refused() -> None:
+    assert get_rooms("", ()) == success(rooms=())
+    unknown = get_rooms("hall, kitchen", ("hall", "kichen"))
     assert unknown.code == "unknown_room"
     assert unknown.reason == "there is no room 'kichen' (would have worked: kitchen)"
 
 
-def next_room(known: str, **inputs: str) -> Result:
-    served = BY_NAME["next_room"]
+def get_rooms(known: str, wanted: tuple[str, ...]) -> Result:
+    served = BY_NAME["get_rooms"]
     assert isinstance(served, ServedService) and served.judge is not None
     answer = served.result(SimpleNamespace(success=True, message=known))
-    return served.judge(served.skill.complete(inputs), answer)
+    return served.judge({"rooms": wanted}, answer)
 
 
 def test_the_battery_is_above_a_part_of_its_charge() -> None:
