@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rclpy.clock import Clock as RclClock
-from rclpy.clock import ClockType, JumpThreshold, ROSClock, TimeJump
+from rclpy.clock import ClockType, JumpThreshold, ROSClock
 from rclpy.duration import Duration
 from rclpy.timer import Timer as RclTimer
 
@@ -46,20 +46,23 @@ class QueueTimer:
 
 
 class TimerQueue:
-    """Time and timers of a node on one of the clocks of rclpy."""
+    """Time and timers of a node."""
 
-    def __init__(self, node: FlorenceNode, clock: RclClock) -> None:
+    def __init__(self, node: FlorenceNode, clock: RclClock | None) -> None:
         """Make the queue.
 
         Args:
             node: The node whose executor runs the callbacks, and which takes their exceptions.
-            clock: The clock by which rclpy waits for the next moment.
+            clock: The clock by which rclpy waits for the next moment; None when the owner calls
+                :meth:`serve_soon` whenever the time has changed.
         """
         self._node = node
         self._order = itertools.count()
         self._queue: list[tuple[float, int, QueueTimer]] = []
         self._cancelled = 0
-        self._timer: RclTimer = node.create_timer(1.0, self._serve, clock=clock, autostart=False)
+        self._timer: RclTimer | None = None
+        if clock is not None:
+            self._timer = node.create_timer(1.0, self._serve, clock=clock, autostart=False)
         self._armed_for: float | None = None
         self._closed = False
 
@@ -92,16 +95,17 @@ class TimerQueue:
         """Forget every callback; what is requested later never comes."""
         self._closed = True
         self._queue.clear()
-        self._node.destroy_timer(self._timer)
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
 
     def shift(self, seconds: float) -> None:
-        """Move every waiting moment; :meth:`rearm` has to follow when the clock has settled."""
+        """Move every waiting moment."""
         self._queue = [(when + seconds, order, timer) for when, order, timer in self._queue]
 
-    def rearm(self) -> None:
-        """Set the rclpy timer again."""
-        self._armed_for = None
-        self._arm()
+    def serve_soon(self, now: float) -> None:
+        """Have the callbacks run that are due, after what the executor is about."""
+        if self._queue and self._queue[0][0] <= now:
+            self._node.call_soon(self._serve)
 
     def _serve(self) -> None:
         self._armed_for = None
@@ -123,6 +127,9 @@ class TimerQueue:
         while self._queue and self._queue[0][2].callback is None:
             heapq.heappop(self._queue)
             self._cancelled -= 1
+        if self._timer is None:
+            self.serve_soon(self.now())
+            return
         if not self._queue:
             self._armed_for = None
             self._timer.cancel()
@@ -188,8 +195,10 @@ class RosClock(TimerQueue):
         """
         ros_clock = node.get_clock()
         self.simulated = isinstance(ros_clock, ROSClock) and ros_clock.ros_time_is_active
-        # The timers of rclpy on the wall clock wait an hour longer when it is set back by an hour.
-        super().__init__(node, ros_clock if self.simulated else RclClock(clock_type=ClockType.STEADY_TIME))
+        # No timer of rclpy on the ROS clock. On the wall clock it would wait an hour longer when that is set
+        # back by an hour. On a simulated one, setting it again and again before its moment doubles what the
+        # events executor of rclpy 7.1 does: after 20 times it is busy for seconds.
+        super().__init__(node, None if self.simulated else RclClock(clock_type=ClockType.STEADY_TIME))
         self._handle: Any = ros_clock.handle
         self._call_soon = call_soon
         self.source: SharedClock | None = None
@@ -198,16 +207,15 @@ class RosClock(TimerQueue):
         self._reading = threading.Lock()
         counted = simulated_step if self.simulated else machine_step
         self._elapsed = ElapsedTime(counted, self._read(), time.monotonic())
+        self._start = 0.0
         self._jumps = ros_clock.create_jump_callback(
             JumpThreshold(
-                min_forward=Duration(nanoseconds=int(FIRST_TIME_S * NANO)),
+                min_forward=Duration(nanoseconds=1),
                 min_backward=Duration(nanoseconds=-1),
                 on_clock_change=False,
             ),
-            pre_callback=self._before_time_jump,
-            post_callback=self._after_time_jump,
+            post_callback=lambda _jump: self.ros_time_came(),
         )
-        self._before_jump = 0.0
 
     def now(self) -> float:
         """The time in seconds; it never goes back and never leaps."""
@@ -257,6 +265,15 @@ class RosClock(TimerQueue):
         """Call back no more."""
         self._on_reset.remove(callback)
 
+    def ros_time_came(self) -> None:
+        """Serve what is due by a new simulated time; on the executor's thread."""
+        _, now = self._update()
+        if self._start:
+            self.shift(self._start)
+            self._start = 0.0
+            self._call_soon(self._reset)
+        self.serve_soon(now)
+
     def refresh(self) -> None:
         """Bring the clock of rclpy up to date, also when it was not read for long."""
         self._asked = True
@@ -293,25 +310,13 @@ class RosClock(TimerQueue):
             told, jump = self._read(), 0.0
             if self._elapsed.told == 0.0:
                 self._elapsed.begin_again(told, time.monotonic())
+                self._start = told if told >= FIRST_TIME_S else 0.0
             else:
                 jump = self._elapsed.read(told, time.monotonic())
             now = self._elapsed.now
         if abs(jump) > TOLERANCE_S:
             self._call_soon(partial(self._after_jump, jump))
         return told, now
-
-    def _before_time_jump(self) -> None:
-        self._before_jump = self._read()
-        if self.source is None or self.source.follows:
-            # What has passed up to now has passed; the step that comes is to be taken for itself.
-            self._update()
-
-    def _after_time_jump(self, _jump: TimeJump) -> None:
-        _, now = self._update()
-        if self._before_jump == 0.0:
-            self.shift(now)
-            # The ROS timer is in the midst of the jump itself; it is set when that is over.
-            self._call_soon(self._reset)
 
     def _after_jump(self, seconds: float) -> None:
         steady = self._node.steady
@@ -325,6 +330,5 @@ class RosClock(TimerQueue):
         steady.call_at(steady.now() + SETTLED_S, self._reset)
 
     def _reset(self) -> None:
-        self.rearm()
         for callback in self._on_reset:
             callback()
