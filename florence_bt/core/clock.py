@@ -1,8 +1,8 @@
 """The one clock of the system: whoever needs the time or a timer is given one of these.
 
 ``ManualClock`` is driven by hand: tests and the in-process rig use it. On ROS the clock is
-``florence_bt.ros.clock.RosClock``, which goes on when the machine's clock is set. Code outside ``ros`` never asks
-the operating system for the time.
+``florence_bt.ros.clock.RosClock``, which goes on when the machine's clock is set. Code outside ``ros``
+never asks the operating system for the time.
 """
 
 from __future__ import annotations

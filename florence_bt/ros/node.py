@@ -27,7 +27,7 @@ from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
-from florence_bt.ros.rclpy_internals import forget_service
+from florence_bt.ros.rclpy_internals import forget_service, throttle_logs_by_steady_time
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
 
@@ -443,5 +443,6 @@ def failed(answer_type: type, reason: str) -> Any:
     return answer
 
 
+throttle_logs_by_steady_time()
 _EXECUTOR: Any = Node.executor
 _OWN_PARAMETERS = frozenset({"use_sim_time", "start_type_description_service"})

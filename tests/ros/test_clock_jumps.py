@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -41,8 +42,7 @@ from tests.scripted_skill import ScriptedSkill
 pytestmark = pytest.mark.ros
 
 HOUR_S = 3600.0
-AHEAD_AND_BACK = (HOUR_S, -HOUR_S)
-JUMPS = {"ahead and back": AHEAD_AND_BACK, "ahead": (HOUR_S,), "back": (-HOUR_S,)}
+JUMPS = {"ahead and back": (HOUR_S, -HOUR_S), "ahead": (HOUR_S,), "back": (-HOUR_S,)}
 AWAY_S = 0.8
 """How long the clock is wrong, when it comes back."""
 WAIT_S, DEADLINE_S = 1.2, 2.0
@@ -114,6 +114,21 @@ class SimulatedClock:
     def _run(self) -> None:
         while not self._end.wait(0.01):
             self._topic.publish(Clock(clock=stamp_to_ros(self.now())))
+
+
+class SecondClock(SimulatedClock):
+    """A simulation beside which somebody else publishes another time, twice as often."""
+
+    _ahead = 0.0
+
+    def jump(self, seconds: float) -> None:
+        self._ahead += seconds
+
+    def _run(self) -> None:
+        while not self._end.wait(0.01):
+            self._topic.publish(Clock(clock=stamp_to_ros(self.now())))
+            for _ in range(2 if self._ahead else 0):
+                self._topic.publish(Clock(clock=stamp_to_ros(self.now() + self._ahead)))
 
 
 class Everything:
@@ -216,17 +231,38 @@ class Everything:
         self.until(lambda: self.device.wheels == (0.0, 0.0), "the stop when nobody commands")
         self.until(lambda: self.filtered[-1] == 0.0, "the stop of the filter")
 
+    def runs_a_mission_through(self, jumps: tuple[float, ...]) -> None:
+        """A wait and a deadline keep their length, and no hour is in the record."""
+        self.drive.runs.clear()
+        begun = time.monotonic()
+        run = self.server._missions.trigger(MissionRequest("long", {}, "test"))
+        for number, seconds in enumerate(jumps):
+            end = time.monotonic() + (AWAY_S if number else 0.1)
+            self.until(lambda end=end: time.monotonic() > end, "the jump")
+            self.clock.jump(seconds)
+        self.until(lambda: self.drive.runs, "the end of the wait")
+        assert time.monotonic() - begun > WAIT_S - 0.1
+        self.until(lambda: run.status.final, "the deadline")
+        assert time.monotonic() - begun > DEADLINE_S - 0.1
+        assert run.why is not None and run.why.code == "timed_out"
+        assert DEADLINE_S - 0.1 < run.ended - run.started < 30.0
+
     def is_told_of(self, sensor: str, room: str) -> None:
-        self.event.publish(HomeEvent(sensor=sensor, active=True, stamp=stamp_to_ros(self.clock.now())))
+        for active in (False, True):
+            now = stamp_to_ros(self.clock.now())
+            self.event.publish(HomeEvent(sensor=sensor, active=active, stamp=now))
         self.until(lambda: self.seen and self.seen[-1].room == room, f"the report of {sensor}")
 
 
-@pytest.fixture(params=["machine", "simulation"])
+CLOCKS = {"machine": MachineClock, "simulation": SimulatedClock, "second clock": SecondClock}
+
+
+@pytest.fixture
 def everything(
     ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> Iterator[Everything]:
     device, judge = Device(tmp_path / "create"), ros.add(FlorenceNode("judge"))
-    clock = MachineClock(monkeypatch) if request.param == "machine" else SimulatedClock(judge)
+    clock = CLOCKS[request.param](monkeypatch if request.param == "machine" else judge)
     made = Everything(ros, tmp_path, device, clock, judge)
     yield made
     clock.close()
@@ -234,22 +270,17 @@ def everything(
     device.close()
 
 
-@pytest.mark.parametrize("jumps", JUMPS.values(), ids=JUMPS)
-def test_everything_goes_on(everything: Everything, jumps: tuple[float, ...]) -> None:
-    whole = everything
-    whole.goes()
-    whole.is_told_of("one", "kitchen")
-    begun = time.monotonic()
-    run = whole.server._missions.trigger(MissionRequest("long", {}, "test"))
-    for number, seconds in enumerate(jumps):
-        end = time.monotonic() + (AWAY_S if number else 0.1)
-        whole.until(lambda end=end: time.monotonic() > end, "the jump")
-        whole.clock.jump(seconds)
-    whole.until(lambda: whole.drive.runs, "the end of the wait")
-    assert time.monotonic() - begun > WAIT_S - 0.1, "the wait keeps its length"
-    whole.until(lambda: run.status.final, "the deadline")
-    assert time.monotonic() - begun > DEADLINE_S - 0.1, "the deadline keeps its length"
-    assert run.why is not None and run.why.code == "timed_out"
-    assert DEADLINE_S - 0.1 < run.ended - run.started < 30.0, "and no hour is in the record"
-    whole.goes()
-    whole.is_told_of("other", "bath")
+@pytest.mark.parametrize(
+    ("everything", "cases"),
+    [("machine", [*JUMPS]), ("simulation", [*JUMPS]), ("second clock", ["ahead and back"])],
+    indirect=["everything"],
+    ids=["machine", "simulation", "second clock"],
+)
+def test_everything_goes_on(everything: Everything, cases: list[str]) -> None:
+    everything.goes()
+    everything.is_told_of("one", "kitchen")
+    for case, (sensor, room) in zip(cases, itertools.cycle((("other", "bath"), ("one", "kitchen")))):
+        print(case)
+        everything.runs_a_mission_through(JUMPS[case])
+        everything.goes()
+        everything.is_told_of(sensor, room)

@@ -20,7 +20,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
-from florence_bt.ros import shared_clock
+from florence_bt.ros import rclpy_internals, shared_clock
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode, failed
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -312,3 +312,19 @@ def test_the_answer_of_a_service_that_failed_never_says_success(service: type) -
         if kind == "boolean":
             assert getattr(answer, field) is False, field
         assert not constants or kind != "uint8" or getattr(answer, field) not in constants.values(), field
+
+
+def test_a_warning_that_was_told_lately_comes_again_when_the_clock_was_set_back(
+    ros: Any, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, steady = ros.add(FlorenceNode("a")), [50.0]
+    monkeypatch.setattr(rclpy_internals.time, "monotonic_ns", lambda: int(steady[0] * 1e9))
+
+    def told() -> bool:
+        node.get_logger().warning("something is wrong", throttle_duration_sec=60.0)
+        return "something is wrong" in capfd.readouterr().err
+
+    heard = []
+    for steady[0] in (50.0, 51.0, 111.0):
+        heard.append(told())
+    assert heard == [True, False, True]

@@ -67,6 +67,7 @@ class HomeSensorsNode(FlorenceNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self.create_subscription(HomeEvent, EVENT, self._on_event, RELIABLE)
         call_every(self.timebase, PERIOD_S, self._publish_user)
+        self.ros_timebase.on_reset(self._publish_again)
         call_every(self.steady, PERIOD_S, self._publish_diagnostics)
         self._link: str | None = None
         self._client: MqttClient | None = None
@@ -122,6 +123,11 @@ class HomeSensorsNode(FlorenceNode):
         message = UserSeen(room=seen.room, source=seen.source)
         message.since, message.stamp = (stamp_to_ros(self.stamp(when)) for when in (seen.since, seen.at))
         self._user_seen.publish(message)
+
+    def _publish_again(self) -> None:
+        """The clock has jumped: who subscribes later gets the stamps of the new time."""
+        self._published = None
+        self._publish_user()
 
     def _on_link(self, problem: str) -> None:
         self._link = problem
