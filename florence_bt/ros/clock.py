@@ -207,6 +207,7 @@ class RosClock(TimerQueue):
         self._reading = threading.Lock()
         counted = simulated_step if self.simulated else machine_step
         self._elapsed = ElapsedTime(counted, self._read(), time.monotonic())
+        self._began = not self.simulated
         self._start = 0.0
         self._jumps = ros_clock.create_jump_callback(
             JumpThreshold(
@@ -308,11 +309,12 @@ class RosClock(TimerQueue):
         """Read the ROS clock, on any thread; give what it says, and the time."""
         with self._reading:
             told, jump = self._read(), 0.0
-            if self._elapsed.told == 0.0:
+            if self._began:
+                jump = self._elapsed.read(told, time.monotonic())
+            elif told > 0.0:
+                self._began = True
                 self._elapsed.begin_again(told, time.monotonic())
                 self._start = told if told >= FIRST_TIME_S else 0.0
-            else:
-                jump = self._elapsed.read(told, time.monotonic())
             now = self._elapsed.now
         if abs(jump) > TOLERANCE_S:
             self._call_soon(partial(self._after_jump, jump))
