@@ -77,9 +77,9 @@ def test_a_running_mission(robot):
 
 
 def test_a_search_from_nearby(robot):
-    robot.mock("look from nearby/look_for_user", "running 5 s, then FAILURE no_user_seen")
+    robot.mock("look from nearby", "running 5 s, then FAILURE no_user_seen")
     play = robot.start("goto_user")
-    robot.run_until("look from nearby/look_for_user")
+    robot.run_until("look from nearby")
     assert "[+] find the user (selector)\n" in play.tree
     assert "[+] if distance($user, $seen_at)" not in play.tree
     assert "[-] watch whether they walk on\n" in play.tree
