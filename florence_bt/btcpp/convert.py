@@ -768,7 +768,8 @@ def florence_set(c: Converter, e: Element) -> Node:
 @_converts("FlorenceAppend")
 def florence_append(c: Converter, e: Element) -> Node:
     """``FlorenceAppend``."""
-    return {"append": florence_set(c, e)["set"]}
+    node = florence_set(c, e)
+    return {"append": node["set"]} if "set" in node else node
 
 
 @_converts("FlorenceCondition")

@@ -26,6 +26,7 @@ SAMPLES = {
     Kind.DURATION: [0.5, 4.0],
     Kind.SPEED: [0.1, 0.3],
     Kind.POSE: [Pose2(1.0, 2.0, 0.5), Pose2(0.0, 0.0, 0.0)],
+    Kind.LIST_OF_TEXT: [(), ("kitchen",), ("kitchen", "hall")],
 }
 
 

@@ -107,7 +107,7 @@ def test_what_is_formatted_can_be_read_again(kind, number):
     assert read_value(format_value(number, kind), kind) == pytest.approx(number, rel=1e-5, abs=1e-9)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in Kind if kind is not Kind.POSE])
+@pytest.mark.parametrize("kind", [kind for kind in Kind if Kind.POSE not in (kind, kind.item)])
 def test_every_example_can_be_read(kind):
     assert Port(kind, "").problem_with(read_value(example_of(kind), kind)) is None
 
