@@ -26,8 +26,8 @@ _PIXELS = 20
 """Heights above the floor and the reach around its middle of what stands at a place, metres; so many pixels
 of the network's input show it."""
 _SURER = 0.03
-"""Who is seen with so much more confidence than the thing ever was is no thing. A coat stand 3.2 and 3.8 m away
-in the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on average."""
+"""Who is seen with so much more confidence than the thing ever was is no thing. A coat stand 3.2 and 3.8 m
+away in the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on average."""
 
 
 @dataclass(frozen=True, slots=True)
