@@ -67,7 +67,6 @@ class Executor:
         queue_limit: How many runs may be queued.
         stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
         yield_cpu: Called when the skills of a tick were started and only the telling is left.
-        reload_at_trigger: Whether a trigger takes edits over itself; otherwise whoever calls it sees to that.
         on_tick: Called with the run after each tick.
 
     Attributes:
@@ -90,7 +89,6 @@ class Executor:
         queue_limit: int = QUEUE_LIMIT,
         stopwatch: Callable[[], float] | None = None,
         yield_cpu: Callable[[], None] = lambda: None,
-        reload_at_trigger: bool = True,
         on_tick: Callable[[MissionRun], None] = lambda run: None,
     ) -> None:
         self.current: MissionRun | None = None
@@ -109,7 +107,6 @@ class Executor:
         self._wake_asked = self._woke_itself = False
         self._stopwatch = stopwatch or clock.now
         self._yield_cpu = yield_cpu
-        self._reload_at_trigger = reload_at_trigger
         self._on_tick = on_tick
         self.woken = 0.0
 
@@ -194,8 +191,7 @@ class Executor:
                 worked.
             RequestRefused: Another mission runs, too many wait, or triggers are blocked.
         """
-        if self._reload_at_trigger:
-            self.reload()
+        self.reload()
         mission = self.library.get(request.mission)
         raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)
@@ -258,10 +254,6 @@ class Executor:
         """
         missions = self._missions
         return missions.refresh() if isinstance(missions, MissionFolders) else ReloadReport()
-
-    def adopt(self, missions: MissionFolders) -> None:
-        """Replace the missions in force by those that were read and checked elsewhere."""
-        self._missions = missions
 
     def findings_of(self, mission: Mission) -> list[Finding]:
         """What the check says about a mission in force."""

@@ -191,6 +191,7 @@ def test_a_package_brings_commands_with_florences_errors_and_exit_codes(install,
 
 def test_a_package_cannot_replace_a_command(install, florence, tmp_path):
     install("dancer", {"__init__.py": "", "commands.py": COMMANDS}, commands="dancer.commands:app")
+    (tmp_path / "idle.yaml").write_text("mission: idle\ntree: {wait: 1 s}\n")
     checked = florence("check", str(tmp_path))
     assert checked.exit_code == OK and "mine" not in checked.stdout
     assert "package dancer: its command 'check' is ignored" in florence("--help").stderr
