@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,7 +110,6 @@ class MissionNode(FlorenceNode):
             RunIds(utc_stamp),
             call_soon=self.call_soon,
             log=self._journal,
-            stopwatch=time.perf_counter,
             yield_cpu=os.sched_yield,
             on_tick=self._after_tick,
         )
@@ -185,8 +183,7 @@ class MissionNode(FlorenceNode):
             self._missions.stop(reason)
 
     def _after_tick(self, run: MissionRun) -> None:
-        duration = time.perf_counter() - self._missions.woken
-        self._watching.after_tick(run, duration)
+        self._watching.after_tick(run)
         self._topics.after_tick(run)
 
     def _on_event(self, run: MissionRun, event: RunEvent) -> None:
