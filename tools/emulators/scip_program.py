@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import ConfigError
 from florence_bt.simulation.emulators.scip import ScipEmulator
 from florence_bt.simulation.emulators.scip_models import MODELS, ScannerModel, ScipFaults
-from florence_bt.simulation.emulators.standalone import (
+from tools.emulators.standalone import (
     COUNT,
     GARBAGE,
     ControlCommand,

@@ -1,4 +1,4 @@
-"""Emulated devices alone, for any client: ``python -m florence_bt.simulation.emulators create``."""
+"""Emulated devices alone, for any client: ``python tools/emulators create``."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
 from florence_bt.core.errors import FlorenceError
 from florence_bt.simulation.emulators.create_models import MODELS as BASES
-from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
 from florence_bt.simulation.emulators.scip_models import MODELS as SCANNERS
-from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
+from tools.emulators.create_program import CreateOptions, CreateProgram
+from tools.emulators.scip_program import ScipOptions, ScipProgram
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
 LATENCY_S, LONGEST_LATENCY_S = 0.005, 10.0
@@ -29,7 +31,7 @@ like a serial port, or host:port with --tcp. Lines on standard input (and on the
 make things go wrong; the line `help` lists them.
 
 example:
-  python -m florence_bt.simulation.emulators {device} --link ./{device} --control ./control.sock
+  python tools/emulators {device} --link ./{device} --control ./control.sock
 """
 
 T = TypeVar("T", CreateOptions, ScipOptions)
@@ -79,7 +81,7 @@ def _serve(program: CreateProgram | ScipProgram) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m florence_bt.simulation.emulators", description="Emulated devices, for any client."
+        prog="python tools/emulators", description="Emulated devices, for any client."
     )
     devices = parser.add_subparsers(dest="device", required=True, metavar="DEVICE")
     create = _add_device(devices, "create", "an iRobot Create or Create 2 on an endless floor", BASES)

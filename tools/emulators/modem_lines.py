@@ -64,7 +64,7 @@ def main(arguments: list[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     if not words or words[0] in ("-h", "--help"):
         print(
-            "usage: python -m florence_bt.simulation.emulators.modem_lines CLIENT.py [ARGUMENTS]",
+            "usage: python -m tools.emulators.modem_lines CLIENT.py [ARGUMENTS]",
             file=sys.stderr,
         )
         return 2

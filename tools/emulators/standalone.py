@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from florence_bt.core.errors import ConfigError, DeviceLost, FlorenceError, closest_first
 from florence_bt.core.socket_paths import short_path
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from florence_bt.simulation.emulators.tcp_line import TcpLine
+from tools.emulators.tcp_line import TcpLine
 
 Line: TypeAlias = PseudoTerminal | TcpLine
 

@@ -15,7 +15,8 @@ from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.create_body import CAPACITY_MAH
 from florence_bt.simulation.emulators.create_models import MODELS
-from florence_bt.simulation.emulators.standalone import (
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
+from tools.emulators.standalone import (
     COUNT,
     ControlCommand,
     StandaloneEmulator,
@@ -26,7 +27,6 @@ from florence_bt.simulation.emulators.standalone import (
     some_of,
     switch,
 )
-from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 
 LONGEST_WAIT_S, LONGEST_WAIT_MOVING_S = 0.02, 0.005
 """How often the base looks around while nothing is streamed: scripts, songs, behaviours."""
