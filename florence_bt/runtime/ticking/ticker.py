@@ -15,6 +15,7 @@ from py_trees import composites, decorators, logging
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
+from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.stepping import Stepping
 
@@ -299,6 +300,8 @@ def make_initialise(table: TickTable, cls: Any) -> Callable[[Any], None]:
     """``initialise`` of a class of composites; one that is overridden may stop children itself."""
     if cls.initialise is Behaviour.initialise:
         return cls.initialise
+    if cls.initialise is Selector.initialise:
+        return lambda node: table.halt_from(node.children, 0)
     return lambda node: table.watch(node.children, node.initialise)
 
 

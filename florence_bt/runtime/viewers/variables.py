@@ -14,7 +14,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.behaviours.decorators import CallMission
+from florence_bt.behaviours.decorators import CallMission, PreparedDecorator
 from florence_bt.behaviours.keys import KeyStore, readable
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.viewers.snapshot import Accesses
@@ -47,17 +47,24 @@ class Activity:
 
 @dataclass(frozen=True)
 class Variables:
-    """The keys of one compiled tree; where they are does not change while it runs.
+    """The keys of one compiled tree; where they are changes only when a branch is built.
 
     Attributes:
         stores: Prefix of the names -> the keys.
         accesses: Node id -> (name, ``r`` or ``w``).
         writers: Name of a key -> the nodes that write it.
+        unreached: The nodes whose branches were not built.
     """
 
     stores: Mapping[str, KeyStore]
     accesses: Accesses
     writers: Mapping[str, list[Behaviour]] = field(default_factory=dict)
+    unreached: tuple[PreparedDecorator, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether no branch was built since."""
+        return not any(node.reached for node in self.unreached)
 
     def values(self) -> dict[str, Any]:
         """Every key that has a value, by name, in alphabetical order."""
@@ -91,16 +98,19 @@ def variables_of(tree: CompiledTree) -> Variables:
     stores: dict[str, KeyStore] = {"/": tree.keys}
     accesses: dict[uuid.UUID, tuple[tuple[str, str], ...]] = {}
     writers: dict[str, list[Behaviour]] = {}
+    unreached = []
     for node, prefix, outer in _with_scopes(tree.root, "/", ""):
         if isinstance(node, CallMission):
             stores[prefix] = node.called_keys
+        if isinstance(node, PreparedDecorator) and not node.reached:
+            unreached.append(node)
         used = tuple(_accesses(node, outer if isinstance(node, CallMission) else prefix))
         if used:
             accesses[node.id] = used
         for name, how in used:
             if how == WRITE:
                 writers.setdefault(name, []).append(node)
-    return Variables(stores, accesses, writers)
+    return Variables(stores, accesses, writers, tuple(unreached))
 
 
 def _with_scopes(node: Behaviour, scope: str, path: str) -> Iterator[tuple[Behaviour, str, str]]:
