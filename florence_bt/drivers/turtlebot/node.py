@@ -310,7 +310,9 @@ class TurtlebotNode(FlorenceNode):
         if self._joint_limiter.is_due(reading.stamp):
             self._publish_joints(reading)
         if self._state_limiter.is_due(reading.stamp) or news:
-            self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
+            state = self._state_report.take(reading.state)
+            if self._state_topic.get_subscription_count():
+                self._state_topic.publish(_state_to_ros(state, reading.stamp))
             self._publish_create_2(reading)
         if news:
             self._publish_diagnostics()
@@ -342,13 +344,15 @@ class TurtlebotNode(FlorenceNode):
         gyro = reading.gyro
         if gyro is None:
             return
-        self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, reading.stamp))
-        raw = (
-            (gyro.legacy_raw_rate, gyro.legacy_raw_yaw)
-            if settings.legacy_imu_raw
-            else (gyro.raw_rate, gyro.raw_yaw)
-        )
-        self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, reading.stamp))
+        if self._imu_topic.get_subscription_count():
+            self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, reading.stamp))
+        if self._raw_imu_topic.get_subscription_count():
+            raw = (
+                (gyro.legacy_raw_rate, gyro.legacy_raw_yaw)
+                if settings.legacy_imu_raw
+                else (gyro.raw_rate, gyro.raw_yaw)
+            )
+            self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, reading.stamp))
 
     def _publish_joints(self, reading: BaseReading) -> None:
         twist = reading.odometry.twist
