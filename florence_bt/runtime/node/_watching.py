@@ -87,7 +87,7 @@ class Watching:
         self._looked = True
         if self._tree is None:
             return
-        if self._variables is None:
+        if self._variables is None or not self._variables.complete:
             self._variables = variables_of(self._tree)
         root = self._tree.root
         self._nodes = snapshot_of(root, self._variables.accesses, self._known)

@@ -122,8 +122,6 @@ class _Replay:
             library, self._skills, declarations, self._clock, lambda: None, event_bus
         )
         self._tree = TreeRun(run, environment, lambda run: None, self._on_over)
-        nodes = self._tree.root.iterate()
-        self._watched = {path_of(node): node for node in nodes if isinstance(node, WatchedSkill)}
 
     def go(self) -> Replayed:
         self._run.status = RunStatus.RUNNING
@@ -205,9 +203,10 @@ class _Replay:
         compared = [
             event for at, event in of_tick if event.kind in _COMPARED and at not in self._between.starts
         ]
-        for event in compared:
-            if event.kind == EventKind.SKILL_STARTED.value and event.node in self._watched:
-                self._watched[event.node].ask_again()
+        started = {event.node for event in compared if event.kind == EventKind.SKILL_STARTED.value}
+        for node in self._tree.root.iterate() if started else ():
+            if isinstance(node, WatchedSkill) and path_of(node) in started:
+                node.ask_again()
         self._tree.step()
         wanted = [_recorded(event) for event in compared]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from florence_bt.behaviours.decorators import CallMission
+from florence_bt.behaviours.decorators import CallMission, PreparedDecorator
 from florence_bt.behaviours.keys import KeyStore, readable
 from florence_bt.runtime.viewers.snapshot import Accesses
 from florence_bt.trees.language import model
@@ -25,15 +25,22 @@ UNSET = "-"
 
 @dataclass(frozen=True)
 class Variables:
-    """The keys of one compiled tree; where they are does not change while it runs.
+    """The keys of one compiled tree; where they are changes only when a branch is built.
 
     Attributes:
         stores: Prefix of the names -> the keys.
         accesses: Node id -> (name, ``r`` or ``w``).
+        unreached: The nodes whose branches were not built.
     """
 
     stores: Mapping[str, KeyStore]
     accesses: Accesses
+    unreached: tuple[PreparedDecorator, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether no branch was built since."""
+        return not any(node.reached for node in self.unreached)
 
     def values_of(self, names: Iterable[str]) -> dict[str, str]:
         """The values of some keys as texts; of those that have none, :data:`UNSET`."""
@@ -53,13 +60,16 @@ def variables_of(tree: CompiledTree) -> Variables:
     """Find the keys of a tree and who uses them."""
     stores: dict[str, KeyStore] = {"/": tree.keys}
     accesses: dict[uuid.UUID, tuple[tuple[str, str], ...]] = {}
+    unreached = []
     for node, prefix, outer in _with_scopes(tree.root, "/", ""):
         if isinstance(node, CallMission):
             stores[prefix] = node.called_keys
+        if isinstance(node, PreparedDecorator) and not node.reached:
+            unreached.append(node)
         used = tuple(_accesses(node, outer if isinstance(node, CallMission) else prefix))
         if used:
             accesses[node.id] = used
-    return Variables(stores, accesses)
+    return Variables(stores, accesses, tuple(unreached))
 
 
 def _with_scopes(node: Behaviour, scope: str, path: str) -> Iterator[tuple[Behaviour, str, str]]:

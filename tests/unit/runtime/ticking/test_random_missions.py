@@ -85,3 +85,12 @@ def test_random_missions_with_watched_skills(first, tmp_path: Path):
         library = write(seed, tmp_path, asks=True)
         stock = play(Stage(library, seed), seed, by_py_trees)
         assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"
+
+
+@pytest.mark.parametrize("asks", [False, True])
+def test_random_missions_whose_branches_are_built_when_they_are_reached(asks, tmp_path: Path):
+    for seed in range(60):
+        library = write(seed, tmp_path, asks=asks)
+        stock = play(Stage(library, seed), seed, by_us)
+        for make in (by_us, by_py_trees):
+            assert play(Stage(library, seed, as_reached=True), seed, make) == stock, f"seed {seed}"
