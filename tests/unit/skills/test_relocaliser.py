@@ -218,16 +218,6 @@ def test_who_knew_where_it_was_is_lost_later_than_who_was_only_told(confirmed: b
     assert scans == pytest.approx(after, abs=1)
 
 
-@pytest.mark.parametrize("step", [Pose2(1.0), Pose2(0.3, 0.0, 2.0), Pose2(3.0)])
-def test_a_single_scan_after_a_long_way_makes_nobody_lost(step: Pose2) -> None:
-    """It is no more than one scan; two that follow each other are."""
-    relocaliser = relocaliser_with(Search(0.9))
-    relocaliser.look(POINTS, match(0.0), step)
-    assert not relocaliser.lost
-    relocaliser.look(POINTS, match(0.0), step)
-    assert relocaliser.lost
-
-
 @pytest.mark.parametrize(("elsewhere", "lost"), [((), False), ((0.7,), False), ((0.8,), True)])
 def test_who_was_told_a_place_is_lost_only_when_another_fits_better(
     elsewhere: tuple[float, ...], lost: bool

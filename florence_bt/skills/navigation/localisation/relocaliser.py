@@ -24,9 +24,6 @@ radian counts as a metre, as ``update_min_a`` and ``update_min_d`` do."""
 _NOTHING_FITS_M, _NOTHING_FITS_UNCONFIRMED_M = 10.0, 3.0
 """And after so many metres in which nothing fitted, also where nothing contradicts: off the map, or where it
 knows nothing. Rooms that the first half of the log from Freiburg has not seen come to 7.1 m at most."""
-_SPEAKS_FOR = 0.5
-"""A scan speaks for the way before it, but for so many metres (and radians) at most: when scans are sparse, a
-single one that fits badly, beside somebody or in a door, is still a single one (chosen)."""
 _KEPT, _KEEP_M, _KEEP_RAD, _BEAMS_KEPT = 32, 0.25, 0.25, 60
 """This many scans of the way are matched together: the last 8 m."""
 _LEAST_KEPT, _SEARCH_EVERY = 5, 2
@@ -120,12 +117,11 @@ class Relocaliser:
 
     def _count(self, fit: float, motion: Pose2, *, contradicts: bool) -> None:
         """Add what was travelled to that with scans that fit badly, or take it off."""
-        way = min(_SPEAKS_FOR, math.hypot(motion.x, motion.y))
-        moved = min(_SPEAKS_FOR, way + abs(motion.yaw))
+        way = math.hypot(motion.x, motion.y)
         # Without a break, what contradicts nothing has met people.
         worst = self._p.relocalise_fit if self._unconfirmed else self._p.lost_fit
         poor = fit < worst and (contradicts or self._carried)
-        self._poor_m = max(0.0, self._poor_m + (1.0 if poor else -1.0) * moved)
+        self._poor_m = max(0.0, self._poor_m + (1.0 if poor else -1.0) * (way + abs(motion.yaw)))
         # What fits a little counts less.
         self._unfit_m = max(0.0, self._unfit_m + way * min(1.0, 1.0 - fit / self._p.lost_fit))
 
