@@ -1,7 +1,8 @@
 """The one clock of the system: whoever needs the time or a timer is given one of these.
 
 ``ManualClock`` is driven by hand: tests and the in-process rig use it. On ROS the clock is
-``florence_bt.ros.clock.RosClock``. Code outside ``ros`` never asks the operating system for the time.
+``florence_bt.ros.clock.RosClock``, which goes on when the machine's clock is set. Code outside ``ros``
+never asks the operating system for the time.
 """
 
 from __future__ import annotations
@@ -68,10 +69,6 @@ class _Periodic:
         if self._cancelled:
             return
         behind = self._clock.now() - self._next
-        if behind < -self._period:
-            # A simulation that starts over sets the clock back; the series goes on from there.
-            self._next += behind
-            behind = 0.0
         # A late clock skips what it missed instead of calling in a burst.
         self._next += self._period * (1 + max(0, int(behind / self._period)))
         self._timer = self._clock.call_at(self._next, self._fire)

@@ -282,7 +282,7 @@ class TransformBuffer:
         return line
 
     def clear_moving(self) -> None:
-        """Forget every moving frame: the clock was set back, and old samples would count as the newest."""
+        """Forget every moving frame: the clock has jumped, and what was on its way may seem the newest."""
         self._moving.clear()
 
     def latest_stamp(self, child: str) -> float | None:

@@ -33,6 +33,8 @@ from florence_bt.trees.language.model import Mission
 MAX_SHOWN = 5
 """How many paths an error lists."""
 
+FIRST = " (1)"
+"""What may follow the name of a node whose twin beside it has a "(2)"."""
 MAX_INDEX = 1_000_000
 """The place in the order of the tree of a node that is not in the tree."""
 
@@ -105,6 +107,10 @@ class MissionMap:
             title = node.skill.replace("_", " ")
             if node.name.startswith(title):
                 shown = node.skill + node.name[len(title) :]
+            if _has_twin(node):
+                # The name of the skill is that of both; only with a number can the first be named alone.
+                names.append(f"{node.name}{FIRST}")
+                shown += FIRST
         elif origin is not None and isinstance(origin.node, model.CallMission):
             names += [origin.node.mission.text, origin.node.default_title]
             shown = origin.node.mission.text
@@ -131,9 +137,20 @@ class MissionMap:
         missions = {node.mission.text for node in called if isinstance(node, model.CallMission)}
         wanted = {path: _shorter(place.shown, missions) for path, place in self.places.items()}
         count = Counter(text for texts in wanted.values() for text in texts)
+        for place in self.places.values():
+            # The name of its skill alone means a numbered node, too.
+            bare = re.sub(r" \(\d+\)$", "", place.shown)
+            if place.skill is not None and bare != place.shown:
+                count.update(_shorter(bare, missions))
         for path, texts in wanted.items():
             short = next((text for text in texts if count[text] == 1), texts[-1])
             self.places[path] = replace(self.places[path], short=short)
+
+
+def _has_twin(node: Behaviour) -> bool:
+    """Whether a node is the first of several of one name; the compiler numbers the others."""
+    beside = node.parent.children if node.parent is not None else []
+    return any(other.name == f"{node.name} (2)" for other in beside)
 
 
 def _shorter(shown: str, missions: Collection[str]) -> tuple[str, ...]:

@@ -1,22 +1,26 @@
-"""The core's clock over the clocks of rclpy: the ROS time of a node, simulated or not, and the steady time.
+"""The core's clock over the clocks of rclpy: the time of a node, simulated or not, and the steady time.
 
-Everything here belongs to the executor's thread; other threads use ``FlorenceNode.call_soon``.
+The time of a node goes on whatever happens to the clock that tells it: see :class:`RosClock`. Everything here
+belongs to the executor's thread, except reading the time; other threads use ``FlorenceNode.call_soon``.
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
+import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rclpy.clock import Clock as RclClock
-from rclpy.clock import ClockChange, ClockType, JumpThreshold, TimeJump
+from rclpy.clock import ClockType, JumpThreshold, ROSClock
 from rclpy.duration import Duration
 from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Callback
+from florence_bt.ros.elapsed_time import TOLERANCE_S, ElapsedTime, machine_step, simulated_step
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -42,28 +46,29 @@ class QueueTimer:
 
 
 class TimerQueue:
-    """Time and timers of a node on one of the clocks of rclpy."""
+    """Time and timers of a node."""
 
-    def __init__(self, node: FlorenceNode, clock: RclClock) -> None:
+    def __init__(self, node: FlorenceNode, clock: RclClock | None) -> None:
         """Make the queue.
 
         Args:
             node: The node whose executor runs the callbacks, and which takes their exceptions.
-            clock: The source of the time.
+            clock: The clock by which rclpy waits for the next moment; None when the owner calls
+                :meth:`serve_soon` whenever the time has changed.
         """
         self._node = node
-        self._handle: Any = clock.handle
         self._order = itertools.count()
         self._queue: list[tuple[float, int, QueueTimer]] = []
         self._cancelled = 0
-        self._timer: RclTimer = node.create_timer(1.0, self._serve, clock=clock, autostart=False)
+        self._timer: RclTimer | None = None
+        if clock is not None:
+            self._timer = node.create_timer(1.0, self._serve, clock=clock, autostart=False)
         self._armed_for: float | None = None
         self._closed = False
 
     def now(self) -> float:
         """The time in seconds."""
-        # Asked several times in each reaction: without the objects that Clock.now() makes.
-        return float(self._handle.get_now().nanoseconds) / NANO
+        raise NotImplementedError
 
     def call_at(self, when: float, callback: Callback) -> QueueTimer:
         """Call back once at ``when``, on the executor; equal moments in the order of the calls."""
@@ -90,16 +95,17 @@ class TimerQueue:
         """Forget every callback; what is requested later never comes."""
         self._closed = True
         self._queue.clear()
-        self._node.destroy_timer(self._timer)
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
 
     def shift(self, seconds: float) -> None:
-        """Move every waiting moment; :meth:`rearm` has to follow when the clock has settled."""
+        """Move every waiting moment."""
         self._queue = [(when + seconds, order, timer) for when, order, timer in self._queue]
 
-    def rearm(self) -> None:
-        """Set the rclpy timer again."""
-        self._armed_for = None
-        self._arm()
+    def serve_soon(self, now: float) -> None:
+        """Have the callbacks run that are due, after what the executor is about."""
+        if self._queue and self._queue[0][0] <= now:
+            self._node.call_soon(self._serve)
 
     def _serve(self) -> None:
         self._armed_for = None
@@ -121,6 +127,9 @@ class TimerQueue:
         while self._queue and self._queue[0][2].callback is None:
             heapq.heappop(self._queue)
             self._cancelled -= 1
+        if self._timer is None:
+            self.serve_soon(self.now())
+            return
         if not self._queue:
             self._armed_for = None
             self._timer.cancel()
@@ -133,10 +142,13 @@ class TimerQueue:
             self._timer.reset()
 
 
-SET_BACK_S = 0.1
-"""A wall clock that is behind what it said by more than this was set back; ntpd slews smaller errors."""
 FIRST_TIME_S = 1.0
 """A simulated clock that starts below this is taken to have been known from the beginning."""
+SETTLED_S = 0.5
+"""For so long after a jump, messages may arrive whose sender or receiver did not know of it (chosen: many
+times what a message takes)."""
+TOLD_AGAIN_S = 10.0
+"""A clock that jumps again and again is told of so often (chosen)."""
 
 
 class SteadyClock(TimerQueue):
@@ -146,7 +158,8 @@ class SteadyClock(TimerQueue):
     """
 
     def __init__(self, node: FlorenceNode) -> None:
-        super().__init__(node, RclClock(clock_type=ClockType.STEADY_TIME))
+        self.rcl_clock = RclClock(clock_type=ClockType.STEADY_TIME)
+        super().__init__(node, self.rcl_clock)
 
     def now(self) -> float:
         """The time in seconds, on the same scale as rclpy's steady clock."""
@@ -154,18 +167,24 @@ class SteadyClock(TimerQueue):
 
 
 class RosClock(TimerQueue):
-    """The ROS time of a node, the wall clock or a simulated one.
+    """The time of a node: that of its ROS clock, the wall clock or a simulated one, without the jumps.
 
-    With simulated time, the time is zero until the first message on ``/clock``. A wait across that moment,
-    or while the clock is set back (a simulation that starts over, a wall clock that is corrected), keeps its
-    remaining length: only the epoch changes.
+    Waits, ages and deadlines are of this time. It stands still when a simulation does, and runs as fast. When
+    the ROS clock is set (a simulation that starts over, a second ``/clock``, a machine whose clock is
+    corrected), this time goes on as if nothing had happened. Stamps of messages are on the ROS clock's scale:
+    :meth:`stamp_of` and :meth:`time_of` convert where a message leaves or comes in. As long as the clock has
+    not jumped, both are the same number.
+
+    With simulated time, the time is zero until the first message on ``/clock``, and begins with what that
+    says; a wait across that moment keeps its length.
 
     Attributes:
         source: What gives the simulated time; None when rclpy does, and for the wall clock.
-        sure: Whether the time is known to go on from here. If not, the next message begins a new epoch.
+        simulated: Whether the time comes from ``/clock``.
     """
 
-    _read = TimerQueue.now
+    _told_at: ClassVar[float] = -TOLD_AGAIN_S
+    """When a jump was told last, steady time: one line for all nodes of a process."""
 
     def __init__(self, node: FlorenceNode, call_soon: Callable[[Callback], None]) -> None:
         """Make the clock.
@@ -175,42 +194,56 @@ class RosClock(TimerQueue):
             call_soon: Runs a callback on the node's executor.
         """
         ros_clock = node.get_clock()
-        super().__init__(node, ros_clock)
+        self.simulated = isinstance(ros_clock, ROSClock) and ros_clock.ros_time_is_active
+        # No timer of rclpy on the ROS clock. On the wall clock it would wait an hour longer when that is set
+        # back by an hour. On a simulated one, setting it again and again before its moment doubles what the
+        # events executor of rclpy 7.1 does: after 20 times it is busy for seconds.
+        super().__init__(node, None if self.simulated else RclClock(clock_type=ClockType.STEADY_TIME))
+        self._handle: Any = ros_clock.handle
         self._call_soon = call_soon
         self.source: SharedClock | None = None
-        self.sure = True
         self._asked = False
-        self._latest = 0.0
         self._on_reset: list[Callback] = []
-        self._before_jump = 0.0
+        self._reading = threading.Lock()
+        counted = simulated_step if self.simulated else machine_step
+        self._elapsed = ElapsedTime(counted, self._read(), time.monotonic())
+        self._began = not self.simulated
+        self._start = 0.0
         self._jumps = ros_clock.create_jump_callback(
             JumpThreshold(
-                min_forward=Duration(nanoseconds=int(FIRST_TIME_S * NANO)),
+                min_forward=Duration(nanoseconds=1),
                 min_backward=Duration(nanoseconds=-1),
-                on_clock_change=True,
+                on_clock_change=False,
             ),
-            pre_callback=self._before_time_jump,
-            post_callback=self._after_time_jump,
+            post_callback=lambda _jump: self.ros_time_came(),
         )
 
     def now(self) -> float:
-        """The time in seconds."""
+        """The time in seconds; it never goes back and never leaps."""
         self.refresh()
-        now, latest = self._read(), self._latest
-        self._latest = now
-        if now < latest - SET_BACK_S:
-            # Only a wall clock: rclpy reports jumps of the simulated one. Another thread may have asked.
-            self._call_soon(lambda: self._wall_clock_set_back(latest - now))
-        return now
+        return self._update()[1]
 
-    def now_near(self, stamp: float, within_s: float) -> float:
-        """The time, or the simulated time known last when a stamp is near that already.
+    def ros_now(self) -> float:
+        """What the ROS clock says, in seconds, which is what messages are stamped with."""
+        self.refresh()
+        return self._update()[0]
+
+    def stamp_of(self, when: float) -> float:
+        """The stamp of a moment, for a message that leaves."""
+        return when + self._elapsed.offset
+
+    def time_of(self, stamp: float) -> float:
+        """The moment that a stamp names, for a message that has come."""
+        return stamp - self._elapsed.offset
+
+    def ros_now_near(self, stamp: float, within_s: float) -> float:
+        """What the ROS clock says, or said last when a stamp is near that already.
 
         To ask for the simulated time of this moment would keep an idle process listening to the clock.
         """
         if self.source is not None and abs(stamp - self._read()) <= within_s:
             return self._read()
-        return self.now()
+        return self.ros_now()
 
     def arrival_time(self) -> float:
         """The time of what a device has just sent; for the thread that reads it.
@@ -223,12 +256,24 @@ class RosClock(TimerQueue):
         return self.now()
 
     def on_reset(self, callback: Callback) -> None:
-        """Call back, on the executor, when the time starts or was set back: known stamps are useless then."""
+        """Call back, on the executor, when the ROS clock starts or has jumped, and once more soon after.
+
+        What was on its way then may lie in the future, and would stay the newest until that comes.
+        """
         self._on_reset.append(callback)
 
     def forget_reset(self, callback: Callback) -> None:
         """Call back no more."""
         self._on_reset.remove(callback)
+
+    def ros_time_came(self) -> None:
+        """Serve what is due by a new simulated time; on the executor's thread."""
+        _, now = self._update()
+        if self._start:
+            self.shift(self._start)
+            self._start = 0.0
+            self._call_soon(self._reset)
+        self.serve_soon(now)
 
     def refresh(self) -> None:
         """Bring the clock of rclpy up to date, also when it was not read for long."""
@@ -256,27 +301,36 @@ class RosClock(TimerQueue):
             for timer in self._node.timers
         )
 
-    def _before_time_jump(self) -> None:
-        self._before_jump = self._read()
+    def _read(self) -> float:
+        # Asked several times in each reaction: without the objects that Clock.now() makes.
+        return float(self._handle.get_now().nanoseconds) / NANO
 
-    def _after_time_jump(self, jump: TimeJump) -> None:
-        now, before = self._read(), self._before_jump
-        new_epoch = jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED)
-        self._latest = now
-        if new_epoch or now < before or before == 0.0:
-            self.shift(now - before)
-            # The ROS timer is in the midst of the jump itself; it is set when that is over.
-            self._call_soon(self._begin_epoch)
-        elif not self.sure:
-            self.shift(now - before)
-            self._call_soon(self.rearm)
+    def _update(self) -> tuple[float, float]:
+        """Read the ROS clock, on any thread; give what it says, and the time."""
+        with self._reading:
+            told, jump = self._read(), 0.0
+            if self._began:
+                jump = self._elapsed.read(told, time.monotonic())
+            elif told > 0.0:
+                self._began = True
+                self._elapsed.begin_again(told, time.monotonic())
+                self._start = told if told >= FIRST_TIME_S else 0.0
+            now = self._elapsed.now
+        if abs(jump) > TOLERANCE_S:
+            self._call_soon(partial(self._after_jump, jump))
+        return told, now
 
-    def _wall_clock_set_back(self, seconds: float) -> None:
-        self.shift(-seconds)
-        self._begin_epoch()
+    def _after_jump(self, seconds: float) -> None:
+        steady = self._node.steady
+        if steady.now() - RosClock._told_at >= TOLD_AGAIN_S:
+            RosClock._told_at = steady.now()
+            self._node.get_logger().warning(
+                f"the clock has jumped by {seconds:+.1f} s: waits, ages and deadlines go on as if it had not;"
+                " new messages have its stamps, what was stamped before is forgotten"
+            )
+        self._reset()
+        steady.call_at(steady.now() + SETTLED_S, self._reset)
 
-    def _begin_epoch(self) -> None:
-        """Timers keep their remaining length; what was stamped before is useless."""
-        self.rearm()
+    def _reset(self) -> None:
         for callback in self._on_reset:
             callback()

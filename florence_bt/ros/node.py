@@ -6,7 +6,8 @@ import functools
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from dataclasses import replace
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from nav_msgs.msg import OccupancyGrid
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
@@ -26,10 +27,20 @@ from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
-from florence_bt.ros.rclpy_internals import forget_service
+from florence_bt.ros.rclpy_internals import forget_service, throttle_logs_by_steady_time
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
+
+class Stamped(Protocol):
+    """A frozen dataclass with a moment in seconds."""
+
+    @property
+    def stamp(self) -> float:
+        """When it was measured."""
+
+
 T = TypeVar("T")
+S = TypeVar("S", bound=Stamped)
 REASON_FIELDS = ("message", "reason", "report", "error_msg", "tree")
 """Fields of answers and results that say why, the first that there is."""
 FAILURES = (("result", "RESULT_UNDEFINED_FAILURE"),)
@@ -44,7 +55,8 @@ class FlorenceNode(Node):
     gets it, and an exception of a callback leaves the executor alone: see :attr:`failures`.
 
     Attributes:
-        timebase: The node's ROS clock as a core clock; its callbacks run on the executor.
+        timebase: The node's time as a core clock, for everything that is a duration: it does not leap when
+            the ROS clock does. Its callbacks run on the executor.
         ros_timebase: The same as what it is.
         steady: The time of this machine as a core clock, for what depends on other processes only.
         served_by: Identity of the thread that runs callbacks of the node right now, None between them.
@@ -101,6 +113,24 @@ class FlorenceNode(Node):
         self._steady = SteadyClock(self)
         self.steady = self._steady
 
+    def stamp(self, when: float | None = None) -> float:
+        """The stamp for a message, on the scale of the ROS clock: of now, or of a moment of ``timebase``."""
+        return self.ros_timebase.ros_now() if when is None else self.ros_timebase.stamp_of(when)
+
+    def time_of(self, stamp: float) -> float:
+        """The moment of ``timebase`` that the stamp of a message names."""
+        return self.ros_timebase.time_of(stamp)
+
+    def timed(self, reading: S) -> S:
+        """A reading that has come in a message, with its moment of ``timebase`` in place of the stamp."""
+        when = self.ros_timebase.time_of(reading.stamp)
+        return reading if when == reading.stamp else replace(reading, stamp=when)  # type: ignore[type-var]
+
+    def stamped(self, reading: S) -> S:
+        """A reading that goes into a message, with a stamp in place of its moment of ``timebase``."""
+        stamp = self.ros_timebase.stamp_of(reading.stamp)
+        return reading if stamp == reading.stamp else replace(reading, stamp=stamp)  # type: ignore[type-var]
+
     def get_clock(self) -> RclClock:
         """The node's clock of rclpy; to be read at once: a kept one is not brought up to date."""
         if hasattr(self, "ros_timebase"):
@@ -110,9 +140,14 @@ class FlorenceNode(Node):
     def create_timer(
         self, timer_period_sec: float, callback: Callable[[], None], *arguments: Any, **options: Any
     ) -> RclTimer:
-        """A timer of rclpy; on simulated time it runs also while the time is not read otherwise."""
+        """A timer of rclpy; on simulated time it runs also while the time is not read otherwise.
+
+        On a robot it runs by the steady clock: who sets the machine's clock does not hold it up.
+        """
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
+            if options.get("clock") is None and not self.ros_timebase.simulated:
+                options["clock"] = self._steady.rcl_clock
         return super().create_timer(timer_period_sec, self.guarded(callback), *arguments, **options)
 
     def create_subscription(
@@ -145,7 +180,7 @@ class FlorenceNode(Node):
         now = (
             None
             if latched or not judge_stamps
-            else lambda stamp: self.ros_timebase.now_near(stamp, MAX_STAMP_OFFSET_S)
+            else lambda stamp: self.ros_timebase.ros_now_near(stamp, MAX_STAMP_OFFSET_S)
         )
 
         behind = False
@@ -408,5 +443,6 @@ def failed(answer_type: type, reason: str) -> Any:
     return answer
 
 
+throttle_logs_by_steady_time()
 _EXECUTOR: Any = Node.executor
 _OWN_PARAMETERS = frozenset({"use_sim_time", "start_type_description_service"})

@@ -96,9 +96,7 @@ class NodeHealth:
             "messages": self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
             "callbacks": self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
         }
-        self._publisher.publish(
-            diagnostics_to_ros(found, node.get_name(), node.get_name(), node.timebase.now())
-        )
+        self._publisher.publish(diagnostics_to_ros(found, node.get_name(), node.get_name(), node.stamp()))
         if self._reporting:
             node.steady.call_at(now + REPORT_PERIOD_S, self._report)
 

@@ -7,8 +7,12 @@ Two classes reach deeper because they extend classes of rclpy: the server of
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
+from rclpy.clock import Clock as RclClock
+from rclpy.clock import ClockType
+from rclpy.impl.rcutils_logger import Throttle
 from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.time import Time
@@ -42,6 +46,21 @@ def set_time(node: Node, now: Time) -> None:
     """Set the simulated time of a node; ``get_clock`` of ours would ask for the time first."""
     clock: Any = node._clock
     clock.set_ros_time_override(now)
+
+
+class _LogClock(RclClock):
+    """The steady clock of a machine that is up for a year more: for rclpy, the last line came at zero."""
+
+    def now(self) -> Time:
+        return Time(nanoseconds=time.monotonic_ns() + _A_YEAR_NS, clock_type=ClockType.STEADY_TIME)
+
+
+_A_YEAR_NS = 365 * 86_400 * 1_000_000_000
+
+
+def throttle_logs_by_steady_time() -> None:
+    """Have ``throttle_duration_sec`` count steady time: no line would come until a clock has caught up."""
+    Throttle.params["throttle_time_source_type"] = _LogClock(clock_type=ClockType.STEADY_TIME)
 
 
 def forget_service(node: Node, service: Service) -> None:

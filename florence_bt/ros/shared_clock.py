@@ -6,8 +6,8 @@ Python a hundred times a second. Nodes that one loop serves can share the first 
 While no callback waits for a moment, an idle process does not subscribe at all. Reading the time, or setting
 a timer, makes it subscribe again and wait for the next message. That takes some ten milliseconds, once.
 
-A simulation that starts over sets the clock back. A single message that is far from the time known is not
-believed: it may come from another program. The next one has to go on from it.
+A simulation that starts over sets the clock back. But a message that is far from the time known may come from
+another program. It is believed when others have gone on from it for a while, and nobody from the time known.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from florence_bt.core.clock import Timer
+from florence_bt.ros.elapsed_time import MOST_STEP_S
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.rclpy_internals import join_clock_topic, leave_clock_topic, set_time, start_time
 from florence_bt.ros.validation import BadMessage, check_time
@@ -38,8 +39,9 @@ FIRST_S = 0.5
 MOST_WAIT_S = 0.1
 """How long a thread that reads a device waits at most for the next message; steady time."""
 _PAUSE_S = 0.0005
-MOST_STEP_S = 10.0
-"""Between two messages; a longer step, or one back, counts when the message after it goes on from there."""
+SILENT_S = 0.5
+"""A longer step than :data:`MOST_STEP_S`, or one back, counts when for so long (steady time) messages have
+gone on from there, and none from before. Chosen: at the lowest ``--speed``, 0.05, one comes every 0.2 s."""
 
 
 class SharedClock:
@@ -50,6 +52,7 @@ class SharedClock:
     Attributes:
         listens: Whether each message is received. If not, :meth:`listen` must be called before the clocks are
             read; :class:`florence_bt.ros.clock.RosClock` does.
+        follows: Whether the message before the next one was received, so that the time between them is known.
     """
 
     def __init__(self) -> None:
@@ -58,8 +61,8 @@ class SharedClock:
         self._subscription: Any = None
         self._time: Time | None = None
         self._suspect: Time | None = None
-        self._received_before = False
-        self._sure = True
+        self._suspected_since = 0.0
+        self.follows = False
         self._look: Timer | None = None
         self._message_came = threading.Condition()
 
@@ -113,7 +116,7 @@ class SharedClock:
                 self._on_clock(taken[0])
                 return
             time.sleep(_PAUSE_S)
-        self._set_sure(sure=False)
+        self.follows = True  # the simulation stands: what it says next is measured from here
 
     def wait_for_message(self) -> None:
         """Wait for the next message, but no longer than MOST_WAIT_S: the simulation may be standing.
@@ -145,7 +148,7 @@ class SharedClock:
             self._look = None
 
     def _subscribe(self, node: Node) -> None:
-        self._received_before = False
+        self.follows = False
         # Raw: the message object costs more than all the rest, a hundred times a second in every process.
         self._subscription = node.create_subscription(
             ClockMessage, CLOCK_TOPIC, self._on_clock, QOS, raw=True
@@ -163,29 +166,32 @@ class SharedClock:
             self._refuse(str(error))
             return
         now = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
-        if self._time is not None and self._received_before and not _goes_on(self._time, now):
-            suspect, self._suspect = self._suspect, now
-            if suspect is None or not _goes_on(suspect, now):
-                self._refuse(f"the time jumps to {seconds} s (would have worked: twice in a row)")
-                return
-        self._time, self._suspect, self._received_before = now, None, True
+        if not self._is_believed(now):
+            self._refuse(
+                f"the time jumps to {seconds} s (would have worked: to be the only one for {SILENT_S:g} s)"
+            )
+            return
+        self._suspect = None
+        self._time = now
         for node in self._nodes:
             set_time(node, now)
+        self.follows = True
         with self._message_came:
             self._message_came.notify_all()
-        if not self._sure:
-            self._set_sure(sure=True)
+
+    def _is_believed(self, now: Time) -> bool:
+        """Whether the time known goes on to this one, or for long enough nothing but other messages has."""
+        if self._time is None or not self.follows or _goes_on(self._time, now):
+            return True
+        before, self._suspect = self._suspect, now
+        if before is None or not _goes_on(before, now):
+            self._suspected_since = time.monotonic()
+        return time.monotonic() - self._suspected_since >= SILENT_S
 
     def _refuse(self, problem: str) -> None:
         node = self._nodes[0]
         if isinstance(node, FlorenceNode):
             node.health.count_refused(CLOCK_TOPIC, problem)
-
-    def _set_sure(self, *, sure: bool) -> None:
-        self._sure = sure
-        for node in self._nodes:
-            if isinstance(node, FlorenceNode):
-                node.ros_timebase.sure = sure
 
 
 def _goes_on(before: Time, now: Time) -> bool:

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
@@ -18,7 +17,6 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3, TransformBuffer
 from florence_bt.ros.conversions import (
     planar_transform_from_ros,
-    stamp_from_ros,
     transform_from_ros,
     transform_to_ros,
 )
@@ -56,7 +54,7 @@ class _Suspect:
     due: float
     parent: str
     child: str
-    stamp: float
+    when: float
     pose: Pose2
     contradiction: str
 
@@ -65,8 +63,8 @@ class TransformListener:
     """Keeps a buffer of everything on ``/tf`` (its part in the plane) and ``/tf_static``.
 
     What Florence's nodes publish wins over what others do (:class:`TransformBuffer`); what is not used is
-    counted, logged and published as every refused message. When the clock is set back the moving frames are
-    forgotten, as in tf2.
+    counted, logged and published as every refused message. The buffer's moments are those of the node's
+    ``timebase``. When the clock has jumped the moving frames are forgotten, as in tf2.
 
     Args:
         node: Subscribes.
@@ -113,23 +111,25 @@ class TransformListener:
 
     def _on_own_moving(self, message: TFMessage) -> None:
         for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
-            self._tell(TF_TOPIC, self.buffer.set_moving(parent, child, stamp, pose, own=True))
+            when = self._node.time_of(stamp)
+            self._tell(TF_TOPIC, self.buffer.set_moving(parent, child, when, pose, own=True))
 
     def _on_moving(self, message: TFMessage) -> None:
         """Take what everybody published, Florence's own included when its other copy is late."""
         for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
             own = self.buffer.is_own(child)
-            ahead = stamp - (self._node.ros_timebase.now_near(stamp, AHEAD_S) or stamp)
+            ahead = stamp - (self._node.ros_timebase.ros_now_near(stamp, AHEAD_S) or stamp)
             if ahead > AHEAD_S:
                 problem = str(
                     BadMessage(f"{child!r} is {ahead:.1f} s ahead of now", f"{AHEAD_S:g} s and less")
                 )
                 self._node.health.count_refused(TF_TOPIC, problem)
                 continue
-            contradiction = self.buffer.set_moving(parent, child, stamp, pose)
+            when = self._node.time_of(stamp)
+            contradiction = self.buffer.set_moving(parent, child, when, pose)
             if own and contradiction is not None:
                 due = self._node.steady.now() + JUDGED_AFTER_S
-                self._suspects.append(_Suspect(due, parent, child, stamp, pose, contradiction))
+                self._suspects.append(_Suspect(due, parent, child, when, pose, contradiction))
             else:
                 self._tell(TF_TOPIC, contradiction)
         self._judge()
@@ -139,7 +139,7 @@ class TransformListener:
         now = self._node.steady.now()
         while self._suspects and self._suspects[0].due <= now:
             suspect = self._suspects.popleft()
-            if self.buffer.agrees(suspect.parent, suspect.child, suspect.stamp, suspect.pose):
+            if self.buffer.agrees(suspect.parent, suspect.child, suspect.when, suspect.pose):
                 continue
             if suspect.due - self._last_doubt.get(suspect.child, -GOES_ON_S) < GOES_ON_S:
                 self._tell(TF_TOPIC, suspect.contradiction)
@@ -158,15 +158,17 @@ class TransformListener:
 class TransformBroadcaster:
     """Publishes where moving frames are."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: FlorenceNode) -> None:
         self._publisher = node.create_publisher(TFMessage, TF_TOPIC, TF)
+        self._node = node
 
-    def send(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
-        """Publish where a frame was at a moment."""
-        self.send_all(stamp, [(parent, child, pose)])
+    def send(self, parent: str, child: str, when: float, pose: Pose2) -> None:
+        """Publish where a frame was at a moment of the node's ``timebase``."""
+        self.send_all(when, [(parent, child, pose)])
 
-    def send_all(self, stamp: float, frames: Iterable[tuple[str, str, Pose2 | Transform3]]) -> None:
+    def send_all(self, when: float, frames: Iterable[tuple[str, str, Pose2 | Transform3]]) -> None:
         """Publish where some frames (parent, child, transform) were at a moment, in one message."""
+        stamp = self._node.stamp(when)
         transforms = [transform_to_ros(parent, child, stamp, where) for parent, child, where in frames]
         self._publisher.publish(TFMessage(transforms=transforms))
 
@@ -174,7 +176,7 @@ class TransformBroadcaster:
 class StaticTransformBroadcaster:
     """Publishes where fixed frames are, all of them in one latched message."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: FlorenceNode) -> None:
         self._publisher = node.create_publisher(TFMessage, TF_STATIC_TOPIC, TF_STATIC)
         self._node = node
         self._sent: dict[str, tuple[str, Transform3]] = {}
@@ -183,7 +185,7 @@ class StaticTransformBroadcaster:
         """Publish (parent, child, transform) of some frames; earlier ones stay in the message."""
         for parent, child, transform in transforms:
             self._sent[child] = (parent, transform)
-        stamp = stamp_from_ros(self._node.get_clock().now().to_msg())
+        stamp = self._node.stamp()
         self._publisher.publish(
             TFMessage(
                 transforms=[

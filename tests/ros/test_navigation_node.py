@@ -55,6 +55,7 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result, success
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.skill import Skill
+from florence_bt.ros import shared_clock
 from florence_bt.ros.conversions import (
     duration_to_ros,
     grid_from_ros,
@@ -116,7 +117,7 @@ class Robot(FlorenceNode):
     def tell_pose(self) -> None:
         world = self.world
         self.odom.publish(odometry_to_ros(world.odometry(), "odom", "base_footprint"))
-        self.broadcaster.send("odom", "base_footprint", world.now, world.odom)
+        self.broadcaster.send("odom", "base_footprint", self.time_of(world.now), world.odom)
 
     def tell_scan(self) -> None:
         scan = self.world.scan()
@@ -210,8 +211,21 @@ class Scene:
             flag[0] = True
 
         # A hair earlier: the message on /clock has whole nanoseconds.
-        node.timebase.call_at(self.robot.world.now - 1e-6, come)
+        node.timebase.call_at(node.time_of(self.robot.world.now) - 1e-6, come)
         return flag
+
+    def jump(self, seconds: float) -> None:
+        """Set the clock, and have everybody know it."""
+        self.robot.world.now += seconds
+
+        def known() -> bool:
+            self.robot.tell_time()
+            nodes = (self.robot, *self.driven)
+            return all(node.stamp() == pytest.approx(self.robot.world.now) for node in nodes)
+
+        self.ros.spin_until(known, what="the other time")
+        for reader in self.readers:
+            reader.stamp = -math.inf
 
     def play_until(self, condition: Callable[[], Any], limit_s: float = 40.0) -> Any:
         """Play the robot until a condition holds; the limit is in simulated seconds."""
@@ -698,6 +712,24 @@ def test_a_laser_that_falls_silent_stops_the_robot_and_a_short_gap_only_pauses_i
     scene.laser_works = True
     scene.play_until(lambda: world.twist.linear > 0.3)
     assert scene.result_of(handle).status == 4
+
+
+def test_a_drive_goes_on_whatever_the_clock_does(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An hour ahead for 0.4 s and back, two hours ahead, an hour back, a second back: it takes no longer."""
+    monkeypatch.setattr(shared_clock, "SILENT_S", 0.0)  # nobody else tells the time
+    scene.add_navigation()
+    world, goal = scene.robot.world, Pose2(3.4, 2.4)
+    begun, jumps = world.now, (3600.0, -3600.0, 7200.0, -3600.0, -1.0)
+    handle = scene.send(scene.poses, to(goal))
+    for jump in jumps:
+        scene.play_until(lambda: world.twist.linear > 0.1, 5.0)
+        scene.jump(jump)
+        for _ in range(4):
+            scene.play()
+    assert scene.result_of(handle).status == GoalStatus.STATUS_SUCCEEDED
+    assert world.pose.distance_to(goal) < 0.15 and world.hits == 0
+    assert world.now - begun - sum(jumps) < 25.0
+    assert scene.estimate().distance_to(world.pose) < 0.1, "it still knows where it is"
 
 
 def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:

@@ -20,13 +20,12 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
+from florence_bt.ros import rclpy_internals, shared_clock
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode, failed
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
-from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 from tools.safety_campaign.messages import ordinary
 
 pytestmark = pytest.mark.ros
@@ -202,11 +201,13 @@ def test_a_wall_clock_that_is_set_back_holds_nothing_up(ros: Any) -> None:
         get_now=lambda: SimpleNamespace(nanoseconds=time.time_ns() + offset[0])
     )
     node.ros_timebase.on_reset(lambda: resets.append(1))
-    node.timebase.call_at(node.timebase.now() + 0.2, lambda: fired.append(1))
+    begin = node.timebase.now()
+    node.timebase.call_at(begin + 0.2, lambda: fired.append(1))
     offset[0] = -60_000_000_000
-    node.timebase.now()  # as for every message with a stamp
     ros.spin_until(lambda: fired, timeout_s=50.0, what="a wait that is not 60 s longer")
-    assert resets == [1]
+    assert node.timebase.now() - begin < 50.0
+    assert node.stamp() < begin
+    ros.spin_until(lambda: resets == [1, 1], what="the end of what was on its way")
 
 
 def clock_of(ros: Any, node: FlorenceNode) -> Callable[[float], None]:
@@ -220,27 +221,12 @@ def clock_of(ros: Any, node: FlorenceNode) -> Callable[[float], None]:
             message = Clock()
             message.clock.sec = int(seconds)
             clock.publish(message)
-            return bool(node.timebase.now() == seconds)
+            return node.stamp() == seconds
 
         ros.spin_until(known, what=f"the time {seconds}")
         ros.loop.drain()
 
     return tell
-
-
-def test_nobody_is_tracked_where_they_were_seen_before_the_clock_was_set_back(ros: Any) -> None:
-    node = ros.add(UserTrackerNode(parameters=SIMULATED))
-    tell = clock_of(ros, node)
-    tell(100.0)
-    node._tracker.start(100.0)
-    for stamp in (100.0, 100.1, 100.2, 100.3, 100.4):
-        users = node._tracker.update(stamp, [Detection(2.0, 0.0, 2.0)])
-    assert len(users) == 1
-    node._last_stamp = 100.4
-    tell(40.0)
-    assert node._tracker.running
-    assert node._tracker.update(40.0, []) == ()
-    assert node._last_stamp < 40.0, "the next picture is taken"
 
 
 def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> None:
@@ -253,16 +239,20 @@ def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> No
     tell(40.0)
     assert node._queue.odometry is None
     odometry.callback(ordinary(Odometry, 40.0))
-    assert node._queue.odometry.stamp == 40.0
+    assert node._queue.odometry.stamp == 100.0, "the time goes on, whatever the stamps say"
 
 
-def test_a_single_message_that_is_far_from_the_simulated_time_is_not_believed(ros: Any) -> None:
+def test_who_tells_another_time_is_not_believed_while_the_first_one_goes_on(
+    ros: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     node = ros.add(FlorenceNode("a", parameters=SIMULATED))
     teller = ros.add(FlorenceNode("teller"))
     clock = teller.create_publisher(Clock, "/clock", RELIABLE)
     ros.spin_until(clock.get_subscription_count)
+    steady = [0.0]
+    monkeypatch.setattr(shared_clock, "time", SimpleNamespace(monotonic=lambda: steady[0]))
 
-    def tell(sec: int, nanosec: int = 0) -> None:
+    def tell(sec: int, nanosec: int = 0) -> float:
         message = Clock()
         message.clock.sec, message.clock.nanosec = sec, nanosec
         refused, heard = node.health.refused["/clock"], ros.loop._clock._time
@@ -271,16 +261,17 @@ def test_a_single_message_that_is_far_from_the_simulated_time_is_not_believed(ro
             lambda: node.health.refused["/clock"] > refused or ros.loop._clock._time is not heard,
             what=str(message),
         )
+        steady[0] += 0.3
+        return node.stamp()
 
-    tell(100)
+    assert tell(100) == 100.0
     for strange in ((2**31 - 1, 0), (5, 0), (-(2**31), 0), (100, 2**32 - 1)):
-        tell(*strange)
-        assert node.timebase.now() == 100.0
-        tell(100)
+        assert tell(*strange) == 100.0
+        assert tell(100) == 100.0
     assert node.health.refused["/clock"] == 4
-    tell(5)
-    tell(5)
-    assert node.timebase.now() == 5.0
+    assert [tell(time) for time in (5, 101, 5, 101)] == [100.0, 101.0, 101.0, 101.0]
+    assert [tell(time) for time in (5, 5, 90, 5)] == [101.0, 101.0, 101.0, 101.0], "two others, not one"
+    assert [tell(time) for time in (5, 5, 6)] == [101.0, 5.0, 6.0]
 
 
 def test_a_map_that_is_refused_leaves_the_one_there_is(ros: Any) -> None:
@@ -321,3 +312,19 @@ def test_the_answer_of_a_service_that_failed_never_says_success(service: type) -
         if kind == "boolean":
             assert getattr(answer, field) is False, field
         assert not constants or kind != "uint8" or getattr(answer, field) not in constants.values(), field
+
+
+def test_a_warning_that_was_told_lately_comes_again_when_the_clock_was_set_back(
+    ros: Any, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, steady = ros.add(FlorenceNode("a")), [50.0]
+    monkeypatch.setattr(rclpy_internals.time, "monotonic_ns", lambda: int(steady[0] * 1e9))
+
+    def told() -> bool:
+        node.get_logger().warning("something is wrong", throttle_duration_sec=60.0)
+        return "something is wrong" in capfd.readouterr().err
+
+    heard = []
+    for steady[0] in (50.0, 51.0, 111.0):
+        heard.append(told())
+    assert heard == [True, False, True]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.ros.action_server import REFUSED
+from florence_bt.ros.clock import RosClock
 from florence_bt.ros.conversions import camera_info_to_ros, colour_to_ros, depth_to_ros, grid_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
@@ -99,11 +101,12 @@ class Robot(FlorenceNode):
         known = now - self.frames_late
         self._moving.send("map", "odom", known, self.map_from_odom)
         self._moving.send("odom", "base_footprint", known, Pose2())
-        self._info.publish(camera_info_to_ros(CAMERA, FRAME, now))
+        stamp = self.stamp(now)
+        self._info.publish(camera_info_to_ros(CAMERA, FRAME, stamp))
         if self.colour is not None:
-            self.colours.publish(colour_to_ros(ColourImage(now, FRAME, CAMERA, self.colour)))
+            self.colours.publish(colour_to_ros(ColourImage(stamp, FRAME, CAMERA, self.colour)))
         if self.depth is not None:
-            self.pictures.publish(depth_to_ros(DepthImage(now, FRAME, CAMERA, self.depth)))
+            self.pictures.publish(depth_to_ros(DepthImage(stamp, FRAME, CAMERA, self.depth)))
 
 
 def call(ros: Any, node: Node, service_type: Any, name: str, request: Any) -> Any:
@@ -179,6 +182,22 @@ def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracke
     ros.spin_until(lambda: robot.detected, what="detected_user")
     assert robot.detected[0].command
     assert robot.detected[0].user_position_y == pytest.approx(result.result.y)
+
+
+def test_people_keep_their_ids_when_the_clock_is_set(
+    ros: Any, robot: Robot, tracker: UserTrackerNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ahead = [0.0]
+    monkeypatch.setattr(RosClock, "_read", lambda _clock: time.time() + ahead[0])
+    robot.depth = person_picture(2.0)
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a tracked user")
+    known = list(robot.users[-1].user_ids_ni)
+    for ahead[0] in (3600.0, 0.0, -3600.0, -3603.0):
+        robot.users.clear()
+        ros.spin_until(lambda: len(robot.users) >= 5, timeout_s=30.0, what="pictures that are used")
+        assert all(list(users.user_ids_ni) == known for users in robot.users)
+    assert look(ros, robot, 15.0).result.found
 
 
 def test_who_lies_on_the_floor_is_told_and_shown(

@@ -179,13 +179,12 @@ def _begin_drive(system: RunningSystem, drive: str, dice: random.Random) -> None
 
 
 def _attack(system: RunningSystem, server: str) -> None:
-    """Let everybody try to drive the robot; then release it."""
+    """Let everybody try to drive the robot; when nothing of it is on its way any more, release it."""
     system.forget()
     twist = Twist()
     twist.linear.x = 0.2
     system.drive_by_topic(*PLACES[0])
-    system.drive_by_action(*PLACES[1])
-    system.turn_by_action(3.0)
+    answers = (system.drive_by_action(*PLACES[1]), system.turn_by_action(3.0))
     end = time.monotonic() + ATTACK_S
     while time.monotonic() < end:
         for velocity in system.velocities:
@@ -193,6 +192,7 @@ def _attack(system: RunningSystem, server: str) -> None:
         system.spin(0.05)
     if server == "hung":
         system.send("missions", signal.SIGCONT)
+    system.wait(lambda: all(answer.done() for answer in answers), "navigation's answers to the goals")
     system.spin(QUIET_S)
     system.switch.publish(Bool(data=False))
     system.wait(lambda: system.overridden is False, "the release")

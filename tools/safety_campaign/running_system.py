@@ -222,15 +222,15 @@ class RunningSystem:
         """Send a goal as RViz does."""
         self.goal_pose.publish(_pose(x, y))
 
-    def drive_by_action(self, x: float, y: float) -> None:
-        """Send a goal as any client of navigation does."""
-        self._poses.call_async(_goal(NavigateToPose, pose=_pose(x, y)))
+    def drive_by_action(self, x: float, y: float) -> Any:
+        """Send a goal as any client of navigation does; the future has navigation's answer."""
+        return self._poses.call_async(_goal(NavigateToPose, pose=_pose(x, y)))
 
-    def turn_by_action(self, angle: float) -> None:
-        """Send a turn as any client does."""
+    def turn_by_action(self, angle: float) -> Any:
+        """Send a turn as any client does; the future has navigation's answer."""
         goal = _goal(Spin, target_yaw=angle)
         goal.goal.time_allowance.sec = 20
-        self._spins.call_async(goal)
+        return self._spins.call_async(goal)
 
     def status(self, limit_s: float = 30.0) -> Any:
         """The status of the mission server."""

@@ -137,7 +137,7 @@ def _of_node(node: FlorenceNode, served: ServedByNode, interface: Any) -> Skill:
 
 def _to_ros(node: FlorenceNode, value: Any) -> Any:
     if isinstance(value, Pose2):
-        return pose_stamped_to_ros(value, "map", node.timebase.now())
+        return pose_stamped_to_ros(value, "map", node.stamp())
     if isinstance(value, timedelta):
         return duration_to_ros(value.total_seconds())
     if isinstance(value, tuple):

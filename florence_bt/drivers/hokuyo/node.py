@@ -111,7 +111,8 @@ class HokuyoNode(FlorenceNode):
         self._driver.start(self.timebase.now())
 
     def _receive(self, data: bytes, arrived: float) -> None:
-        for scan in self._driver.receive(data, arrived):
+        for measured in self._driver.receive(data, arrived):
+            scan = self.stamped(measured)
             self._scans.publish(scan_to_ros(scan))
             if isinstance(scan, MultiEchoScan):
                 self._echoes.publish(echoes_to_ros(scan, scan.echoes, scan.echo_intensities))
@@ -151,8 +152,9 @@ class HokuyoNode(FlorenceNode):
     def _report(self) -> None:
         now = self.timebase.now()
         found = diagnose(self._driver, self._measuring, self._settings.place, self._port.problem, now)
+        device = found.values["Device ID"]
         self._diagnostics.publish(
-            diagnostics_to_ros({"laser scanner": found}, self.get_name(), found.values["Device ID"], now)
+            diagnostics_to_ros({"laser scanner": found}, self.get_name(), device, self.stamp())
         )
 
     def _on_self_test(self, request: SelfTest.Request, response: SelfTest.Response) -> Deferred:

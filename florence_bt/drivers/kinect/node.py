@@ -131,6 +131,7 @@ class KinectNode(FlorenceNode):
             self._publish_colour(frame, arrived)
 
     def _publish_depth(self, image: DepthImage) -> None:
+        image = self.stamped(image)
         frame_id, stamp = image.frame_id, image.stamp
         self._depth_info.publish(camera_info_to_ros(image.camera, frame_id, stamp))
         self._depth.publish(depth_to_ros(image))
@@ -143,13 +144,14 @@ class KinectNode(FlorenceNode):
     def _publish_colour(self, frame: VideoFrame, arrived: float) -> None:
         colour = self._driver.colour(frame, arrived)
         if self._colour.get_subscription_count() + self._colour_info.get_subscription_count():
-            self._colour_info.publish(camera_info_to_ros(colour.camera, colour.frame_id, colour.stamp))
-            self._colour.publish(colour_to_ros(colour))
+            stamp = self.stamp(colour.stamp)
+            self._colour_info.publish(camera_info_to_ros(colour.camera, colour.frame_id, stamp))
+            self._colour.publish(colour_to_ros(self.stamped(colour)))
         wanted = [publisher for publisher in self._coloured if publisher.get_subscription_count()]
         coloured = self._driver.coloured_points(colour) if wanted else None
         if coloured is not None:
             image, points = coloured
-            message = points_to_ros(points, image.frame_id, image.stamp)
+            message = points_to_ros(points, image.frame_id, self.stamp(image.stamp))
             for publisher in wanted:
                 publisher.publish(message)
 
@@ -184,7 +186,9 @@ class KinectNode(FlorenceNode):
     def _report(self) -> None:
         now = self.timebase.now()
         found = {"Kinect": self._diagnose(now)}
-        self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), self._settings.source, now))
+        self._diagnostics.publish(
+            diagnostics_to_ros(found, self.get_name(), self._settings.source, self.stamp())
+        )
         if self._driver.silence(self._opened, now) > self._settings.reopen_timeout_s:
             self._connection.lose(
                 DeviceTimeout(

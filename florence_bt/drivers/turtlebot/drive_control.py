@@ -106,8 +106,6 @@ class DriveControl:
 
     def _next_turn(self, now: float, wheels: WheelSpeeds) -> float:
         """When these speeds are to be sent."""
-        if now < self._sent_at:  # the clock was set back
-            self._sent_at = self._changed_at = -math.inf
         if wheels == self._sent:
             return self._sent_at + REPEAT_PERIOD_S
         return now if wheels == STOPPED else self._changed_at + SHORTEST_CHANGE_S
@@ -149,8 +147,6 @@ class CommandAcknowledgement:
 
     def sent(self, wheels: WheelSpeeds, now: float) -> None:
         """Note speeds that went out."""
-        if self._sent and now < self._sent[-1][0]:  # the clock was set back
-            self.clear()
         if not self._sent or wheels != self._sent[-1][1]:
             self._sent.append((now, wheels))
         while len(self._sent) > 1 and now - self._sent[1][0] > ACKNOWLEDGEMENT_TIMEOUT_S:

@@ -283,8 +283,6 @@ class TurtlebotDriver:
             One reading per good frame, oldest first. The very first frame is left out: its distance and
             angle were added up before this driver existed (REFERENCE 2.4, row "First packet").
         """
-        if now < self._last_stamp:  # the clock was set back: frames have the time of now, too
-            self._last_stamp = -math.inf
         frames = self.decoder.feed(data)
         if frames:
             self._last_frame = now

@@ -305,20 +305,21 @@ class TurtlebotNode(FlorenceNode):
             if self._stop_reason is not None:
                 self.get_logger().warning(reading.stop_text)
         self._publish_stop("" if reading.stop_reason is None else reading.stop_reason.code, reading.stop_text)
+        stamp = self.stamp(reading.stamp)
         if self._odometry_limiter.is_due(reading.stamp):
-            self._publish_motion(reading)
+            self._publish_motion(reading, stamp)
         if self._joint_limiter.is_due(reading.stamp):
-            self._publish_joints(reading)
+            self._publish_joints(reading, stamp)
         if self._state_limiter.is_due(reading.stamp) or news:
-            self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
-            self._publish_create_2(reading)
+            self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), stamp))
+            self._publish_create_2(reading, stamp)
         if news:
             self._publish_diagnostics()
 
-    def _publish_create_2(self, reading: BaseReading) -> None:
+    def _publish_create_2(self, reading: BaseReading, stamp: float) -> None:
         if self._create_2_topic is not None:
             message = Create2Sensors(**{name: getattr(reading.state, name) for name in CREATE_2_FIELDS})
-            message.header.stamp = stamp_to_ros(reading.stamp)
+            message.header.stamp = stamp_to_ros(stamp)
             self._create_2_topic.publish(message)
 
     def _publish_stop(self, code: str, text: str) -> None:
@@ -327,13 +328,15 @@ class TurtlebotNode(FlorenceNode):
             return
         self._published_stop = (code, text)
         message = StopReasonMsg(code=code, text=text)
-        message.header.stamp = stamp_to_ros(self.timebase.now())
+        message.header.stamp = stamp_to_ros(self.stamp())
         self._stop_topic.publish(message)
 
-    def _publish_motion(self, reading: BaseReading) -> None:
+    def _publish_motion(self, reading: BaseReading, stamp: float) -> None:
         settings, matrix = self._settings, covariance(reading.at_rest)
         self._odometry_topic.publish(
-            odometry_to_ros(reading.odometry, settings.odom_frame, settings.base_frame, matrix, matrix)
+            odometry_to_ros(
+                self.stamped(reading.odometry), settings.odom_frame, settings.base_frame, matrix, matrix
+            )
         )
         if self._transforms is not None:
             self._transforms.send(
@@ -342,28 +345,25 @@ class TurtlebotNode(FlorenceNode):
         gyro = reading.gyro
         if gyro is None:
             return
-        self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, reading.stamp))
+        self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, stamp))
         raw = (
             (gyro.legacy_raw_rate, gyro.legacy_raw_yaw)
             if settings.legacy_imu_raw
             else (gyro.raw_rate, gyro.raw_yaw)
         )
-        self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, reading.stamp))
+        self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, stamp))
 
-    def _publish_joints(self, reading: BaseReading) -> None:
+    def _publish_joints(self, reading: BaseReading, stamp: float) -> None:
         twist = reading.odometry.twist
         velocities = self._joints.velocities(twist.linear, twist.angular)
-        self._joint_topic.publish(
-            joints_to_ros(JOINT_NAMES, self._joints.positions, velocities, reading.stamp)
-        )
+        self._joint_topic.publish(joints_to_ros(JOINT_NAMES, self._joints.positions, velocities, stamp))
 
     def _publish_diagnostics(self) -> None:
-        now = self.timebase.now()
         found = diagnose(self._driver, self._reading, self._settings.port, self._port.problem)
         hardware = self._driver.parameters.model.name
-        self._diagnostics_topic.publish(diagnostics_to_ros(found, self.get_name(), hardware, now))
+        self._diagnostics_topic.publish(diagnostics_to_ros(found, self.get_name(), hardware, self.stamp()))
         if self._reading is not None:
-            self._battery_topic.publish(_battery_to_ros(self._reading))
+            self._battery_topic.publish(_battery_to_ros(self._reading, self.stamp(self._reading.stamp)))
 
 
 def _state_to_ros(state: SensorState, stamp: float) -> TurtlebotSensorState:
@@ -372,7 +372,7 @@ def _state_to_ros(state: SensorState, stamp: float) -> TurtlebotSensorState:
     return message
 
 
-def _battery_to_ros(reading: BaseReading) -> BatteryState:
+def _battery_to_ros(reading: BaseReading, stamp: float) -> BatteryState:
     state = reading.state
     return battery_to_ros(
         voltage_v=state.voltage / 1000.0,
@@ -384,5 +384,5 @@ def _battery_to_ros(reading: BaseReading) -> BatteryState:
         full=state.charging_state == ChargingState.TRICKLE and state.charge >= state.capacity,
         plugged=state.charging_sources_available != 0,
         failed=state.charging_state == ChargingState.FAULT,
-        stamp=reading.stamp,
+        stamp=stamp,
     )

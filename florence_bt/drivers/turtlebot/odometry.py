@@ -67,10 +67,7 @@ class WheelOdometry:
         Raises:
             FrameError: The step is more than the base can do; the pose stays as it was.
         """
-        if self._stamp is None or stamp < self._stamp:  # the first step, or a clock that was set back
-            self._stamp = stamp
-            self._steps.clear()
-        duration = stamp - self._stamp
+        duration = 0.0 if self._stamp is None else stamp - self._stamp
         self._stamp = stamp
         _refuse_jump(distance_m, angle_rad, duration)
         distance = distance_m * self._parameters.linear_scale

@@ -27,7 +27,7 @@ class RateLimiter:
         """
         if stamp == self._last:
             return False
-        if self._next is None or abs(stamp - self._next) > 2.0 * self._period:  # a gap, or a clock set back
+        if self._next is None or stamp - self._next > 2.0 * self._period:  # a gap
             self._next = stamp
         if stamp < self._next:
             return False

@@ -40,7 +40,6 @@ class CommandSequence:
     def __init__(self) -> None:
         self._steps: deque[SequenceStep] = deque()
         self._due: float | None = None
-        self._waits_since = 0.0
         self.rts: bool | None = None
 
     @property
@@ -56,20 +55,16 @@ class CommandSequence:
     def begin(self, steps: Iterable[SequenceStep], now: float) -> None:
         """Start a sequence; what is left of an earlier one is dropped."""
         self._steps = deque(steps)
-        self._due = self._waits_since = now
+        self._due = now
 
     def take(self, now: float) -> bytes:
         """The bytes that are due by now."""
         out = b""
-        if self._due is not None and now < self._waits_since:  # the clock was set back
-            self._due += now - self._waits_since
-            self._waits_since = now
         while self._due is not None and now >= self._due:
             if not self._steps:
                 self._due = None
                 break
             step = self._steps.popleft()
-            self._waits_since = now
             out += step.data
             if step.rts is not None:
                 self.rts = step.rts

@@ -176,7 +176,8 @@ class Watching:
             self._publish(stream)
 
     def _publish(self, stream: ViewerStream[StreamParameters]) -> None:
-        changed, statistics = self._nodes != stream.shown, self._ticks.as_of(self._count)
+        changed = self._nodes != stream.shown
+        statistics = self._node.stamped(self._ticks.as_of(self._count))
         message = snapshot_to_ros(self._nodes, changed=changed, statistics=statistics)
         if stream.wanted.data and self._variables is not None:
             names = self._variables.used_by(node.own_id for node in self._nodes if node.is_active)

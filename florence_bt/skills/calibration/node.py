@@ -88,7 +88,7 @@ class CalibrationNode(FlorenceNode):
         self._commands.publish(twist_to_ros(STANDSTILL))
 
     def _on_scan(self, message: LaserScanMsg) -> None:
-        scan = scan_from_ros(message)
+        scan = self.timed(scan_from_ros(message))
         self._missing.discard(Source.WALL)
         wall = find_wall(scan, self._wall)
         readings = self.rounds.current.readings
@@ -102,14 +102,16 @@ class CalibrationNode(FlorenceNode):
         self._missing.discard(Source.ODOMETRY)
         self._turned += message.angle * self._scale
         self.rounds.current.readings.take(
-            Source.ODOMETRY, stamp_from_ros(message.header.stamp), math.remainder(self._turned, math.tau)
+            Source.ODOMETRY,
+            self.time_of(stamp_from_ros(message.header.stamp)),
+            math.remainder(self._turned, math.tau),
         )
 
     def _on_gyro(self, message: Imu) -> None:
         self._missing.discard(Source.GYRO)
         self.rounds.current.readings.take(
             Source.GYRO,
-            stamp_from_ros(message.header.stamp),
+            self.time_of(stamp_from_ros(message.header.stamp)),
             yaw_from_quaternion(message.orientation),
         )
 

@@ -91,18 +91,9 @@ class HomeSensors:
 
     def __init__(self, sensors: Mapping[str, HomeSensor], now: float) -> None:
         self._sensors = sensors
-        self._reset(now)
-
-    def _reset(self, now: float) -> None:
         self._states = {name: _State() for name in self._sensors}
-        self._started = self._now = now
+        self._started = now
         self._sensed: SensedRoom | None = None
-
-    def _reset_if_set_back(self, now: float) -> None:
-        """Begin again when the clock was set back: what was said before would lie in the future."""
-        if now < self._now - AHEAD_S:
-            self._reset(now)
-        self._now = now
 
     def take(self, report: Report, now: float) -> None:
         """Take a report over.
@@ -110,7 +101,6 @@ class HomeSensors:
         Raises:
             BadReport: The sensor or the time cannot be meant.
         """
-        self._reset_if_set_back(now)
         sensor, state = self._sensors.get(report.sensor), self._states.get(report.sensor)
         if sensor is None or state is None:
             names = ", ".join(closest_first(report.sensor, self._sensors))
@@ -143,7 +133,6 @@ class HomeSensors:
 
     def locate(self, now: float) -> SensedRoom | None:
         """Where the user is, None while no sensor has said so. Call it after each report, and often."""
-        self._reset_if_set_back(now)
         last, began = self._sensed, self._candidates(now)
         if not began:
             return last

@@ -67,6 +67,7 @@ class HomeSensorsNode(FlorenceNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self.create_subscription(HomeEvent, EVENT, self._on_event, RELIABLE)
         call_every(self.timebase, PERIOD_S, self._publish_user)
+        self.ros_timebase.on_reset(self._publish_again)
         call_every(self.steady, PERIOD_S, self._publish_diagnostics)
         self._link: str | None = None
         self._client: MqttClient | None = None
@@ -88,7 +89,8 @@ class HomeSensorsNode(FlorenceNode):
     def _on_event(self, message: HomeEvent) -> None:
         now = self.timebase.now()
         stamp = stamp_from_ros(message.stamp)
-        self._take(EVENT, Report(message.sensor, message.active, stamp or now), now)
+        at = self.time_of(stamp) if stamp else now
+        self._take(EVENT, Report(message.sensor, message.active, at), now)
 
     def _on_mqtt(self, topic: str, payload: bytes, retained: bool) -> None:
         now = self.timebase.now()
@@ -119,8 +121,13 @@ class HomeSensorsNode(FlorenceNode):
             return
         self._published = seen
         message = UserSeen(room=seen.room, source=seen.source)
-        message.since, message.stamp = stamp_to_ros(seen.since), stamp_to_ros(seen.at)
+        message.since, message.stamp = (stamp_to_ros(self.stamp(when)) for when in (seen.since, seen.at))
         self._user_seen.publish(message)
+
+    def _publish_again(self) -> None:
+        """The clock has jumped: who subscribes later gets the stamps of the new time."""
+        self._published = None
+        self._publish_user()
 
     def _on_link(self, problem: str) -> None:
         self._link = problem
@@ -130,11 +137,10 @@ class HomeSensorsNode(FlorenceNode):
             self.get_logger().info(f"MQTT broker {self._address}: connected")
 
     def _publish_diagnostics(self) -> None:
-        now = self.timebase.now()
-        found = self._sensors.diagnoses(now)
+        found = self._sensors.diagnoses(self.timebase.now())
         if self._client is not None:
             found["MQTT broker"] = self._broker(self._client)
-        self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), "home sensors", now))
+        self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), "home sensors", self.stamp()))
 
     def _broker(self, client: MqttClient) -> Diagnosis:
         values = {"address": self._address, "messages dropped": str(client.dropped)}

@@ -141,7 +141,8 @@ class LocatorNode(FlorenceNode):
             self.health.count_refused("detected_user", result.reason)
 
     def _on_user_seen(self, message: UserSeen) -> None:
-        seen = LastSeen(message.source, stamp_from_ros(message.since), stamp_from_ros(message.stamp))
+        since, at = (self.time_of(stamp_from_ros(told)) for told in (message.since, message.stamp))
+        seen = LastSeen(message.source, since, at)
         result = self._locator.take_sighting(message.room, seen)
         if not result.succeeded:
             self.get_logger().warning(f"{USER_SEEN}: {result.reason}", throttle_duration_sec=60.0)

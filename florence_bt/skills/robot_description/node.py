@@ -42,4 +42,4 @@ class RobotDescriptionNode(FlorenceNode):
             if (joint := self._joints.get(name)) is not None
         ]
         if moved:
-            self._moving.send_all(stamp_from_ros(message.header.stamp), moved)
+            self._moving.send_all(self.time_of(stamp_from_ros(message.header.stamp)), moved)

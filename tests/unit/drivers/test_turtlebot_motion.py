@@ -244,16 +244,13 @@ def test_the_gyro_tells_the_heading_unless_the_gap_is_long() -> None:
     assert odometry.update(1.1, 0.0, 0.5, gyro_rate=1.0).pose.yaw == pytest.approx(0.6)
 
 
-def test_equal_and_backward_stamps() -> None:
+def test_equal_stamps() -> None:
     odometry = WheelOdometry()
     odometry.update(5.0, 0.01, 0.0)
     again = odometry.update(5.0, 0.01, 0.0)
     assert again.twist == Twist2()
-    odometry.update(5.1, 0.01, 0.0)
-    back = odometry.update(1.0, 0.01, 0.0)
-    assert back.twist == Twist2()
-    assert back.pose.x == pytest.approx(0.04)
-    assert odometry.update(1.1, 0.01, 0.0).twist.linear == pytest.approx(0.1)
+    assert again.pose.x == pytest.approx(0.02)
+    assert odometry.update(5.1, 0.01, 0.0).twist.linear == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(("distance", "angle"), [(1.2, 0.0), (-1.2, 0.0), (0.0, 1.2), (0.0, -1.2)])
@@ -322,9 +319,8 @@ def test_wrong_parameters_are_named(wrong: dict[str, float]) -> None:
 def test_pace_picks_30_of_66() -> None:
     limiter = RateLimiter(30.0)
     assert sum(limiter.is_due(number * 0.015) for number in range(667)) == pytest.approx(300, abs=1)
-    # A gap causes no burst, and a clock that was set back goes on at once.
+    # A gap causes no burst.
     assert [limiter.is_due(stamp) for stamp in (60.0, 60.015, 60.03, 60.045)] == [True, False, False, True]
-    assert [limiter.is_due(stamp) for stamp in (1.0, 1.015)] == [True, False]
 
 
 def test_reports_add_up() -> None:

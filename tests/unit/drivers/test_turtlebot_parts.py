@@ -28,7 +28,6 @@ from florence_bt.drivers.turtlebot.hazards import (
 )
 from florence_bt.drivers.turtlebot.odometry import JOINT_NAMES, EncoderTravel, WheelJoints, ticks_between
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
-from florence_bt.drivers.turtlebot.sequences import CommandSequence, SequenceStep
 from florence_bt.drivers.turtlebot.wheels import (
     STOPPED,
     WheelParameters,
@@ -66,17 +65,6 @@ def test_counters_that_begin_anew_are_no_motion() -> None:
 
 
 # -- waits, and whether the base obeys ---------------------------------------------------------------------
-
-
-def test_a_clock_that_is_set_back_does_not_stretch_a_wait() -> None:
-    script = CommandSequence()
-    script.begin([SequenceStep(b"a", 0.5), SequenceStep(b"b", 0.5), SequenceStep(b"c")], 1000.0)
-    assert script.take(1000.0) == b"a"
-    assert script.take(10.0) == b""
-    assert script.due == pytest.approx(10.5)
-    assert script.take(10.5) == b"b"
-    assert script.take(11.0) == b"c"
-    assert not script.busy
 
 
 def test_command_acknowledgement() -> None:

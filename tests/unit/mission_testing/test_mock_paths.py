@@ -44,7 +44,7 @@ def goto_user():
         ("turn and look/**/turn", 3),
         ("look round/**/turn", 1),
         ("watch out on the way/*", 1),
-        ("look */**/look_for_user", 4),
+        ("look */**/look_for_user", 5),
         ("turn and look/*_tracker", 6),
         ("search in a circle/stop_tracker", 3),
         ("goto_user/*", 1),

@@ -241,12 +241,6 @@ def test_an_unknown_sensor_is_refused_with_those_that_exist(house: House) -> Non
         house.says("kitchen_pri", True, 1.0)
 
 
-def test_a_clock_that_is_set_back_begins_again(house: House) -> None:
-    house.says("kitchen_pir", True, 9_000.0)
-    assert house.sensors.locate(10.0) is None
-    assert house.says("hall_pir", True, 20.0) == SensedRoom("hall", "hall_pir", 20.0, 20.0)
-
-
 @given(
     st.lists(
         st.tuples(

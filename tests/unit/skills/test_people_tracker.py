@@ -632,17 +632,6 @@ def test_the_declarations_are_whole() -> None:
     assert LOOK_FOR_USER.problems_with({"window": 100.0})
 
 
-def test_a_clock_that_is_set_back_leaves_nobody_standing_where_they_were_seen_in_the_future() -> None:
-    tracker = UserTracker()
-    run = Run(tracker)
-    before = run(seen(2.0, 0.0, colours(3)), seen(1.0, -2.0, colours(9)), times=10)
-    assert len(before) == 2
-    run.now = 40.0
-    tracker.set_clock_back(run.now)
-    users = run(seen(4.0, 1.0, colours(3)), times=10)
-    assert [(user.user_id, round(user.x)) for user in users] == [(before[0].user_id, 4)]
-
-
 def near(x: float, **more: object) -> Detection:
     """Somebody so near that the picture cuts them."""
     return replace(seen(x, 0.0), posture="unknown", **more)

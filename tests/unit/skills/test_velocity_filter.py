@@ -240,25 +240,6 @@ def test_ticker_publishes_a_hard_stop_without_waiting_for_a_tick():
     assert base.heard[-1][1].linear > 0.0
 
 
-class RestartingClock(ManualClock):
-    """A clock of a simulation that can start over; waiting callbacks keep the rest of their wait."""
-
-    def start_over(self) -> None:
-        shift, self._now = self._now, 0.0
-        self._queue = [(when - shift, order, timer) for when, order, timer in self._queue]
-
-
-def test_ticker_stops_the_robot_when_the_simulation_starts_over():
-    clock, heard = RestartingClock(100.0), []
-    ticker = VelocityTicker(clock, heard.append)
-    ticker.command(Twist2(0.1, 0.0))
-    clock.advance(0.2)
-    assert heard[-1].linear == pytest.approx(0.1)
-    clock.start_over()
-    clock.advance(0.15)
-    assert heard[-1] == STANDSTILL
-
-
 def test_ticker_leaves_the_robot_standing():
     base = Base()
     base.ticker.command(Twist2(0.5, 0.0))

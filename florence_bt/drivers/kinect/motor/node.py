@@ -119,7 +119,7 @@ class KinectMotorNode(FlorenceNode):
             self._status.publish(UInt8(data=state.status))
 
     def _imu_message(self, state: codec.MotorState, arrived: float) -> Imu:
-        message = Imu(header=header_to_ros(self._settings.frame_id, arrived))
+        message = Imu(header=header_to_ros(self._settings.frame_id, self.stamp(arrived)))
         acceleration = message.linear_acceleration
         acceleration.x, acceleration.y, acceleration.z = state.acceleration
         message.linear_acceleration_covariance[[0, 4, 8]] = COVARIANCE
@@ -129,6 +129,4 @@ class KinectMotorNode(FlorenceNode):
 
     def _report(self) -> None:
         found = {"Kinect Motor": diagnose(self._state, self._connection.problem, self._connection.lost)}
-        self._diagnostics.publish(
-            diagnostics_to_ros(found, self.get_name(), "Kinect motor", self.timebase.now())
-        )
+        self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), "Kinect motor", self.stamp()))

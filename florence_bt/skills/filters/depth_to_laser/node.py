@@ -60,7 +60,7 @@ class FakeLaserNode(FlorenceNode):
     def _on_picture(self, message: Image) -> None:
         if self._camera is None or self._publisher.get_subscription_count() == 0:
             return
-        if not self._throttle.admits(stamp_from_ros(message.header.stamp)):
+        if not self._throttle.admits(self.time_of(stamp_from_ros(message.header.stamp))):
             return
         try:
             picture = depth_from_ros(message, self._camera)

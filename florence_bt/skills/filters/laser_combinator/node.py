@@ -35,11 +35,11 @@ class LaserCombinatorNode(FlorenceNode):
         self.create_subscription(LaserScanMsg, "kinect_scan", self._on_kinect, SENSOR)
 
     def _on_laser(self, message: LaserScanMsg) -> None:
-        self._publish(self._combinator.update_laser(scan_from_ros(message), self.timebase.now()))
+        self._publish(self._combinator.update_laser(self.timed(scan_from_ros(message)), self.timebase.now()))
 
     def _on_kinect(self, message: LaserScanMsg) -> None:
         self._learn_mounting(self._combinator.parameters.kinect_frame_id or message.header.frame_id)
-        self._publish(self._combinator.update_kinect(scan_from_ros(message), self.timebase.now()))
+        self._publish(self._combinator.update_kinect(self.timed(scan_from_ros(message)), self.timebase.now()))
 
     def _learn_mounting(self, kinect_frame: str) -> None:
         laser_frame = self._combinator.laser_frame
@@ -52,4 +52,4 @@ class LaserCombinatorNode(FlorenceNode):
 
     def _publish(self, scan: LaserScan | None) -> None:
         if scan is not None:
-            self._publisher.publish(scan_to_ros(scan))
+            self._publisher.publish(scan_to_ros(self.stamped(scan)))

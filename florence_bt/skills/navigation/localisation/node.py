@@ -161,8 +161,8 @@ class LocaliserNode(FlorenceNode):
     def _publish_diagnosis(self) -> None:
         if self._localiser is not None:
             found = {"Place in the map": diagnosis_of(self._localiser)}
-            now = self.timebase.now()
-            self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), self._p.map_frame, now))
+            name, stamp = self.get_name(), self.stamp()
+            self._diagnostics.publish(diagnostics_to_ros(found, name, self._p.map_frame, stamp))
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         pose, frame = pose_from_ros(message.pose.pose), frame_from_ros(message.header.frame_id)
@@ -196,11 +196,11 @@ class LocaliserNode(FlorenceNode):
         return response
 
     def _on_scan(self, message: LaserScanMsg) -> None:
-        self._queue.add_scan("scan", scan_from_ros(message))
+        self._queue.add_scan("scan", self.timed(scan_from_ros(message)))
         self._work()
 
     def _on_odometry(self, message: OdometryMsg) -> None:
-        odometry = odometry_from_ros(message)
+        odometry = self.timed(odometry_from_ros(message))
         if self._localiser is not None:
             self._localiser.believe(odometry.pose)
         self._queue.add_odometry(odometry)
@@ -224,7 +224,7 @@ class LocaliserNode(FlorenceNode):
         if map_from_odom is None:
             return
         self._send_transform()
-        self._publish_pose(localiser, scan.middle_stamp)
+        self._publish_pose(localiser, self.stamp(scan.middle_stamp))
 
     def _report(self, *, lost: bool) -> None:
         if lost:
@@ -240,9 +240,9 @@ class LocaliserNode(FlorenceNode):
             now, odometry = self.timebase.now(), self._queue.odometry
             # Behind the odometry, the pose of now is not known.
             known = now if odometry is None else min(now, odometry.stamp + ODOMETRY_PERIOD_S)
-            stamp = known + self._p.transform_tolerance
+            when = known + self._p.transform_tolerance
             pose = self._localiser.map_from_odom
-            self._broadcaster.send(self._p.map_frame, self._p.odom_frame, stamp, pose)
+            self._broadcaster.send(self._p.map_frame, self._p.odom_frame, when, pose)
 
     def _publish_pose(self, localiser: Localiser, stamp: float) -> None:
         assert localiser.pose is not None

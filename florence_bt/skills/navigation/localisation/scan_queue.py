@@ -26,7 +26,7 @@ class ScanQueue:
         self.odometry: Odometry | None = None
 
     def clear(self) -> None:
-        """Forget everything: the clock was set back, and what comes now is older than what is known."""
+        """Forget everything: the clock has jumped, and what was on its way may count as the newest."""
         self._poses.clear_moving()
         self._waiting.clear()
         self.odometry = None

@@ -124,7 +124,7 @@ class MapServerNode(FlorenceNode):
 
     def _publish_map(self, grid: OccupancyGrid) -> None:
         self.grid = grid
-        self._message = grid_to_ros(grid, self._p.frame_id, self.timebase.now())
+        self._message = grid_to_ros(grid, self._p.frame_id, self.stamp())
         self._publisher.publish(self._message)
 
     def _get_map(self, _: GetMap.Request, response: GetMap.Response) -> GetMap.Response:

@@ -206,7 +206,7 @@ class NavigationNode(FlorenceNode):
             self._abandon(failure("server_failed", reason))
 
     def _forget_readings(self) -> None:
-        """The clock was set back: what was stamped before is of no use."""
+        """The clock has jumped: what was on its way may have a stamp that is of no use."""
         self._queue.clear()
         self._taken.clear()
 
@@ -264,19 +264,19 @@ class NavigationNode(FlorenceNode):
 
     def _scan_callback(self, source: str) -> Any:
         def on_scan(message: LaserScanMsg) -> None:
-            stamp = stamp_from_ros(message.header.stamp)
+            stamp = self.time_of(stamp_from_ros(message.header.stamp))
             period = self._p.idle_scan_period if self._cycle is None else self._p.active_scan_period
             # A tenth of tolerance: a scanner of exactly this period shall not lose every other scan.
             if 0.0 <= stamp - self._taken.get(source, -math.inf) < 0.9 * period:
                 return
             self._taken[source] = stamp
-            self._queue.add_scan(source, scan_from_ros(message))
+            self._queue.add_scan(source, self.timed(scan_from_ros(message)))
             self._take_scans()
 
         return on_scan
 
     def _on_odometry(self, message: OdometryMsg) -> None:
-        self._queue.add_odometry(odometry_from_ros(message))
+        self._queue.add_odometry(self.timed(odometry_from_ros(message)))
         self._take_scans()
 
     def _on_base_stop(self, message: StopReason) -> None:
@@ -410,7 +410,7 @@ class NavigationNode(FlorenceNode):
         return response
 
     def _path_of(self, plan: Plan) -> Path:
-        return path_to_ros(plan.poses(), self._p.map_frame, self.timebase.now())
+        return path_to_ros(plan.poses(), self._p.map_frame, self.stamp())
 
     # Goals.
 
@@ -447,7 +447,7 @@ class NavigationNode(FlorenceNode):
         if action is NAVIGATE_TO_POSE:
             goal = self._goal_in_map(request.pose)
             assert isinstance(goal, Pose2), "begun"
-            self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.timebase.now()))
+            self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.stamp()))
         self._start_cycle()
 
     def _on_goal_pose(self, message: PoseStamped) -> None:
@@ -560,7 +560,7 @@ class NavigationNode(FlorenceNode):
             "speed": 0.0 if odometry is None else float(odometry.twist.linear),
         }
         if pose is not None and odometry is not None:
-            facts["current_pose"] = pose_stamped_to_ros(pose, self._p.map_frame, odometry.stamp)
+            facts["current_pose"] = pose_stamped_to_ros(pose, self._p.map_frame, self.stamp(odometry.stamp))
         self._servers[action].publish_feedback(filled(action.interface.Feedback, facts))
 
     def _person_in_base(self, navigator: Navigator) -> tuple[float, float]:
@@ -601,7 +601,7 @@ class NavigationNode(FlorenceNode):
             return
         self._shown_plan = plan
         poses = (Pose2(float(x), float(y)) for x, y in plan)
-        self._path.publish(path_to_ros(poses, self._p.map_frame, self.timebase.now()))
+        self._path.publish(path_to_ros(poses, self._p.map_frame, self.stamp()))
 
     def _publish_costmaps(self) -> None:
         if self._navigator is None:
@@ -612,4 +612,4 @@ class NavigationNode(FlorenceNode):
     def _publish_grid(self, publisher: Publisher, make: Any, frame: str) -> None:
         if publisher.get_subscription_count():
             grid: OccupancyGrid = make()
-            publisher.publish(grid_to_ros(grid, frame, self.timebase.now()))
+            publisher.publish(grid_to_ros(grid, frame, self.stamp()))

@@ -107,15 +107,6 @@ class Gallery:
             old = known.histogram
             known.histogram = histogram if old is None else blend(old, histogram, self._use.blend)
 
-    def set_clock_back(self, now: float) -> None:
-        """Forget when and where people were seen, and remember their colours from now on.
-
-        Args:
-            now: The time from now on, seconds.
-        """
-        for known in self._known.values():
-            known.seen, known.last = now, None
-
     def _by_colours(
         self, absent: Mapping[int, _Known], histogram: Histogram | None, came: Sighting | None
     ) -> int | None:

@@ -225,8 +225,7 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"the camera info is left out: {error}")
 
     def _forget_readings(self) -> None:
-        """The clock was set back: what was stamped before is of no use."""
-        self._tracker.set_clock_back(self.timebase.now())
+        """The clock has jumped: what was on its way may have a stamp that is of no use."""
         self._colour = self._waiting = None
         self._last_stamp = self._asked = float("-inf")
 
@@ -242,8 +241,8 @@ class UserTrackerNode(FlorenceNode):
         if waiting is not None:
             # A picture can overtake the pose it was taken at. The first that does is kept, not the newest: on
             # a busy machine the newest is always too new.
-            self._use_picture(waiting, stamp_from_ros(message.header.stamp))
-        stamp = stamp_from_ros(message.header.stamp)
+            self._use_picture(waiting, self._taken_at(message))
+        stamp = self._taken_at(message)
         if self._waiting is None and not 0.0 <= stamp - self._last_stamp < self._use.period_s:
             self._use_picture(message, stamp)
 
@@ -252,12 +251,12 @@ class UserTrackerNode(FlorenceNode):
 
         Args:
             message: The picture.
-            now: Stamp of the newest picture, seconds.
+            now: When the newest picture was taken, seconds.
         """
         assert self._depth_camera is not None
-        stamp = stamp_from_ros(message.header.stamp)
+        stamp = self._taken_at(message)
         try:
-            self._take_picture(depth_from_ros(message, self._depth_camera))
+            self._take_picture(self.timed(depth_from_ros(message, self._depth_camera)))
         except TransformUnavailable as error:
             if 0.0 <= now - stamp < MOST_WAIT_S:
                 self._waiting = message
@@ -268,17 +267,17 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"a depth picture is left out: {error}")
         self._last_stamp = stamp
 
+    def _taken_at(self, picture: Image) -> float:
+        return self.time_of(stamp_from_ros(picture.header.stamp))
+
     def _colour_near(self, stamp: float) -> ColourImage | None:
         """The latest colour picture, if it is of about this moment."""
         assert self._depth_camera is not None
-        if (
-            self._colour is None
-            or abs(stamp_from_ros(self._colour.header.stamp) - stamp) > self._use.colour_age_s
-        ):
+        if self._colour is None or abs(self._taken_at(self._colour) - stamp) > self._use.colour_age_s:
             return None
         try:
             # Only the pixels count here; the camera model of the depth picture stands in for its own.
-            return colour_from_ros(self._colour, self._depth_camera)
+            return self.timed(colour_from_ros(self._colour, self._depth_camera))
         except FlorenceError as error:
             self._colour = None
             self._warn(f"a colour picture is left out: {error}")
@@ -298,7 +297,7 @@ class UserTrackerNode(FlorenceNode):
             view_of(depth, optical_in_base, robot_in_odom),
         )
         users = tuple(user.moved_by(odom) for user in tracked)
-        self._bodies_topic.publish(scan_to_ros(body_scan(found, depth.stamp, use.base_frame)))
+        self._bodies_topic.publish(scan_to_ros(body_scan(found, self.stamp(depth.stamp), use.base_frame)))
         self._publish(users, depth.stamp)
         if colour is not None:
             self._ask_second_source(colour, depth.stamp)
@@ -329,7 +328,7 @@ class UserTrackerNode(FlorenceNode):
         self._filtered_topic.publish(_users_to_ros(present))
         self._lying_topic.publish(Bool(data=on_the_floor(users)))
         if self._markers_topic.get_subscription_count() > 0:
-            self._markers_topic.publish(markers_of(present, self._use.map_frame, stamp))
+            self._markers_topic.publish(markers_of(present, self._use.map_frame, self.stamp(stamp)))
         seen = self._tracker.in_view
         for user in present:
             if user.user_id in seen:

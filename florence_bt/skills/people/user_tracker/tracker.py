@@ -191,16 +191,6 @@ class UserTracker:
         self._tracks = []
         self._next_device_id = 1
 
-    def set_clock_back(self, now: float) -> None:
-        """Forget who was seen in what is now the future: they are recognised by their colours only.
-
-        Args:
-            now: The time from now on, seconds.
-        """
-        self._tracks = []
-        self._rejected = RejectedPlaces(self._use)
-        self._gallery.set_clock_back(now)
-
     def update(
         self, now: float, detections: Sequence[Detection], view: CameraView | None = None
     ) -> tuple[TrackedUser, ...]:
