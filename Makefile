@@ -24,7 +24,7 @@ test: setup ## run every test that needs no hardware
 	$(PYTEST) $(PARALLEL) $(ARGS)
 
 unit: setup ## run the tests that start no ROS and no whole missions
-	$(PYTEST) $(PARALLEL) -m "not ros and not slow" tests/unit $(ARGS)
+	$(PYTEST) $(PARALLEL) -m "not ros and not slow" tests/unit packages $(ARGS)
 
 ros: setup ## run the tests that start ROS nodes
 	$(PYTEST) $(PARALLEL) -m ros $(ARGS)

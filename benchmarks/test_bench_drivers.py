@@ -33,6 +33,9 @@ def domain(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
 
 
+EMULATORS = str(Path(__file__).parents[1] / "tools" / "emulators")
+
+
 def cpu_seconds() -> float:
     """User and system time of this process so far."""
     times = os.times()
@@ -45,7 +48,7 @@ class Emulator:
     def __init__(self, device: str, link: Path) -> None:
         self.link = link
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "florence_bt.simulation.emulators", device, "--link", str(link)],
+            [sys.executable, EMULATORS, device, "--link", str(link)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             text=True,

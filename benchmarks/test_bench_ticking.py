@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 import py_trees
@@ -285,6 +286,39 @@ def test_a_large_reactive_tree(benchmark, figures, composite):
         f"`BehaviourTree.tick` of py_trees {tree_tick * 1e3:.0f} ms",
     )
     assert tree_tick / recorded >= RECORDED
+
+
+def conditions(depth: int) -> str:
+    """10 to the power of ``depth`` nodes `condition` below sequences without memory, as YAML."""
+    if depth == 0:
+        return '{"condition": "$n >= 0"}'
+    return f'{{"memory": false, "sequence": [{", ".join([conditions(depth - 1)] * 10)}]}}'
+
+
+def test_conditions_of_a_mission(benchmark, figures, tmp_path):
+    """The same in the mission language: 10,000 conditions over one key, below a step that works."""
+    (tmp_path / "bench.yaml").write_text(
+        "mission: bench\nkeys: {n: {type: integer, default: 0}}\n"
+        f'tree: {{"memory": false, "sequence": [{conditions(4)}, {{"wait": "1 s"}}]}}\n'
+    )
+    library = MissionLibrary.load([tmp_path], built_in=False)
+    context = make_context(ManualClock(), {}, {})
+    tree = compile_mission(library.get("bench"), library, {}, context)
+    tick, numbers = Ticker(tree.root, record=True).tick, count(1)
+
+    def change_and_tick() -> None:
+        tree.keys.write("n", next(numbers))
+        tick()
+
+    idle, changed = seconds_per_call(tick, change_and_tick)
+    benchmark.pedantic(tick, rounds=10)
+    assert tree.root.status is Status.RUNNING
+    figures.add(
+        "tick of 10,000 nodes `condition` of a mission, no key has changed",
+        f"{idle * 1e3:.0f} ms",
+        f"{changed * 1e3:.0f} ms when a key has changed that all of them read",
+    )
+    assert idle < changed
 
 
 def test_tick_of_the_executor(benchmark, figures, tmp_path):

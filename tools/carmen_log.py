@@ -5,7 +5,8 @@ from __future__ import annotations
 import gzip
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,18 @@ def _scan(ranges: NDArray[np.float32], stamp: float) -> LaserScan:
         range_max=LONGEST_M,
         ranges=np.where(ranges < LONGEST_M, ranges, np.float32(np.inf)),
     )
+
+
+def thinned(records: Sequence[Record], every: float) -> list[Record]:
+    """What a slow laser would have seen: a scan after so many metres of way."""
+    kept, motion, way = [records[0]], Pose2(), 0.0
+    for before, record in pairwise(records):
+        motion = motion @ record.motion
+        way += before.reference.distance_to(record.reference)
+        if way >= every:
+            kept.append(replace(record, motion=motion))
+            motion, way = Pose2(), 0.0
+    return kept
 
 
 def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyGrid:

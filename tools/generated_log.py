@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, LaserScan, OccupancyGrid
@@ -33,6 +34,7 @@ LEAST_WAY_M, MOST_REFUSED = 3.0, 100
 """The way to its next goal, and after how many places that it cannot reach it gives up."""
 PERSON_RADIUS_M, PERSON_SPEED = 0.2, 0.8
 RANGE_NOISE = 0.01
+DOOR_M = 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,7 @@ class Scanner:
 
 HOKUYO = Scanner(math.radians(120.0), 240, 5.6)
 SICK = Scanner(math.radians(90.0), 361, 20.0)
+COARSE_SICK = Scanner(math.radians(90.0), 181, 20.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +98,39 @@ def home(seed: int) -> Place:
     flat = generated_flat(seed)
     now = dataclasses.replace(flat, mapped=flat.solids)
     return Place(f"home {seed}", laser_map(flat), laser_map(now), HOKUYO)
+
+
+def corridors(seed: int) -> Place:
+    """A ring of four bare corridors, 45 by 22 m, 1.8 to 2.4 m wide; only doors tell how far along one is."""
+    random, cells = np.random.default_rng(seed), np.full((620, 1060), -1, np.int8)
+
+    def clear(x0: float, y0: float, x1: float, y1: float) -> None:
+        rows, columns = (slice(round(20 * low), round(20 * high)) for low, high in ((y0, y1), (x0, x1)))
+        cells[rows, columns] = FREE
+
+    left, low, right, high = 4.0, 4.0, 49.0, 26.0
+    south, north, west, east = random.uniform(1.8, 2.4, 4)
+    clear(left, low, right, low + south)
+    clear(left, high - north, right, high)
+    clear(left, low, left + west, high)
+    clear(right - east, low, right, high)
+    for y, outwards in ((low, -1), (low + south, 1), (high - north, -1), (high, 1)):
+        for x, deep in _doors(left, right, random):
+            clear(x, min(y, y + outwards * deep), x + DOOR_M, max(y, y + outwards * deep))
+    for x, outwards in ((left, -1), (left + west, 1), (right - east, -1), (right, 1)):
+        for y, deep in _doors(low, high, random):
+            clear(min(x, x + outwards * deep), y, max(x, x + outwards * deep), y + DOOR_M)
+    cells[binary_dilation(cells == FREE, iterations=2) & (cells != FREE)] = OCCUPIED
+    grid = OccupancyGrid(0.05, Pose2(), cells)
+    return Place(f"corridors {seed}", grid, grid, COARSE_SICK)
+
+
+def _doors(start: float, end: float, random: np.random.Generator) -> Iterator[tuple[float, float]]:
+    """Where along a wall doors are, 4 to 14 m apart, and how far they are set back, metres."""
+    at = start + random.uniform(3.0, 9.0)
+    while at < end - 3.0:
+        yield at, float(random.uniform(0.1, 0.2))
+        at += random.uniform(4.0, 14.0)
 
 
 def mapped(path: Path) -> Place:

@@ -21,8 +21,8 @@ from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.localiser import Localiser
-from tools.carmen_log import Record, build_map, read_log
-from tools.generated_log import Conditions, drive, home, mapped
+from tools.carmen_log import Record, build_map, read_log, thinned
+from tools.generated_log import Conditions, corridors, drive, home, mapped
 from tools.tables import table, write_between_marks
 
 AT_MIDDLE = Transform3.from_pose2(Pose2())
@@ -39,6 +39,8 @@ WRONG_M = 1.0
 """A place is told wrongly that is so far off."""
 SCANS, HOMES = 800, (3, 4)
 """Of a generated log, and seeds of the homes."""
+SPARSE_SCANS, CORRIDORS = 2500, (101, 102)
+"""Of a generated log that is thinned, and seeds of the corridors."""
 HARDEST = "noise 0.2, way 0.9, turn 1.15, people, boxes"
 CONDITIONS = {
     "noise 0.04": Conditions(0.04),
@@ -232,6 +234,29 @@ def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
     return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
 
 
+def of_sparse(log: Path | None, every: float, seeds: Sequence[int]) -> str:
+    """Results on the same logs with all of their scans and with few, as Markdown."""
+    rows = []
+    if log is not None:
+        records = read_log(log)
+        rows += _sparse_rows("log", build_map(records), records, every, seeds)
+    for place in [*map(corridors, CORRIDORS), *map(home, HOMES)]:
+        for name, conditions in CONDITIONS.items():
+            records = drive(place, conditions, SPARSE_SCANS, seeds[0])
+            rows += _sparse_rows(f"{place.name}, {name}", place.grid, records, every, seeds)
+            print(*rows[-2:], file=sys.stderr, sep="\n", flush=True)
+    return table(HEAD, rows)
+
+
+def _sparse_rows(
+    name: str, grid: OccupancyGrid, records: list[Record], every: float, seeds: Sequence[int]
+) -> list[tuple[str, ...]]:
+    return [
+        row(f"{name}: all scans", _known(grid, records, seeds)),
+        row(f"{name}: every {every:g} m", _known(grid, thinned(records, every), seeds)),
+    ]
+
+
 def _known(grid: OccupancyGrid, records: Sequence[Record], seeds: Sequence[int]) -> list[Followed]:
     return [follow(grid, records, seed, records[0].reference @ START) for seed in seeds]
 
@@ -243,19 +268,29 @@ def main() -> int:
     parser.add_argument(
         "--maps", type=Path, nargs="*", help="generate logs in these maps and in homes (none: homes alone)"
     )
+    parser.add_argument(
+        "--every",
+        type=float,
+        metavar="M",
+        help="the log, and generated ones in corridors and homes, with all scans and with one after M metres",
+    )
     parser.add_argument("--seeds", type=int, default=3, help="how often, each with other particles")
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the tables between the marks of a page"
     )
     given = parser.parse_args()
-    if given.log is None and given.maps is None:
-        parser.error("nothing to do; would have worked: --log LOG, or --maps")
+    if given.log is None and given.maps is None and given.every is None:
+        parser.error("nothing to do; would have worked: --log LOG, --maps, or --every 1")
+    if given.every is not None and (given.every <= 0.0 or given.maps is not None):
+        parser.error("--every takes metres above 0, and makes logs without --maps")
     missing = [str(path) for path in (given.log, *(given.maps or ())) if path and not path.is_file()]
     if missing:
         parser.error(f"no such file: {', '.join(missing)}; paths count from {Path.cwd()}")
     seeds = range(1, given.seeds + 1)
     made = {}
-    if given.log is not None:
+    if given.every is not None:
+        made["sparse localisation"] = of_sparse(given.log, given.every, seeds)
+    elif given.log is not None:
         made["localisation"] = of_log(given.log, seeds)
     if given.maps is not None:
         made["generated localisation"] = of_generated(given.maps, seeds)

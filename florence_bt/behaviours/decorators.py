@@ -10,6 +10,7 @@ from py_trees.common import Status
 from py_trees.decorators import Decorator
 
 from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
+from florence_bt.behaviours.branch import Branch
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, ValueProblem, resolve
@@ -23,14 +24,30 @@ class PreparedDecorator(Decorator):
     """A decorator that looks up what it needs before its child begins, and fails when it cannot.
 
     The child is not ticked at all when :meth:`prepare` has a result already: then that is the node's own.
+
+    Args:
+        name: The name of the node in dumps.
+        child: The child, or what builds it when it is to be ticked for the first time.
     """
 
     on_halt: Callable[[Behaviour], None] | None = None
     """Set by a ticker that wants to stop the child itself."""
 
-    def __init__(self, name: str, child: Behaviour) -> None:
-        super().__init__(name, child)
+    def __init__(self, name: str, child: Behaviour | Branch) -> None:
+        self._branch: Branch | None = None
+        if isinstance(child, Branch):
+            self._branch, child = child, child.stand_in
+            above = child.parent
+            super().__init__(name, child)
+            child.parent = above  # it stays a part of its own tree
+        else:
+            super().__init__(name, child)
         self.result: Result | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether the child is built; until then a stand-in is shown in its place."""
+        return self._branch is None
 
     def prepare(self) -> Result | None:
         """Look up what is needed for a new round; a failure, or a success, that needs no child."""
@@ -53,9 +70,16 @@ class PreparedDecorator(Decorator):
         except ValueProblem as error:
             self.result = error.as_result()
         if self.result is None:
+            if self._branch is not None:
+                self._build(self._branch)
             return True
         self.settle(self.result)
         return False
+
+    def _build(self, branch: Branch) -> None:
+        self._branch = None
+        self.decorated = self.children[0] = branch.grow()
+        self.decorated.parent = self
 
     def settle(self, result: Result) -> None:
         """End with a result that the child has no part in."""
@@ -105,7 +129,7 @@ class CallMission(PreparedDecorator):
 
     Args:
         name: The name of the node in dumps.
-        child: The tree of the called mission, built on the called keys.
+        child: The tree of the called mission, built on the called keys, or what builds it.
         context: The context of the caller.
         called_keys: The keys of the called mission.
         ports: The inputs that the called mission declares.
@@ -118,7 +142,7 @@ class CallMission(PreparedDecorator):
     def __init__(
         self,
         name: str,
-        child: Behaviour,
+        child: Behaviour | Branch,
         context: TreeContext,
         called_keys: KeyStore,
         ports: Mapping[str, Port],
@@ -177,7 +201,7 @@ class StartGuard(PreparedDecorator):
 
     Args:
         name: The name of the node in dumps.
-        child: What is guarded.
+        child: What is guarded, or what builds it.
         context: What the tree shares.
         when: What must hold, or None.
         unless: What must not hold, or None.
@@ -189,7 +213,7 @@ class StartGuard(PreparedDecorator):
     def __init__(
         self,
         name: str,
-        child: Behaviour,
+        child: Behaviour | Branch,
         context: TreeContext,
         when: CompiledExpression | None = None,
         unless: CompiledExpression | None = None,

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from florence_bt.cli import maps, missions, robot, runs, system, testing
-from florence_bt.cli._common import app
+from florence_bt.cli.common import app
 
 __all__ = ["app", "maps", "missions", "robot", "runs", "system", "testing"]

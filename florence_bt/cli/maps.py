@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, app
+from florence_bt.cli.common import EXIT_CODES, app
 
 maps = typer.Typer(help="Maps: save the published one.", no_args_is_help=True)
 app.add_typer(maps, name="map", rich_help_panel="The robot")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, app, key_values
+from florence_bt.cli.common import EXIT_CODES, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FolderOption, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FolderOption, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
 from florence_bt.core.errors import ConfigError
 

@@ -55,6 +55,9 @@ class Kind(enum.Enum):
         """The kind of a list of such values."""
         return Kind(f"list of {self.value}")
 
+    # A part of the keys of dictionaries that are asked for every node; that of Enum is computed in Python.
+    __hash__ = object.__hash__
+
     @cached_property
     def python_types(self) -> tuple[type, ...]:
         """The types that a value of this kind may have."""

@@ -18,6 +18,8 @@ from florence_bt.core.errors import ConfigError
 
 MAX_BYTES = 1_000_000
 """Largest text file that is read."""
+MAX_MISSION_BYTES = 100_000
+"""Largest mission file that is read (chosen: 25 times the largest of Florence's own)."""
 NOT_UTF8 = "is not UTF-8"
 """In every message about a byte that no UTF-8 text has there."""
 
@@ -119,19 +121,20 @@ def refuse_to_replace(file: Path) -> None:
         raise ConfigError(f"the file cannot be written: it is {what}", file=file, valid=["a new name"])
 
 
-def decode(data: bytes, path: Path) -> str:
+def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
     """The text of a file.
 
     Args:
         data: UTF-8, with or without a byte order mark.
         path: The file, named in errors.
+        most: How many bytes it may have.
 
     Raises:
         ConfigError: Too many bytes, another encoding, a character that YAML forbids, or a tab in an
             indentation.
     """
-    if len(data) > MAX_BYTES:
-        raise _too_large(path, MAX_BYTES)
+    if len(data) > most:
+        raise _too_large(path, most)
     body = data.removeprefix(
         BOM_UTF8
     )  # before it is decoded, so that errors count from where the text begins

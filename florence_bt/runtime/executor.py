@@ -65,16 +65,13 @@ class Executor:
         call_soon: Runs a callback on the executor's thread after the current one has returned.
         log: Keeps what happens; nothing is acknowledged before it is safe there.
         queue_limit: How many runs may be queued.
-        stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
         yield_cpu: Called when the skills of a tick were started and only the telling is left.
-        reload_at_trigger: Whether a trigger takes edits over itself; otherwise whoever calls it sees to that.
         on_tick: Called with the run after each tick.
 
     Attributes:
         current: The run that is not over yet, or None.
         last: The run that ended last, or None.
         left_runs: What a dead process left, as long as it is not decided what becomes of it; else None.
-        woken: When the last step began, on the stopwatch.
     """
 
     def __init__(
@@ -88,9 +85,7 @@ class Executor:
         *,
         log: EventLog | None = None,
         queue_limit: int = QUEUE_LIMIT,
-        stopwatch: Callable[[], float] | None = None,
         yield_cpu: Callable[[], None] = lambda: None,
-        reload_at_trigger: bool = True,
         on_tick: Callable[[MissionRun], None] = lambda run: None,
     ) -> None:
         self.current: MissionRun | None = None
@@ -107,11 +102,8 @@ class Executor:
         self._event_bus = EventBus(clock, log or NoLog())
         self._blocks: dict[str, str] = {}
         self._wake_asked = self._woke_itself = False
-        self._stopwatch = stopwatch or clock.now
         self._yield_cpu = yield_cpu
-        self._reload_at_trigger = reload_at_trigger
         self._on_tick = on_tick
-        self.woken = 0.0
 
     def add_listener(self, listener: Listener) -> None:
         """Call back with the run at every event: the topics, the live view, the recorder."""
@@ -194,8 +186,7 @@ class Executor:
                 worked.
             RequestRefused: Another mission runs, too many wait, or triggers are blocked.
         """
-        if self._reload_at_trigger:
-            self.reload()
+        self.reload()
         mission = self.library.get(request.mission)
         raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)
@@ -258,10 +249,6 @@ class Executor:
         """
         missions = self._missions
         return missions.refresh() if isinstance(missions, MissionFolders) else ReloadReport()
-
-    def adopt(self, missions: MissionFolders) -> None:
-        """Replace the missions in force by those that were read and checked elsewhere."""
-        self._missions = missions
 
     def findings_of(self, mission: Mission) -> list[Finding]:
         """What the check says about a mission in force."""
@@ -406,7 +393,6 @@ class Executor:
     def _on_wake(self) -> None:
         self._wake_asked = False
         if self._active is not None:
-            self.woken = self._stopwatch()
             self._active.step(by_itself=self._woke_itself)
             self._woke_itself = self._wake_asked
             self._event_bus.log.commit()

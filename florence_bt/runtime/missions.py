@@ -16,7 +16,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.text_files import read_bytes
+from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language import model
 from florence_bt.trees.language.findings import ERROR, Finding
@@ -270,7 +270,7 @@ def _stamp(entry: os.DirEntry[str]) -> Stamp:
 
 def _fingerprint(file: Path) -> str:
     try:
-        return hashlib.sha256(read_bytes(file)).hexdigest()
+        return hashlib.sha256(read_bytes(file, MAX_MISSION_BYTES)).hexdigest()
     except ConfigError as error:
         return f"unreadable: {error}"
 

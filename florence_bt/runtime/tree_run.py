@@ -70,7 +70,11 @@ class TreeRun:
             later=self._after_tick,
         )
         self.tree: CompiledTree = compile_mission(
-            environment.library.get(run.mission), environment.library, run.inputs, self._context
+            environment.library.get(run.mission),
+            environment.library,
+            run.inputs,
+            self._context,
+            as_reached=True,
         )
         self._ticks = TreeTicks(self.root, self.clock)
         self._end: tuple[RunStatus, Why | None] | None = None
@@ -358,7 +362,7 @@ class TreeRun:
     def _finish(self, status: RunStatus, why: Why | None) -> None:
         self._cancel_limit()
         # What still runs now, such as a clean-up of a process that ends, is left.
-        self.run.rows = tuple(replace(row, left=True) for row in self.rows())
+        self.run.rows = tuple([row._replace(left=True) if row.running else row for row in self.rows()])
         self.run.tree = draw_rows(self.run.rows)
         self.on_over(self.run, status, why)
 
@@ -422,7 +426,9 @@ class TreeTicks:
         """Note where every node stands, before the tree is stopped and its nodes forget it."""
         now, tick = self._clock.now(), self._ticker.count
         known: dict[Behaviour, Why] = {}
-        for node in self._ticker.root.iterate():
+        nodes = [self._ticker.root]
+        for node in nodes:
+            nodes += node.children
             if node.status is not Status.INVALID:
                 why = explain(node, known) if node.status is Status.FAILURE else None
                 self._last[node] = tick, Left(node.status, node.feedback_message, why)
@@ -449,15 +455,20 @@ class TreeTicks:
             if new is not Status.INVALID:
                 remember_failure(node, why)
             self._note_last(node, old, new, why)
-            path = self._paths.get(node)
-            if path is None:
-                path = self._paths[node] = path_of(node)
-            change = {"node": path, "old": old.name, "new": new.name}
+            change = {"node": self._path(node), "old": old.name, "new": new.name}
             if why is None:
                 change["reason"] = node.feedback_message
             else:
                 change.update(code=why.code, reason=why.reason, cause=why.path)
             yield change
+
+    def _path(self, node: Behaviour) -> str:
+        path = self._paths.get(node)
+        if path is None:
+            above = node.parent
+            path = node.name if above is None else f"{self._path(above)}/{node.name}"
+            self._paths[node] = path
+        return path
 
     def left(self, node: Behaviour) -> Left | None:
         """Where a node stood that the nodes above it have left; None when they have not reached it.

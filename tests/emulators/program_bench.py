@@ -13,6 +13,8 @@ from typing import Any
 
 from florence_bt.core.socket_paths import short_path
 
+EMULATORS = str(Path(__file__).parents[2] / "tools" / "emulators")
+"""The program; Python runs a folder with a ``__main__``."""
 LONG_S = 60.0
 """A limit for what takes microseconds."""
 
@@ -58,7 +60,7 @@ class EmulatorProcess:
         self.control = folder / "control.sock"
         words = [device, "--control", str(self.control), *options]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "florence_bt.simulation.emulators", *words],
+            [sys.executable, EMULATORS, *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -20,11 +20,11 @@ from typing import Any
 import pytest
 import serial
 
-from florence_bt.simulation.emulators.__main__ import main
-from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
-from florence_bt.simulation.emulators.modem_lines import pretended_modem_lines
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand, documented_commands
+from tests.emulators.program_bench import EMULATORS, LONG_S, EmulatorProcess, Hand, documented_commands
+from tools.emulators.__main__ import main
+from tools.emulators.create_program import CreateOptions, CreateProgram
+from tools.emulators.modem_lines import pretended_modem_lines
 
 
 @pytest.fixture
@@ -272,7 +272,7 @@ def test_a_link_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("precious")
     words = ["create", "--link", str(tmp_path / "taken")]
     done = subprocess.run(
-        [sys.executable, "-m", "florence_bt.simulation.emulators", *words],
+        [sys.executable, EMULATORS, *words],
         capture_output=True,
         text=True,
         check=False,

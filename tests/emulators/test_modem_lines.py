@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 import serial
 
-from florence_bt.simulation.emulators import modem_lines
-from florence_bt.simulation.emulators.modem_lines import pretended_modem_lines
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+from tools.emulators import modem_lines
+from tools.emulators.modem_lines import pretended_modem_lines
 
 CLIENT = """
 import sys, serial

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from florence_bt.simulation.emulators.scip import ScipEmulator
 from florence_bt.simulation.emulators.scip_models import MODELS, URG_04LX, UTM_30LX
-from florence_bt.simulation.emulators.scip_program import ScipRoom
+from tools.emulators.scip_program import ScipRoom
 
 
 class Ramp:

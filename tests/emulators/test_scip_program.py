@@ -14,8 +14,8 @@ import pytest
 import serial
 
 from florence_bt.core.errors import DeviceLost
-from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand, documented_commands
+from tools.emulators.scip_program import ScipOptions, ScipProgram
 
 
 @pytest.fixture

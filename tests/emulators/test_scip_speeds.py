@@ -14,9 +14,9 @@ from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip_models import ScipFaults
-from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 from tests.emulators.program_bench import LONG_S
 from tests.emulators.scip_bench import Bench
+from tools.emulators.scip_program import ScipOptions, ScipProgram
 
 PLAIN = HokuyoParameters(calibrate_time=False)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from florence_bt.simulation.emulators.standalone import StandaloneEmulator
+from tools.emulators.standalone import StandaloneEmulator
 
 LONG_S = 60.0
 """A limit for bytes that are under way already."""

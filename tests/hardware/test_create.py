@@ -19,8 +19,8 @@ from florence_bt.drivers.turtlebot.codec.packets import PACKETS, OiMode, decode_
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
-from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
 from tests.hardware.hand_driven import Emulated, HandPort
+from tools.emulators.create_program import CreateOptions, CreateProgram
 
 pytestmark = pytest.mark.slow
 

@@ -20,8 +20,8 @@ from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortPa
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
-from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 from tests.hardware.hand_driven import Emulated, HandPort
+from tools.emulators.scip_program import ScipOptions, ScipProgram
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import ScipEmulator
-from florence_bt.simulation.emulators.tcp_line import TcpLine
+from tools.emulators.tcp_line import TcpLine
 
 
 class Room:

@@ -129,6 +129,10 @@ def test_from_depth_picture_and_scan_to_filtered_scan(ros: Any) -> None:
     overhangs = sensors.heard["filtered_kinect_overhang_scan"]
     assert overhangs.ranges[180] == np.float32(3.9999), "the wall does not hang over"
 
+    ros.spin_until(lambda: sensors.count_subscribers("/tf") == 0, what="the mounting is known")
+    sensors.heard.clear()
+    ros.spin_until(all_heard, what="the scans are combined without the moving frames")
+
 
 def test_pictures_that_make_no_sense_are_dropped(ros: Any) -> None:
     ros.add(FakeLaserNode())

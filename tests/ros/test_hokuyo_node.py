@@ -23,8 +23,8 @@ from florence_bt.ros.qos import RELIABLE, SENSOR
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import ScipEmulator
 from florence_bt.simulation.emulators.scip_models import UTM_30LX
-from florence_bt.simulation.emulators.tcp_line import TcpLine
 from tests.ros.hokuyo_hardware import Hardware, LockStep, Room
+from tools.emulators.tcp_line import TcpLine
 
 pytestmark = pytest.mark.ros
 

@@ -25,6 +25,7 @@ from std_srvs.srv import SetBool
 
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.drivers.turtlebot.report import RateLimiter
+from florence_bt.ros.base_messages import gyro_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
@@ -468,6 +469,31 @@ def test_a_create_2(ros: Any, device: Device, tmp_path: Path) -> None:
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), listener.newest("odom").pose.pose.position.x > 0.1][1])
     assert ros.spin_until(listener.diagnoses)[0].hardware_id == "iRobot Create 2"
     assert not listener.seen["imu/data"]
+
+
+def test_what_nobody_listens_to_is_not_made(
+    ros: Any, device: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = 0
+
+    def count(*arguments: Any) -> Imu:
+        nonlocal made
+        made += 1
+        return gyro_to_ros(*arguments)
+
+    monkeypatch.setattr("florence_bt.drivers.turtlebot.node.gyro_to_ros", count)
+    node, listener = start(ros, tmp_path)
+    ros.spin_until(
+        lambda: listener.newest("imu/data") and listener.newest("imu/raw"), what="both listened to"
+    )
+    ros.close_node(listener)
+    ros.spin_until(lambda: node.count_subscribers("imu/data") == 0, what="nobody listens")
+    made = 0
+    other = ros.add(FlorenceNode("other"))
+    heard: list[Odometry] = []
+    other.create_subscription(Odometry, "odom", heard.append, RELIABLE)
+    ros.spin_until(lambda: len(heard) >= 5, what="the base goes on")
+    assert made == 0
 
 
 def test_the_legacy_raw_gyro(ros: Any, device: Device, tmp_path: Path) -> None:

@@ -18,8 +18,15 @@ from .progress import Log, Step, StepFailed, content_hash, stamped
 
 LOCK = machine.ROOT / "requirements.lock"
 PROJECT = machine.ROOT / "pyproject.toml"
-EDITABLE = [PROJECT, machine.ROOT / "setup.py", machine.ROOT / "florence_bt" / "__init__.py"]
-"""The files that an editable install is made from."""
+EXCHANGE = machine.ROOT / "packages" / "florence_btcpp"
+"""The package with ``florence import`` and ``florence export``."""
+EDITABLE = [
+    PROJECT,
+    machine.ROOT / "setup.py",
+    machine.ROOT / "florence_bt" / "__init__.py",
+    EXCHANGE / PROJECT.name,
+]
+"""The files that the editable installs are made from."""
 
 PIP = ("-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar", "off")
 INSTALL = (*PIP, "--no-deps", "--no-build-isolation", "--use-pep517")
@@ -64,12 +71,12 @@ def packages_step(log: Log, section: str) -> Step:
 
 
 def florence_step(log: Log) -> Step:
-    """The step that installs Florence itself, in place."""
+    """The step that installs Florence and its exchange with BehaviorTree.CPP, in place."""
     return stamped(
-        "florence-bt",
+        "florence-bt and florence-btcpp",
         machine.STATE / "florence.stamp",
         lambda: content_hash([_python(), *(file for file in EDITABLE if file.exists())]),
-        lambda: log.call([machine.PYTHON, *INSTALL, "-e", machine.ROOT]),
+        lambda: log.call([machine.PYTHON, *INSTALL, "-e", machine.ROOT, "-e", EXCHANGE]),
     )
 
 

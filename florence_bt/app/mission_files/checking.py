@@ -12,7 +12,7 @@ from pathlib import Path
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, parse_yaml
-from florence_bt.core.text_files import MAX_BYTES, decode, readable
+from florence_bt.core.text_files import MAX_MISSION_BYTES, decode, readable
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 from florence_bt.trees.checks import lint
 from florence_bt.trees.checks.lint import KnownPlaces
@@ -150,11 +150,11 @@ class _MissionChecker:
         return limit_findings(_about_stdin(finding) for finding in findings)
 
     def _read_stdin(self) -> Mission:
-        data = sys.stdin.buffer.read(MAX_BYTES + 1)
+        data = sys.stdin.buffer.read(MAX_MISSION_BYTES + 1)
         path = self._options.stdin_name or _NAMELESS
         # Also when it is not UTF-8: the file on the disk is not what was read.
         self.texts[str(path)] = readable(data) or ""
-        text = decode(data, path)
+        text = decode(data, path, MAX_MISSION_BYTES)
         if path == _NAMELESS:
             # A text without a file is not wrong for having another name than its file.
             path = _NAMELESS / f"{_name_in(parse_yaml(data, path)) or 'stdin'}.yaml"

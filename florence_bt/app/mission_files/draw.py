@@ -6,7 +6,7 @@ import importlib.util
 from collections.abc import Sequence
 from pathlib import Path
 
-from florence_bt.app.mission_files.exchange import mission_name
+from florence_bt.app.mission_files.mission_list import mission_name
 from florence_bt.app.mission_files.output import write_output
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.drawings.draw import draw

@@ -1,4 +1,4 @@
-"""``florence missions``: what missions there are, what they take and what they give."""
+"""The missions of this installation, what they take and what they give; and the one that a user means."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from florence_bt.core.declaration import Port
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.report import report_text
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
@@ -30,6 +31,25 @@ def list_missions(folders: Sequence[Path] = ()) -> tuple[str, str]:
     library = MissionLibrary.load(folders)
     lines = [line for mission in library.missions() for line in _lines(mission)]
     return "\n".join(lines), report_text([*library.findings, *collect_declarations().findings])
+
+
+def mission_name(given: str, library: MissionLibrary) -> str:
+    """The name of a mission that is given by its name or its file.
+
+    The file joins the library, and so do the missions beside it that it calls.
+
+    Raises:
+        ConfigError: There is no such file.
+    """
+    file = Path(given)
+    if file.suffix in (".yaml", ".yml"):
+        if not file.exists():
+            raise ConfigError(f"there is no file {given!r}", valid=["a mission file", *library.names()])
+        mission = library.add_file(file)
+        if mission is not None:
+            library.add_neighbours([mission])
+        return file.stem
+    return given
 
 
 def _lines(mission: Mission) -> Iterator[str]:

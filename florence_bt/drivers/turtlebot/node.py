@@ -311,7 +311,9 @@ class TurtlebotNode(FlorenceNode):
         if self._joint_limiter.is_due(reading.stamp):
             self._publish_joints(reading, stamp)
         if self._state_limiter.is_due(reading.stamp) or news:
-            self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), stamp))
+            state = self._state_report.take(reading.state)
+            if self._state_topic.get_subscription_count():
+                self._state_topic.publish(_state_to_ros(state, stamp))
             self._publish_create_2(reading, stamp)
         if news:
             self._publish_diagnostics()
@@ -345,13 +347,15 @@ class TurtlebotNode(FlorenceNode):
         gyro = reading.gyro
         if gyro is None:
             return
-        self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, stamp))
-        raw = (
-            (gyro.legacy_raw_rate, gyro.legacy_raw_yaw)
-            if settings.legacy_imu_raw
-            else (gyro.raw_rate, gyro.raw_yaw)
-        )
-        self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, stamp))
+        if self._imu_topic.get_subscription_count():
+            self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, stamp))
+        if self._raw_imu_topic.get_subscription_count():
+            raw = (
+                (gyro.legacy_raw_rate, gyro.legacy_raw_yaw)
+                if settings.legacy_imu_raw
+                else (gyro.raw_rate, gyro.raw_yaw)
+            )
+            self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, stamp))
 
     def _publish_joints(self, reading: BaseReading, stamp: float) -> None:
         twist = reading.odometry.twist

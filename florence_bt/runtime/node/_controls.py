@@ -11,12 +11,12 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.topics import DOCK, LAST_OVERRIDE, MANUAL_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import MAX_VALUE, checked_text
 from florence_bt.runtime.run import RunStatus
@@ -28,7 +28,7 @@ class Controls:
     Args:
         node: The node that serves them.
         missions: What runs the missions.
-        reload: Reads the mission files again; answers later with its success and a report for people.
+        reload: Reads the mission files again.
         goals: The open goals that use the robot.
 
     Attributes:
@@ -40,7 +40,7 @@ class Controls:
         self,
         node: FlorenceNode,
         missions: Executor,
-        reload: Callable[[Callable[[bool, str], None]], None],
+        reload: Callable[[], ReloadReport],
         goals: RobotGoals,
     ) -> None:
         self._node = node
@@ -102,15 +102,12 @@ class Controls:
         response.success, response.message = True, f"{run.run_id} goes on{waits}"
         return response
 
-    def _on_reload(self, request: ReloadMissions.Request, response: ReloadMissions.Response) -> Deferred:
-        answer = Deferred()
-
-        def reloaded(success: bool, report: str) -> None:
-            response.success, response.report = success, report
-            answer.answer(response)
-
-        self._reload(reloaded)
-        return answer
+    def _on_reload(
+        self, request: ReloadMissions.Request, response: ReloadMissions.Response
+    ) -> ReloadMissions.Response:
+        report = self._reload()
+        response.success, response.report = report.ok, report.text()
+        return response
 
     def _on_override(self, message: Bool) -> None:
         """True: every run and every goal ends, nothing may start. False: missions may start, nothing resumes.

@@ -7,16 +7,13 @@ from collections.abc import Mapping
 
 from diagnostic_msgs.msg import KeyValue as DiagnosticValue
 from florence_interfaces.msg import MissionInfo, MissionPort, RunState
-from py_trees_ros_interfaces.msg import ActivityItem, Behaviour, BehaviourTree, KeyValue, Statistics
+from py_trees_ros_interfaces.msg import Behaviour, BehaviourTree, KeyValue
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.declaration import Port
-from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import RUN_STATES
 from florence_bt.runtime.viewers.snapshot import NodeSnapshot
-from florence_bt.runtime.viewers.tick_statistics import TickStatistics
-from florence_bt.runtime.viewers.variables import Activity
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import format_value
 
@@ -60,33 +57,14 @@ def port_to_ros(name: str, port: Port) -> MissionPort:
 
 
 def snapshot_to_ros(
-    nodes: tuple[NodeSnapshot, ...], *, changed: bool, statistics: TickStatistics
+    nodes: tuple[NodeSnapshot, ...], values: Mapping[str, str], *, changed: bool
 ) -> BehaviourTree:
-    """A tree as the ecosystem's watchers read it."""
+    """A tree as the ecosystem's watchers read it, with the keys on the visited path and their values."""
     return BehaviourTree(
         behaviours=[_node_to_ros(node) for node in nodes],
         changed=changed,
-        statistics=_statistics_to_ros(statistics),
+        blackboard_on_visited_path=[DiagnosticValue(key=key, value=value) for key, value in values.items()],
     )
-
-
-def variables_to_ros(values: Mapping[str, str]) -> list[DiagnosticValue]:
-    """Keys with their values as texts."""
-    return [DiagnosticValue(key=name, value=value) for name, value in values.items()]
-
-
-def activity_to_ros(activity: list[Activity]) -> list[ActivityItem]:
-    """What happened to the keys."""
-    return [
-        ActivityItem(
-            key=item.key,
-            client_name=item.client,
-            activity_type=item.kind,
-            previous_value=item.before,
-            current_value=item.now,
-        )
-        for item in activity
-    ]
 
 
 def _node_to_ros(node: NodeSnapshot) -> Behaviour:
@@ -110,16 +88,3 @@ def _node_to_ros(node: NodeSnapshot) -> Behaviour:
 
 def _uuid_to_ros(value: uuid.UUID | None) -> UUID:
     return UUID() if value is None else UUID(uuid=list(value.bytes))
-
-
-def _statistics_to_ros(ticks: TickStatistics) -> Statistics:
-    return Statistics(
-        count=ticks.count,
-        stamp=stamp_to_ros(ticks.stamp),
-        tick_duration=ticks.duration,
-        tick_duration_average=ticks.duration_average,
-        tick_duration_variance=ticks.duration_variance,
-        tick_interval=ticks.interval,
-        tick_interval_average=ticks.interval_average,
-        tick_interval_variance=ticks.interval_variance,
-    )

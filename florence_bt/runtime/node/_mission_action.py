@@ -12,7 +12,6 @@ from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.node import FlorenceNode, with_reason
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 
@@ -28,7 +27,6 @@ class MissionAction:
     Args:
         node: The node that serves it.
         missions: What runs the missions.
-        edits: Reads and checks edited missions; a goal that comes during a check is refused.
         action_type: The action.
         name: Its name.
         start: Given the goal, starts a mission: (accepted, run id, why not).
@@ -39,14 +37,12 @@ class MissionAction:
         self,
         node: FlorenceNode,
         missions: Executor,
-        edits: BackgroundCheck,
         action_type: Any,
         name: str,
         start: Callable[[Any], tuple[bool, str, str]],
         result: Callable[[MissionRun | None, str], Any],
     ) -> None:
         self._missions = missions
-        self._edits = edits
         self._start = start
         self._result = result
         self._replaced: MissionRun | None = None
@@ -74,10 +70,6 @@ class MissionAction:
         self._server.finish(self._result(run, ""), _OUTCOMES.get(run.status, Outcome.FAILED))
 
     def _on_goal(self, goal: Any) -> str | None:
-        checked: list[str] = []
-        self._edits.when_fresh(lambda problem, report: checked.append(problem))
-        if not checked:
-            return "missions were edited and are being checked; send the goal again in a moment"
         older = self.run_id
         accepted, run_id, message = self._start(goal)
         if not accepted:
@@ -180,7 +172,6 @@ class PersonMission:
     Args:
         node: The node that serves it.
         missions: What runs the missions.
-        edits: As of :class:`MissionAction`.
         action: Which one.
         start: Triggers a mission given its name, its inputs' names and texts, the caller and the policy:
             (accepted, run id, why not).
@@ -190,16 +181,13 @@ class PersonMission:
         self,
         node: FlorenceNode,
         missions: Executor,
-        edits: BackgroundCheck,
         action: PersonAction,
         start: Callable[[str, Sequence[str], Sequence[str], str, str], tuple[bool, str, str]],
     ) -> None:
         self._action = action
         self._trigger = start
         self._person = self._older = 0.0, 0.0
-        self._goals = MissionAction(
-            node, missions, edits, action.type, action.name, self._start, self._result
-        )
+        self._goals = MissionAction(node, missions, action.type, action.name, self._start, self._result)
         topic = f"{action.skill}/_action/feedback"
         node.create_subscription(action.skill_type.Impl.FeedbackMessage, topic, self._on_feedback, RELIABLE)
 

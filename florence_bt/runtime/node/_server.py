@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,6 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.tf import TransformListener
-from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
@@ -112,13 +110,9 @@ class MissionNode(FlorenceNode):
             RunIds(utc_stamp),
             call_soon=self.call_soon,
             log=self._journal,
-            stopwatch=time.perf_counter,
             yield_cpu=os.sched_yield,
-            reload_at_trigger=False,
             on_tick=self._after_tick,
         )
-        self._edits = BackgroundCheck(missions, self._missions.adopt, self.call_soon, self.steady)
-        self.on_close(self._edits.close)
         recorder = RunRecorder(
             self._missions,
             runs_folder,
@@ -132,7 +126,7 @@ class MissionNode(FlorenceNode):
     def _serve(self) -> None:
         """The services, the action and the topics."""
         runs_folder = Path(self._settings.runs_folder)
-        self._triggers = Triggers(self, self._missions, self._edits, runs_folder)
+        self._triggers = Triggers(self, self._missions, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
@@ -189,8 +183,7 @@ class MissionNode(FlorenceNode):
             self._missions.stop(reason)
 
     def _after_tick(self, run: MissionRun) -> None:
-        duration = time.perf_counter() - self._missions.woken
-        self._watching.after_tick(run, duration)
+        self._watching.after_tick(run)
         self._topics.after_tick(run)
 
     def _on_event(self, run: MissionRun, event: RunEvent) -> None:
@@ -206,15 +199,11 @@ class MissionNode(FlorenceNode):
                 self._forget_transforms()
             self._triggers.on_end(run)
 
-    def _reload(self, answer: Callable[[bool, str], None]) -> None:
+    def _reload(self) -> ReloadReport:
         """Load what was edited in the mission files; the triggers by name follow."""
-
-        def report(problem: str, report: ReloadReport) -> None:
-            # Others who wait for this check are answered first: the trigger of one may be one that goes.
-            self.call_soon(self._triggers.sync)
-            answer(report.ok and not problem, problem or report.text())
-
-        self._edits.when_fresh(report)
+        report = self._missions.reload()
+        self._triggers.sync()
+        return report
 
     def _recorded(self, record: RunRecord) -> None:
         if self._on_recorded is not None:

@@ -13,12 +13,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.answers import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.node._mission_action import (
     APPROACH_ME,
     FOLLOW_ME,
@@ -45,16 +42,12 @@ class Triggers:
     Args:
         node: The node that serves them.
         missions: What runs the missions.
-        edits: Reads and checks edited missions; a trigger waits for that.
         runs_folder: Where the journal is: the id of an earlier run starts the same mission once more.
     """
 
-    def __init__(
-        self, node: FlorenceNode, missions: Executor, edits: BackgroundCheck, runs_folder: Path
-    ) -> None:
+    def __init__(self, node: FlorenceNode, missions: Executor, runs_folder: Path) -> None:
         self._node = node
         self._missions = missions
-        self._edits = edits
         self._runs_folder = runs_folder
         self._run_of_topic: str | None = None
         self._by_name: dict[str, Any] = {}
@@ -63,14 +56,13 @@ class Triggers:
         self._execute = MissionAction(
             node,
             missions,
-            edits,
             ExecuteMission,
             "florence_bt/execute_mission",
             self._execute_mission,
             execute_result,
         )
         self._with_person = [
-            PersonMission(node, missions, edits, action, self._start) for action in (FOLLOW_ME, APPROACH_ME)
+            PersonMission(node, missions, action, self._start) for action in (FOLLOW_ME, APPROACH_ME)
         ]
         node.create_subscription(Bool, f"{SEARCH}/cmd", self._on_search_command, RELIABLE)
         self.sync()
@@ -112,35 +104,19 @@ class Triggers:
         for action in self._with_person:
             action.on_end(run)
 
-    def _on_run_mission(self, request: RunMission.Request, response: RunMission.Response) -> Deferred:
-        answer = Deferred()
+    def _on_run_mission(
+        self, request: RunMission.Request, response: RunMission.Response
+    ) -> RunMission.Response:
+        answer = self._start_asked(request, "run_mission service")
+        response.accepted, response.run_id, response.message = answer
+        return response
 
-        def start(problem: str, report: ReloadReport) -> None:
-            response.accepted, response.run_id, response.message = (False, "", problem)
-            if not problem:
-                answered = self._start_asked(request, "run_mission service")
-                response.accepted, response.run_id, response.message = answered
-            answer.answer(response)
-
-        self._edits.when_fresh(start)
-        return answer
-
-    def _on_trigger(self, mission: str, request: Trigger.Request, response: Trigger.Response) -> Deferred:
-        answer = Deferred()
-        service = self._by_name.get(mission)
-
-        def start(problem: str, report: ReloadReport) -> None:
-            if self._by_name.get(mission) is not service:
-                return  # the trigger has gone meanwhile, and with it the way to answer
-            response.success, response.message = False, problem
-            if not problem:
-                caller = f"missions/{mission} service"
-                response.success, run_id, message = self._start(mission, (), (), caller)
-                response.message = f"{message} (run {run_id})" if response.success else message
-            answer.answer(response)
-
-        self._edits.when_fresh(start)
-        return answer
+    def _on_trigger(
+        self, mission: str, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        response.success, run_id, message = self._start(mission, (), (), f"missions/{mission} service")
+        response.message = f"{message} (run {run_id})" if response.success else message
+        return response
 
     def _on_search_command(self, message: Bool) -> None:
         caller = f"{SEARCH}/cmd topic"
@@ -149,15 +125,9 @@ class Triggers:
                 self._missions.stop(f"false on {SEARCH}/cmd", self._run_of_topic)
             return
 
-        def start(problem: str, report: ReloadReport) -> None:
-            if problem:
-                self._node.get_logger().warning(f"{SEARCH!r} asked by {caller!r} was refused: {problem}")
-                return
-            accepted, run_id, _ = self._start(SEARCH, (), (), caller)
-            if accepted:
-                self._run_of_topic = run_id
-
-        self._edits.when_fresh(start)
+        accepted, run_id, _ = self._start(SEARCH, (), (), caller)
+        if accepted:
+            self._run_of_topic = run_id
 
     def _execute_mission(self, goal: ExecuteMission.Goal) -> tuple[bool, str, str]:
         older = self._execute.run_id
@@ -182,6 +152,7 @@ class Triggers:
         priority: int = 0,
     ) -> tuple[bool, str, str]:
         """Trigger a mission: (accepted, run id, message). Nothing that a caller sends raises from here."""
+        self._missions.reload()
         try:
             request = request_from_texts(
                 mission, names, values, caller=caller, policy=policy, priority=priority

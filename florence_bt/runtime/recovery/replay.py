@@ -123,8 +123,6 @@ class _Replay:
             library, self._skills, declarations, self._clock, lambda: None, event_bus
         )
         self._tree = TreeRun(run, environment, lambda run: None, self._on_over)
-        nodes = self._tree.root.iterate()
-        self._watched = {path_of(node): node for node in nodes if isinstance(node, WatchedSkill)}
 
     def go(self) -> Replayed:
         self._run.status = RunStatus.RUNNING
@@ -207,7 +205,7 @@ class _Replay:
             event for at, event in of_tick if event.kind in _COMPARED and at not in self._between.starts
         ]
         for node in self._asked_in_background(compared):
-            self._watched[node].ask_again()
+            node.ask_again()
         self._tree.step()
         wanted = [_recorded(event) for event in compared]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
@@ -215,21 +213,22 @@ class _Replay:
         if (done[: len(wanted)] if not complete else done) != wanted:
             raise ReplayDiverged(_difference(first.tick, wanted, done))
 
-    def _asked_in_background(self, compared: Sequence[JournaledEvent]) -> Iterator[str]:
+    def _asked_in_background(self, compared: Sequence[JournaledEvent]) -> Iterator[WatchedSkill]:
         """The watched skills that were asked again in a tick before the tree came to them.
 
         These questions come first, in the order of the tree. A node that began to run after other starts has
         started its skill itself, in its turn.
         """
+        starts = [event for event in compared if event.kind == EventKind.SKILL_STARTED.value]
+        nodes = self._tree.root.iterate() if starts else ()
+        watched = {path_of(node): node for node in nodes if isinstance(node, WatchedSkill)}
+        places = {path: place for place, path in enumerate(watched)}
         began = {event.node for event in compared if event.new == Status.RUNNING.name}
-        places = {path: place for place, path in enumerate(self._watched)}
         last: float = -1
-        for event in compared:
-            if event.kind != EventKind.SKILL_STARTED.value:
-                continue
+        for event in starts:
             place = places.get(event.node)
             if place is not None and (place > last or event.node not in began):
-                yield event.node
+                yield watched[event.node]
             last = inf if place is None or place <= last else place
 
     def _advance(self, when: float, early_s: float) -> None:

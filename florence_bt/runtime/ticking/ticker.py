@@ -15,6 +15,7 @@ from py_trees import composites, decorators, logging
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
+from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.stepping import Stepping
 
@@ -299,6 +300,8 @@ def make_initialise(table: TickTable, cls: Any) -> Callable[[Any], None]:
     """``initialise`` of a class of composites; one that is overridden may stop children itself."""
     if cls.initialise is Behaviour.initialise:
         return cls.initialise
+    if cls.initialise is Selector.initialise:
+        return lambda node: table.halt_from(node.children, 0)
     return lambda node: table.watch(node.children, node.initialise)
 
 
@@ -447,7 +450,8 @@ def _decision(node: composites.Parallel) -> tuple[Status, Behaviour]:
 
 def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """``behaviours.stepping.Stepping``: ticks the children that the node names; any ``stop``."""
-    ticks = table.ticks
+    ticks, change = table.ticks, table.change
+    plain, stop = _stops_as_composites_do(cls), make_stop(table)
 
     def take_steps(node: Any) -> Status:
         steps = node.steps()
@@ -464,18 +468,33 @@ def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
         try:
             new = take_steps(node)
             before = node.status
-            if new is INVALID:
+            if plain:
+                if new is not RUNNING:
+                    stop(node, new)
+            elif new is INVALID:
                 table.watch(node.children, lambda: node.stop(INVALID))
             elif new is not RUNNING:
                 node.stop(new)
         finally:
             node.on_halt = None  # a stop from outside is not for this table
-        node.status = new
-        if before is not new and table.record:
+        if node.status is not new:
+            change(node, new)
+        elif not plain and before is not new and table.record:
             table.changes.append((node, before, new))
         return new
 
-    return tick, table.stop_by_itself
+    return tick, (lambda node: stop(node, INVALID)) if plain else table.stop_by_itself
+
+
+def _stops_as_composites_do(cls: Any) -> bool:
+    """Whether a class has the ``stop`` of py_trees, and no ``terminate`` of a user that may stop children."""
+    module = cls.terminate.__module__
+    known = module == Behaviour.__module__ or module.startswith("florence_bt.behaviours.")
+    return known and cls.stop in (
+        composites.Composite.stop,
+        composites.Sequence.stop,
+        composites.Selector.stop,
+    )
 
 
 MAKERS = {

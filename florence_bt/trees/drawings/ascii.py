@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -41,8 +41,7 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Left:
+class Left(NamedTuple):
     """Where a node stood when the nodes above it went on without it.
 
     Attributes:
@@ -60,8 +59,7 @@ LeftNodes = Callable[[Behaviour], Left | None]
 """Tells where a node stood that stands at INVALID now; None when it was not reached."""
 
 
-@dataclass(frozen=True, slots=True)
-class TreeRow:
+class TreeRow(NamedTuple):
     """One node of a dump.
 
     Attributes:
@@ -81,9 +79,14 @@ class TreeRow:
     left: bool = False
 
     @property
+    def running(self) -> bool:
+        """Whether it has not ended; with :attr:`left` it was stopped before its end."""
+        return self.status is Status.RUNNING
+
+    @property
     def mark(self) -> str:
         """One of :data:`MARKS`, or :data:`STOPPED`."""
-        return STOPPED if self.left and self.status is Status.RUNNING else MARKS[self.status]
+        return STOPPED if self.left and self.running else MARKS[self.status]
 
 
 def tree_rows(
@@ -101,13 +104,16 @@ def tree_rows(
     todo = [(root, 0)]
     while todo:
         node, depth = todo.pop()
+        status, says = node.status, ""
+        stood = left(node) if status is Status.INVALID else None
+        if stood is not None:
+            status, says = stood.status, _message(node, stood.why, stood.message, known, left)
+        elif status is not Status.INVALID:
+            says = _message(node, explain(node, known), node.feedback_message, known, left)
         title = f"{shown_name(node)}{_kind(node)}"
-        stood = left(node) if node.status is Status.INVALID else None
-        status = node.status if stood is None else stood.status
-        says = _message(node, known, left)
         rows.append(TreeRow(depth, status, title, says, durations(node), left=stood is not None))
         children = node.shown if isinstance(node, Finally) else node.children
-        todo.extend((child, depth + 1) for child in reversed(children))
+        todo += [(child, depth + 1) for child in reversed(children)]
     return tuple(rows)
 
 
@@ -162,16 +168,16 @@ def _word_for(kind: type[Behaviour]) -> str:
     return next((word for known, word in _KINDS if issubclass(kind, known)), "")
 
 
-def _message(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> str:
+def _message(
+    node: Behaviour, why: Why | None, says: str, known: dict[Behaviour, Why], left: LeftNodes
+) -> str:
     """What a node says; the reason of a failure only where it begins or changes."""
-    why = _why(node, known, left)
     if why is None:
-        stood = left(node) if node.status is Status.INVALID else None
-        says = stood.message if stood is not None else node.feedback_message
-        return "" if stood is None and node.status is Status.INVALID else _one_line(says)
-    said_below = {below.reason for child in node.children if (below := _why(child, known, left)) is not None}
-    if isinstance(node, (Composite, Decorator)) and _is_repeated(why.reason, said_below):
-        return ""
+        return _one_line(says)
+    if isinstance(node, (Composite, Decorator)):
+        below = (_why(child, known, left) for child in node.children)
+        if _is_repeated(why.reason, {each.reason for each in below if each is not None}):
+            return ""
     return _one_line(why.reason)
 
 

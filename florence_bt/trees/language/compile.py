@@ -13,6 +13,7 @@ from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.annotations import Title, annotations_of
+from florence_bt.behaviours.branch import Branch, take_ids
 from florence_bt.behaviours.branching import If, Switch
 from florence_bt.behaviours.catching import OnFailure
 from florence_bt.behaviours.composites import Finally, ReactiveSelector, ReactiveSequence, Selector
@@ -23,6 +24,7 @@ from florence_bt.behaviours.decorators import (
     ForceSuccess,
     Invert,
     Once,
+    PreparedDecorator,
     StartGuard,
     While,
 )
@@ -37,6 +39,7 @@ from florence_bt.behaviours.until import Question, Until, WaitUntil
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
+from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
@@ -107,7 +110,12 @@ def origin_of(behaviour: Behaviour) -> Origin | None:
 
 
 def compile_mission(
-    mission: Mission, library: MissionLibrary, inputs: Mapping[str, Any], context: TreeContext
+    mission: Mission,
+    library: MissionLibrary,
+    inputs: Mapping[str, Any],
+    context: TreeContext,
+    *,
+    as_reached: bool = False,
 ) -> CompiledTree:
     """Build the tree of a mission.
 
@@ -116,6 +124,9 @@ def compile_mission(
         library: Where called missions are found.
         inputs: Every input in SI units, as ``parse_inputs`` returns them.
         context: What the tree's nodes share; its keys are set to the inputs.
+        as_reached: Whether called missions, and what stands behind `when` and `unless`, are built when they
+            are first reached. Until then nodes with the same names and ids stand in for them, which many runs
+            share. What is asked as a condition again and again, and clean-ups, are built at once.
 
     Raises:
         ConfigError: The mission, or one that it calls, has an error that a check would have found.
@@ -130,8 +141,36 @@ def compile_mission(
         parts.fitting.add(mission)
     context.keys.declare(parts.get(mission, "keys", partial(_declared_keys, mission)))
     context.keys.reset(inputs)
-    builder = _TreeBuilder(mission, parts, context, (mission.name,))
-    return CompiledTree(builder.root(mission.name), mission, context.keys)
+    whole = parts.get(mission, "whole", partial(_whole_tree, mission, parts)) if as_reached else None
+    builder = _TreeBuilder(mission, parts, context, (mission.name,), later=whole.later if whole else None)
+    root = builder.root(mission.name)
+    if whole is not None:
+        take_ids(root, whole.root)
+    return CompiledTree(root, mission, context.keys)
+
+
+Place = tuple[int | str, ...]
+"""Where a branch begins: the ids of the nodes of mission files that call, and of the last one."""
+
+
+@dataclass(frozen=True)
+class _WholeTree:
+    """The tree of a mission with everything that it calls, never ticked: it stands in for what is not built.
+
+    Attributes:
+        root: The root.
+        later: The nodes below which a run builds nothing until they are reached.
+    """
+
+    root: Behaviour
+    later: Mapping[Place, PreparedDecorator]
+
+
+def _whole_tree(mission: Mission, parts: _Parts) -> _WholeTree:
+    context = TreeContext(ManualClock(), lambda: None, {}, parts.analysis.declarations)
+    made: dict[Place, PreparedDecorator] = {}
+    builder = _TreeBuilder(mission, parts, context, (mission.name,), made=made)
+    return _WholeTree(builder.root(mission.name), made)
 
 
 class _Parts:
@@ -178,6 +217,36 @@ def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclarati
     return parts
 
 
+@dataclass(frozen=True, slots=True)
+class _Start:
+    """What is asked before a node starts.
+
+    Attributes:
+        name: The name of the guard.
+        conditions: By ``unless``, ``when`` and ``while``.
+    """
+
+    name: str
+    conditions: Mapping[str, CompiledExpression]
+
+
+@dataclass(frozen=True, slots=True)
+class _OfNode:
+    """What is made of a node of a mission file once, whatever its kind.
+
+    Attributes:
+        title: Its name in the tree.
+        origin: What its behaviour was built from.
+        because: The author's words for its failures: for all, and for those with a code.
+        start: What is asked before it starts.
+    """
+
+    title: str
+    origin: Origin
+    because: tuple[TextTemplate | None, Mapping[str, TextTemplate]] | None
+    start: _Start | None
+
+
 class _TreeBuilder:
     """Builds the nodes of one call of one mission.
 
@@ -189,16 +258,31 @@ class _TreeBuilder:
         parts: What was made of the missions before.
         context: The context with the keys of this call.
         callers: The names of the missions from the outermost to this one.
+        place: Where this one is called.
+        later: The nodes of the whole tree by place; what is below them is built when it is reached. None: at
+            once.
+        made: Takes such nodes as they are built.
     """
 
     def __init__(
-        self, mission: Mission, parts: _Parts, context: TreeContext, callers: tuple[str, ...]
+        self,
+        mission: Mission,
+        parts: _Parts,
+        context: TreeContext,
+        callers: tuple[str, ...],
+        place: Place = (),
+        *,
+        later: Mapping[Place, PreparedDecorator] | None = None,
+        made: dict[Place, PreparedDecorator] | None = None,
     ) -> None:
         self._mission = mission
         self._parts = parts
         self._analysis = parts.analysis
         self._context = context
         self._callers = callers
+        self._place = place
+        self._later = later
+        self._made = made
         self.watch: Watch | None = None
         """The condition that is built now; None: nobody watches here."""
 
@@ -223,22 +307,34 @@ class _TreeBuilder:
 
     def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
-        name = _one_step(name) if name else self._parts.get(node, "title", lambda: _one_step(node.title))
+        of = self._parts.get(node, "node", partial(self._of_node, node))
+        name = _one_step(name) if name else of.title
         if self.watch is not None:
             self._depend(node, self.watch)
-        if node.cleanup is None:
-            behaviour = self._while(node, self._bare(node, name, skipped_fails))
+        if of.start is None:
+            behaviour = self._guarded(node, name, skipped_fails)
         else:
-            behaviour = self._finally(node, node.cleanup, name, skipped_fails)
-        behaviour = self._start_guard(node, behaviour, skipped_fails)
-        if node.reasons is not None:
-            read = partial(_texts_of, node.reasons, self._analysis.groups)
-            text, by_code = self._parts.get(node, "because", read)
-            annotations_of(behaviour).because = Because(self._context.keys, text, by_code)
-        annotations_of(behaviour).origin = self._parts.get(
-            node, "origin", lambda: Origin(self._mission, node)
-        )
+            guarded = partial(self._guarded, node, name, skipped_fails)
+            behaviour = self._start_guard(node, of.start, guarded, skipped_fails)
+        annotations = annotations_of(behaviour)
+        annotations.origin = of.origin
+        if of.because is not None:
+            annotations.because = Because(self._context.keys, *of.because)
         return behaviour
+
+    def _of_node(self, node: Node) -> _OfNode:
+        """What is made of a node once."""
+        # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
+        holds = node.holds if node.cleanup is not None else None
+        asked = {"unless": node.unless, "when": node.when, "while": holds}
+        guards = {word: guard for word, guard in asked.items() if guard is not None}
+        start = None
+        if guards:
+            name = _one_step(", ".join(f"{word} {guard.text}" for word, guard in guards.items()))
+            start = _Start(name, {word: self._condition(guard) for word, guard in guards.items()})
+        groups = self._analysis.groups
+        because = _texts_of(node.reasons, groups) if node.reasons is not None else None
+        return _OfNode(_one_step(node.title), Origin(self._mission, node), because, start)
 
     def _depend(self, node: Node, watch: Watch) -> None:
         """Have a condition asked again when a key changes that a node of it reads to decide something."""
@@ -252,6 +348,12 @@ class _TreeBuilder:
         return Spot(self.watch) if self.watch is not None else None
 
     # ---- guards and clean-ups -------------------------------------------------------------------------
+
+    def _guarded(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
+        """What the conditions for the start of a node stand before."""
+        if node.cleanup is None:
+            return self._while(node, self._bare(node, name, skipped_fails))
+        return self._finally(node, node.cleanup, name, skipped_fails)
 
     def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
         def make_cleanup(context: TreeContext) -> Behaviour:
@@ -269,29 +371,53 @@ class _TreeBuilder:
         code = node.own_failure(GUARD_FAILED)
         return While(name, behaviour, self._context, self._condition(node.holds), code)
 
-    def _start_guard(self, node: Node, behaviour: Behaviour, skipped_fails: bool) -> Behaviour:
-        # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
-        holds = node.holds if node.cleanup is not None else None
-        if node.when is None and node.unless is None and holds is None:
-            return behaviour
-        guards = (("unless", node.unless), ("when", node.when), ("while", holds))
-        name = ", ".join(f"{word} {guard.text}" for word, guard in guards if guard is not None)
-        unless, when, goes_on = (self._condition(g) if g is not None else None for _, g in guards)
-        return StartGuard(
-            _one_step(name),
-            behaviour,
+    def _start_guard(
+        self, node: Node, start: _Start, guarded: Callable[[], Behaviour], skipped_fails: bool
+    ) -> Behaviour:
+        place = (*self._place, id(node), "guarded")
+        conditions = start.conditions
+        guard = StartGuard(
+            start.name,
+            self._branch(place, guarded),
             self._context,
-            when,
-            unless,
-            goes_on,
+            conditions.get("when"),
+            conditions.get("unless"),
+            conditions.get("while"),
             code=node.own_failure(GUARD_FAILED),
             skipped_fails=skipped_fails,
         )
+        return self._note(place, guard)
+
+    # ---- branches that are built when they are reached ------------------------------------------------
+
+    def _branch(self, place: Place, build: Callable[[], Behaviour]) -> Behaviour | Branch:
+        """What a node builds when it is reached; what is watched and a clean-up: at once."""
+        if self._later is None or self.watch is not None:
+            # The places of a condition are counted in the order in which its nodes are built.
+            return build()
+        return Branch(partial(self._unwatched, build), self._later[place].decorated)
+
+    def _unwatched(self, build: Callable[[], Behaviour]) -> Behaviour:
+        """Build below a node that nobody watches, later: the builder may stand elsewhere by then."""
+        outer, self.watch = self.watch, None
+        try:
+            return build()
+        finally:
+            self.watch = outer
+
+    def _note(self, place: Place, node: PreparedDecorator) -> PreparedDecorator:
+        if self._made is not None:
+            self._made[place] = node
+        return node
 
     # ---- composites -----------------------------------------------------------------------------------
 
     def _bare(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
         match node:
+            case model.RunSkill():
+                return self._run_skill(node, name)
+            case model.Wrapper():
+                return self._wrapper(node, name, skipped_fails)
             case model.Sequence(children=children, memory=True):
                 return Sequence(name, True, self._children(children, False))
             case model.Selector(children=children, memory=True):
@@ -314,8 +440,6 @@ class _TreeBuilder:
                 return self._call_mission(node, name)
             case model.WaitUntil(goal=goal):
                 return WaitUntil(name, self._context, self._question(goal))
-            case model.Wrapper():
-                return self._wrapper(node, name, skipped_fails)
         return self._leaf(node, name)
 
     def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
@@ -370,12 +494,20 @@ class _TreeBuilder:
         mission = self._analysis.library.get(called)
         keys = KeyStore()
         keys.declare(self._parts.get(mission, "keys", partial(_declared_keys, mission)))
-        context = self._context.with_keys(keys)
-        builder = _TreeBuilder(mission, self._parts, context, (*self._callers, called))
+        place = (*self._place, id(node))
+        builder = _TreeBuilder(
+            mission,
+            self._parts,
+            self._context.with_keys(keys),
+            (*self._callers, called),
+            place,
+            later=self._later,
+            made=self._made,
+        )
         builder.watch = self.watch
-        return CallMission(
+        call = CallMission(
             name,
-            builder.root(),
+            self._branch(place, builder.root),
             self._context,
             keys,
             mission.inputs,
@@ -383,6 +515,7 @@ class _TreeBuilder:
             {output.text: key.text for output, key in node.outputs},
             watched=self.watch is not None,
         )
+        return self._note(place, call)
 
     # ---- decorators and leaves ------------------------------------------------------------------------
 
@@ -416,8 +549,7 @@ class _TreeBuilder:
                 return self._for_each(node, name, child)
             case model.Repeat(rounds=None):
                 return Repeat(name, child, self._context, math.inf)
-        kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
-        argument = self._value(next(model.values_of(node)), kind)
+        argument, kind = self._parts.get(node, "argument", partial(self._argument, node))
         behaviour: Behaviour
         match node:
             case model.Retry(on=on, attempt_key=key, between=between):
@@ -480,6 +612,11 @@ class _TreeBuilder:
         """The codes that some codes and groups stand for."""
         return frozenset().union(*(codes_named(word.text, self._analysis.groups) for word in words))
 
+    def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
+        """How often, or how long."""
+        kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
+        return self._value(next(model.values_of(node)), kind), kind
+
     def _leaf(self, node: Node, name: str) -> Behaviour:
         context = self._context
         match node:
@@ -493,18 +630,20 @@ class _TreeBuilder:
                 seconds = self._value(duration, Kind.DURATION)
                 return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
             case model.Set(values=values):
-                return SetKey(name, context, {key.text: self._set_value(key, value) for key, value in values})
+                return SetKey(
+                    name, context, self._parts.get(node, "values", partial(self._set_values, values))
+                )
             case model.Append(values=values):
                 return AppendToKeys(
                     name, context, {key.text: self._added(key, value) for key, value in values}
                 )
-            case model.RunSkill():
-                return self._run_skill(node, name)
         raise TypeError(f"no behaviour is known for {type(node).__name__}")
 
-    def _set_value(self, key: Literal, value: Value) -> Any:
-        port = self._mission.keys.get(key.text)
-        return self._value(value, port.kind if port is not None else None)
+    def _set_values(self, values: Iterable[tuple[Literal, Value]]) -> dict[str, Any]:
+        ports = ((key.text, value, self._mission.keys.get(key.text)) for key, value in values)
+        return {
+            key: self._value(value, port.kind if port is not None else None) for key, value, port in ports
+        }
 
     def _added(self, key: Literal, value: Value) -> Any:
         """What is added to a list, or to a text."""
@@ -514,20 +653,24 @@ class _TreeBuilder:
         return self._parts.get(value, "added", lambda: self._placed(value, template_of))
 
     def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
+        inputs, outputs = self._parts.get(node, "ports", partial(self._ports, node))
+        if self.watch is None:
+            return RunSkill(name, self._context, node.skill, inputs, outputs)
+        spot = Spot(self.watch)
+        if not is_condition(node, self._context.declarations[node.skill]):
+            return ConditionAction(name, self._context, node.skill, inputs, outputs, spot)
+        keys = {each.key for value in model.values_of(node) for each in model.references(value)}
+        every = EVERY_S if node.every is None else node.every
+        return WatchedSkill(name, self._context, node.skill, inputs, outputs, spot, keys=keys, every=every)
+
+    def _ports(self, node: model.RunSkill) -> tuple[dict[str, Any], dict[str, str]]:
+        """What a skill takes and where its outputs go."""
         declaration = self._context.declarations.get(node.skill)
         if declaration is None:
             known = closest_first(node.skill, self._context.declarations)
             raise self._error(node.position, f"unknown skill {node.skill!r}", known)
         inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
-        outputs = {output.text: key.text for output, key in node.outputs}
-        if self.watch is None:
-            return RunSkill(name, self._context, node.skill, inputs, outputs)
-        spot = Spot(self.watch)
-        if not is_condition(node, declaration):
-            return ConditionAction(name, self._context, node.skill, inputs, outputs, spot)
-        keys = {each.key for value in model.values_of(node) for each in model.references(value)}
-        every = EVERY_S if node.every is None else node.every
-        return WatchedSkill(name, self._context, node.skill, inputs, outputs, spot, keys=keys, every=every)
+        return inputs, {output.text: key.text for output, key in node.outputs}
 
     def _titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""
@@ -632,6 +775,8 @@ def _one_step(name: str) -> str:
 
 def _numbered(siblings: list[Behaviour]) -> list[Behaviour]:
     """Number siblings with equal names, so that every path is unique."""
+    if len({behaviour.name for behaviour in siblings}) == len(siblings):
+        return siblings
     taken: set[str] = set()
     counts: dict[str, int] = {}
     for behaviour in siblings:

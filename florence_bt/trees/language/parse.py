@@ -15,7 +15,7 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
-from florence_bt.core.text_files import read_bytes
+from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model, vocabulary
@@ -45,7 +45,7 @@ def read_mission(path: Path) -> model.Mission:
     Raises:
         ConfigError: The file cannot be read or is not plain YAML.
     """
-    return _MissionParser(path).mission(read_bytes(path), path)
+    return _MissionParser(path).mission(read_bytes(path, MAX_MISSION_BYTES), path)
 
 
 def parse_mission(text: str, path: Path) -> model.Mission:

@@ -1,4 +1,4 @@
-"""Skills and missions of installed packages: found by Python entry points.
+"""Skills, missions and commands of installed packages: found by Python entry points.
 
 A package that cannot be loaded is reported by its name and takes nothing else away.
 """
@@ -11,6 +11,7 @@ import importlib.util
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from florence_bt.trees.language.findings import WARNING, Finding
 
@@ -18,6 +19,8 @@ SKILLS = "florence_bt.skills"
 """Entry points of modules with ``SkillDeclaration`` values."""
 MISSIONS = "florence_bt.missions"
 """Entry points of package folders with mission files."""
+COMMANDS = "florence_bt.commands"
+"""Entry points of ``typer.Typer`` objects whose commands become verbs of ``florence``."""
 
 
 class ThirdParty:
@@ -38,6 +41,14 @@ class ThirdParty:
             except (Exception, SystemExit) as error:
                 # Whatever a stranger's module does when it is imported is the stranger's fault alone.
                 self._refuse(point, f"cannot be imported: {type(error).__name__}: {error}")
+
+    def commands(self) -> Iterator[tuple[str, Any]]:
+        """The ``typer.Typer`` objects, in the order of the entry points' names, each with who brought it."""
+        for point in _points(COMMANDS):
+            try:
+                yield _owner(point), point.load()
+            except (Exception, SystemExit) as error:
+                self._refuse(point, f"cannot be loaded: {type(error).__name__}: {error}")
 
     def mission_folders(self) -> Iterator[tuple[str, Path]]:
         """The folders of missions, in the order of the entry points' names, each with who brought it."""

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-import statistics
-
 import py_trees
-import pytest
 from py_trees.behaviours import Failure, Running, Success, TickCounter
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
@@ -18,12 +13,7 @@ from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import Invert
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.errors import ConfigError
-from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.viewers.snapshot import NodeType, detail_of, snapshot_of, statuses, type_of
-from florence_bt.runtime.viewers.streams import StreamParameters, checked_variables, keys_text, topic_of
-from florence_bt.runtime.viewers.tick_statistics import WINDOW, TickStatisticsWindow
-from florence_bt.runtime.viewers.variables import Activity, changes, lookup
 
 
 def tree() -> Selector:
@@ -114,71 +104,3 @@ def test_own_composites_are_drawn_as_what_they_do() -> None:
     assert type_of(Switch("w", context, 1, [((1,), Success("i"))])) is NodeType.SELECTOR
     assert type_of(Invert("n", Success("j"))) is NodeType.DECORATOR
     assert type_of(Success("k")) is NodeType.BEHAVIOUR
-
-
-def test_statistics_of_the_last_ten_ticks() -> None:
-    window = TickStatisticsWindow()
-    assert window.as_of(0).stamp == 0.0
-    stamps = [1.0, 1.5, 2.5, 2.6, *(3.0 + i for i in range(10))]
-    durations = [0.01 * i for i in range(len(stamps))]
-    for stamp, duration in zip(stamps, durations, strict=True):
-        window.add(stamp, duration)
-    told = window.as_of(14)
-    intervals = [b - a for a, b in itertools.pairwise(stamps)][-WINDOW:]
-    assert (told.count, told.stamp, told.duration) == (14, 12.0, durations[-1])
-    assert told.duration_average == pytest.approx(statistics.fmean(durations[-WINDOW:]))
-    assert told.duration_variance == pytest.approx(statistics.variance(durations[-WINDOW:]))
-    assert told.interval == pytest.approx(1.0)
-    assert told.interval_average == pytest.approx(statistics.fmean(intervals))
-    assert told.interval_variance == pytest.approx(statistics.variance(intervals))
-
-
-def test_when_a_snapshot_is_due() -> None:
-    only_changes, every_tick, now_and_then = StreamParameters(), StreamParameters(0.0), StreamParameters(2.0)
-    assert only_changes.due(changed=True, since_last=0.0)
-    assert not only_changes.due(changed=False, since_last=1e9)
-    assert every_tick.due(changed=False, since_last=0.0)
-    assert not now_and_then.due(changed=False, since_last=1.9)
-    assert now_and_then.due(changed=False, since_last=1.97)
-    for period in (math.nan, -1.0):
-        with pytest.raises(ConfigError, match="inf for changes only"):
-            StreamParameters(period)
-
-
-@pytest.mark.parametrize(
-    ("wanted", "topic"),
-    [
-        ("", "~/snapshot_streams/_snapshots_7"),
-        ("foo", "~/snapshot_streams/foo"),
-        ("~/foo", "~/foo"),
-        ("/bar/foo", "/bar/foo"),
-    ],
-)
-def test_names_of_streams(wanted: str, topic: str) -> None:
-    assert topic_of(wanted, 7, folder="snapshot_streams", automatic="_snapshots_") == topic
-
-
-def test_keys_as_text() -> None:
-    values = {"/room": "kitchen", "/user": Pose2(1.0, 2.0, 0.5)}
-    assert checked_variables(["room", "/room", "user.x"]) == ("/room", "/user.x")
-    assert lookup(values, "room") == "kitchen" and lookup(values, "/user.x") == "1"
-    assert lookup(values, "/user.z") == "-" and lookup(values, "/nobody") == "-"
-    assert lookup(values, "room.x") == "-"
-    told = keys_text(values, ["/room"], [Activity("/room", "get room", "WRITE", "study", "kitchen")])
-    assert told.splitlines() == [
-        "Blackboard Data",
-        "    /room : kitchen",
-        "Blackboard Activity Stream",
-        "    /room : WRITE study -> kitchen by get room",
-    ]
-    with pytest.raises(ConfigError, match="too many"):
-        checked_variables(["a"] * 2000)
-
-
-def test_changes_of_keys() -> None:
-    writer = Success("get room")
-    writer.status = Status.SUCCESS
-    before = {"/a": 1, "/b": 2, "/room": "hall"}
-    now = {"/a": 1.0, "/c": 3, "/room": "hall"}
-    found = [(i.key, i.kind, i.client) for i in changes(before, now, {"/c": [writer]})]
-    assert found == [("/a", "WRITE", ""), ("/b", "UNSET", ""), ("/c", "INITIALISED", "get room")]

@@ -92,3 +92,44 @@ def test_a_robot_that_is_carried_notices_it() -> None:
     # And follows from there on.
     world.odom = world.odom @ Pose2(0.05)
     assert drive(world, odometry, Pose2(0.05, 0.0, 0.05), Pose2(0.05, 0.0, 0.05), 10)[0] < 0.04
+
+
+# Doors are set back in both walls; the rest of the corridor is bare.
+DOORS: tuple[Box, ...] = tuple(
+    piece
+    for x in (-9.0, -2.5, 6.0, 10.0, 17.5, 24.0, 33.0)
+    for piece in ((x, 1.0, x + 5.0, 1.1), (x - 3.0, -1.1, x + 3.5, -1.0))
+)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_scans_a_metre_apart_do_not_overrule_good_wheels_along_a_corridor(seed: int) -> None:
+    back: tuple[Box, ...] = ((-50.0, 1.15, 50.0, 1.25), (-50.0, -1.25, 50.0, -1.15))
+    world, odometry = World(Pose2(0.0, 0.2), boxes=[*DOORS, *back], seed=seed), LaserOdometry()
+    metres, radians = drive(world, odometry, Pose2(1.0), Pose2(1.01), 24)
+    assert metres < 0.4
+    assert radians < 0.04
+    assert not odometry.broken
+
+
+def test_scans_a_metre_apart_are_followed_as_far_as_the_robot_drives() -> None:
+    """Further than a submap reaches: what is seen from its end is no break."""
+    niches = [(x, 1.0, x + 0.5, 1.5) for x in (-3.0, 2.0, 5.5, 11.0, 14.0, 20.5, 24.0, 31.0, 36.0)]
+    world, odometry = World(Pose2(), boxes=[*CORRIDOR, *niches], seed=2), LaserOdometry()
+    for _ in range(30):
+        update(odometry, world, world.odom)
+        assert not odometry.broken
+        world.pose, world.odom = world.pose @ Pose2(1.0), world.odom @ Pose2(1.0)
+
+
+def test_a_step_is_unsure_along_a_bare_corridor_and_sure_across() -> None:
+    world, odometry = World(Pose2(0.0, 0.2, 0.6), boxes=list(CORRIDOR), seed=2), LaserOdometry()
+    drive(world, odometry, Pose2(0.3, 0.0, -0.05), Pose2(0.3, 0.0, -0.05), 3)
+    heading = np.array([np.cos(world.pose.yaw), -np.sin(world.pose.yaw)])  # the corridor, seen by the robot
+    across = np.array([-heading[1], heading[0]])
+    covariance = odometry.covariance[:2, :2]
+    assert np.sqrt(heading @ covariance @ heading) > 1.5 * np.sqrt(across @ covariance @ across)
+    room, there = World(Pose2(2.0, 2.0, 0.3), boxes=[*WALLS, *FURNITURE], seed=2), LaserOdometry()
+    drive(room, there, Pose2(0.3), Pose2(0.3), 2)
+    least, most = np.sqrt(np.linalg.eigvalsh(there.covariance[:2, :2]))
+    assert most < 1.2 * least

@@ -149,7 +149,7 @@ def cloud(**changes: float) -> ParticleFilter:
 def test_motion_without_noise_is_exact() -> None:
     particles = cloud(alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
     particles.set_pose(Pose2(1.0, 0.5, math.pi / 2), (0.0, 0.0, 0.0))
-    particles.move(Pose2(0.2, 0.1, 0.3))
+    particles.move(Pose2(0.2, 0.1, 0.3), np.zeros((3, 3)))
     mean, covariance = particles.estimate()
     assert (mean.x, mean.y, mean.yaw) == pytest.approx((0.9, 0.7, math.pi / 2 + 0.3))
     assert np.allclose(covariance, 0.0)
@@ -159,7 +159,7 @@ def test_motion_without_noise_is_exact() -> None:
 def test_driving_backwards_is_as_noisy_as_forwards(motion: Pose2) -> None:
     particles = cloud(alpha1=0.04, alpha2=0.0, alpha3=0.01, alpha4=0.04)
     particles.set_pose(Pose2(), (0.0, 0.0, 0.0))
-    particles.move(motion)
+    particles.move(motion, np.zeros((3, 3)))
     assert particles.particles[:, 0].std() == pytest.approx(0.05, rel=0.15)
     assert particles.particles[:, 2].std() == pytest.approx(0.0, abs=1e-9)
 

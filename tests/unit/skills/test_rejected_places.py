@@ -27,14 +27,21 @@ class Watch:
         self.tracker = UserTracker()
 
     def look(
-        self, camera: Pose2, found: tuple[float, float] | None, times: int, *, stands: bool = True
+        self,
+        camera: Pose2,
+        found: tuple[float, float] | None,
+        times: int,
+        *,
+        stands: bool = True,
+        confidence: float = 0.8,
     ) -> int:
         """Look anew; how many people there are in the end."""
         self.tracker.start(self.now)
         users: tuple[object, ...] = ()
         for _ in range(times):
             self.now += 0.1
-            seen = [] if found is None else [Detection(*found, math.dist(found, (camera.x, camera.y)))]
+            away = math.dist(found, (camera.x, camera.y)) if found else 0.0
+            seen = [Detection(*found, away, confidence)] if found else []
             users = self.tracker.update(self.now, seen, CameraView(camera, lambda x, y: stands))
         return len(users)
 
@@ -83,15 +90,54 @@ def test_a_place_is_rejected_for_good_reasons_only(
     assert watch.look(FAR, STAND, 5) == 1
 
 
-def test_a_person_who_walks_away_from_a_rejected_place_is_somebody(watch: Watch) -> None:
-    watch.look(NEAR, None, USE.reject_pictures)
+def test_a_look_of_two_seconds_at_five_pictures_a_second_rejects_a_place(watch: Watch) -> None:
+    watch.look(NEAR, None, 8)
+    assert watch.look(FAR, STAND, 20) == 0
+
+
+def test_a_rejected_place_is_remembered_for_longer_than_a_search_takes(watch: Watch) -> None:
+    watch.look(NEAR, None, 15)
+    for _ in range(5):
+        watch.now += 100.0
+        assert watch.look(FAR, STAND, 20) == 0
+
+
+def test_what_looks_like_a_person_up_to_where_it_was_looked_at_from_is_rejected_there_too(
+    watch: Watch,
+) -> None:
+    watch.look(Pose2(1.5, 0.0), None, 15)
+    assert watch.look(Pose2(1.4, 0.0), STAND, 20) == 0
+    assert watch.look(Pose2(1.5, 0.0), STAND, 5) == 1
+
+
+def test_who_is_seen_better_than_the_thing_ever_was_stands_at_its_place(watch: Watch) -> None:
+    watch.look(NEAR, None, 15)
+    assert watch.look(FAR, STAND, 20, confidence=0.8) == 0
+    assert watch.look(FAR, STAND, 20, confidence=0.9) == 1
+
+
+def walk(watch: Watch, places: list[tuple[float, float]]) -> int:
+    """Somebody goes from place to place, seen from far away; how many people there are in the end."""
     watch.tracker.start(watch.now)
-    users = ()
-    for step in range(12):
+    users: tuple[object, ...] = ()
+    for x, y in places:
         watch.now += 0.1
-        y = 0.08 * step
-        users = watch.tracker.update(watch.now, [Detection(3.0, y, 3.0)], CameraView(FAR, lambda x, y: True))
-    assert len(users) == 1
+        seen = Detection(x, y, math.hypot(x, y), 0.8)
+        users = watch.tracker.update(watch.now, [seen], CameraView(FAR, lambda x, y: True))
+    return len(users)
+
+
+def test_a_person_who_walks_away_from_a_rejected_place_is_somebody_there_later_too(watch: Watch) -> None:
+    watch.look(NEAR, None, 15)
+    assert walk(watch, [(3.0, 0.08 * step) for step in range(12)]) == 1
+    assert watch.look(FAR, STAND, 5) == 1
+
+
+def test_where_somebody_walked_no_place_is_rejected() -> None:
+    watch = Watch()
+    assert walk(watch, [(3.0, -1.0 + 0.08 * step) for step in range(14)]) == 1
+    watch.look(NEAR, None, 30)
+    assert watch.look(FAR, (3.0, 0.04), 5) == 1
 
 
 def test_a_view_shows_what_stands_where() -> None:

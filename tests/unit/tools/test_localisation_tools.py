@@ -11,8 +11,8 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from tests.unit.skills.navigation_world import make_map
-from tools.carmen_log import FRAME, Record, build_map
-from tools.generated_log import HOKUYO, Conditions, Place, drive
+from tools.carmen_log import FRAME, Record, build_map, thinned
+from tools.generated_log import HOKUYO, Conditions, Place, corridors, drive
 from tools.localisation import Followed, searched
 
 
@@ -76,6 +76,23 @@ def test_a_robot_that_is_walled_in_says_so() -> None:
 def records_along(steps: int) -> list[Record]:
     scan = LaserScan(0.0, FRAME, 0.0, 0.1, 0.0, 5.0, np.ones(3, np.float32))
     return [Record(scan, Pose2(0.5 * n), Pose2(0.5)) for n in range(steps)]
+
+
+def test_a_thinned_log_has_the_same_way_in_fewer_scans() -> None:
+    records = records_along(9)
+    few = thinned(records, 1.0)
+    assert [each.reference.x for each in few] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert [each.motion.x for each in few[1:]] == [1.0] * 4
+    assert thinned(records, 0.1) == records
+
+
+def test_a_generated_corridor_is_a_ring_between_walls() -> None:
+    grid = corridors(5).grid
+    assert np.array_equal(grid.cells, corridors(5).grid.cells)
+    assert not np.array_equal(grid.cells, corridors(6).grid.cells)
+    free = grid.cells == 0
+    assert not (np.roll(free, 1, axis=0) & (grid.cells == -1)).any()
+    assert 230.0 < free.sum() * grid.resolution**2 < 330.0
 
 
 NAN = math.nan

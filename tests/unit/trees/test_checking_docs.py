@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.plain_yaml import MAX_DEPTH, MAX_PARTS, MAX_TEXT
-from florence_bt.core.text_files import MAX_BYTES
+from florence_bt.core.text_files import MAX_MISSION_BYTES
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.analysis import MAX_NODES, MAX_TREE_DEPTH
@@ -34,5 +34,5 @@ def test_every_finding_in_the_document(says, example, tmp_path):
 
 
 def test_the_limits_in_the_document():
-    for limit in (MAX_BYTES, MAX_PARTS, MAX_DEPTH, MAX_TEXT, MAX_FINDINGS, MAX_NODES, MAX_TREE_DEPTH):
+    for limit in (MAX_MISSION_BYTES, MAX_PARTS, MAX_DEPTH, MAX_TEXT, MAX_FINDINGS, MAX_NODES, MAX_TREE_DEPTH):
         assert re.search(rf"\b{limit:,}\b", TEXT), limit

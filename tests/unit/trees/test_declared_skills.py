@@ -2,12 +2,10 @@
 
 import pytest
 
-from florence_bt.btcpp.mission_text import write_yaml
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
-from florence_bt.trees.language.declared_skills import is_skills_file, read_skills_file, skills_document
+from florence_bt.trees.language.declared_skills import is_skills_file, read_skills_file
 from florence_bt.trees.language.loader import MissionLibrary
 
 
@@ -19,31 +17,6 @@ def written(tmp_path):
         return path
 
     return write
-
-
-def test_declarations_come_back(written):
-    skill = SkillDeclaration(
-        "grab",
-        "Grab: a thing.",
-        {"force": Port(Kind.NUMBER, "how hard", 0.5, 0.0, 1.0), "what": Port(Kind.TEXT, "", "")},
-        {"weight": Port(Kind.NUMBER, "in kilograms")},
-        {"slipped": "it fell"},
-        frozenset({"arm", "base"}),
-        12.5,
-        True,
-    )
-    read = read_skills_file(written(write_yaml(skills_document([skill, SkillDeclaration("wave", "")]))))
-    assert read.findings == ()
-    assert read.declarations == {"grab": skill, "wave": SkillDeclaration("wave", "")}
-
-
-def test_our_own_skills_come_back_as_far_as_a_file_can_say(written):
-    own = collect_declarations()
-    read = read_skills_file(written(write_yaml(skills_document(own.values()))))
-    assert read.findings == () and list(read.declarations) == list(own)
-    for name, skill in own.items():
-        assert set(read.declarations[name].inputs) == set(skill.inputs)
-        assert read.declarations[name].resources == skill.resources
 
 
 def test_what_is_wrong_is_told(written):

@@ -1,9 +1,12 @@
-"""Skills and missions of installed packages: what they bring, and what becomes of broken ones."""
+"""Skills, missions and commands of installed packages: what they bring, and what becomes of broken ones."""
 
 import sys
 
 import pytest
+from typer.testing import CliRunner
 
+from florence_bt.cli import application
+from florence_bt.cli.exit_codes import OK, USAGE
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
@@ -20,7 +23,7 @@ def install(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(site))
     before = set(sys.modules)
 
-    def installer(name, files, skills=None, missions=None):
+    def installer(name, files, skills=None, missions=None, commands=None):
         for path, text in files.items():
             file = site / name / path
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -30,6 +33,7 @@ def install(tmp_path, monkeypatch):
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
         points = [f"[florence_bt.skills]\n{name} = {skills}\n"] if skills else []
         points += [f"[florence_bt.missions]\n{name} = {missions}\n"] if missions else []
+        points += [f"[florence_bt.commands]\n{name} = {commands}\n"] if commands else []
         (info / "entry_points.txt").write_text("\n".join(points))
 
     yield installer
@@ -155,3 +159,47 @@ def test_a_plain_copy_shadows_nothing(tmp_path):
     (tmp_path / "goto_room.yaml").write_bytes((BUILT_IN / "goto_room.yaml").read_bytes())
     library = MissionLibrary.load([tmp_path, tmp_path])
     assert library.findings == []
+
+
+COMMANDS = """import typer
+from florence_bt.core.errors import ConfigError
+app = typer.Typer()
+@app.command()
+def dance(steps: int) -> None:
+    \"\"\"Dance.\"\"\"
+    if steps < 1:
+        raise ConfigError("too few steps", valid=["1"])
+    print(f"{steps} steps")
+@app.command()
+def check() -> None:
+    print("mine")
+"""
+
+
+@pytest.fixture
+def florence():
+    return lambda *words: CliRunner().invoke(application.app, words)
+
+
+def test_a_package_brings_commands_with_florences_errors_and_exit_codes(install, florence):
+    install("dancer", {"__init__.py": "", "commands.py": COMMANDS}, commands="dancer.commands:app")
+    assert (florence("dance", "2").exit_code, florence("dance", "2").stdout) == (OK, "2 steps\n")
+    failed = florence("dance", "0")
+    assert failed.exit_code == USAGE and "too few steps" in failed.stderr
+    assert "Dance." in florence("--help").stdout
+
+
+def test_a_package_cannot_replace_a_command(install, florence, tmp_path):
+    install("dancer", {"__init__.py": "", "commands.py": COMMANDS}, commands="dancer.commands:app")
+    (tmp_path / "idle.yaml").write_text("mission: idle\ntree: {wait: 1 s}\n")
+    checked = florence("check", str(tmp_path))
+    assert checked.exit_code == OK and "mine" not in checked.stdout
+    assert "package dancer: its command 'check' is ignored" in florence("--help").stderr
+
+
+def test_commands_that_cannot_be_loaded_take_nothing_else_away(install, florence, tmp_path):
+    install("broken", {"__init__.py": "", "commands.py": "1 / 0"}, commands="broken.commands:app")
+    install("dancer", {"__init__.py": "", "commands.py": COMMANDS}, commands="dancer.commands:app")
+    danced = florence("dance", "3")
+    assert danced.stdout == "3 steps\n"
+    assert "package broken" in danced.stderr and "ZeroDivisionError" in danced.stderr

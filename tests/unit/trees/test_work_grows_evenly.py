@@ -5,8 +5,6 @@ import cProfile
 import pytest
 
 from florence_bt.app.mission_files.checking import check_files
-from florence_bt.btcpp import export_mission, import_trees
-from florence_bt.trees.language.loader import MissionLibrary
 
 SEQUENCE = "mission: m\ntree:\n  sequence:\n"
 
@@ -73,40 +71,3 @@ def test_checking(tmp_path, shape, n):
         folder.mkdir()
     small, large = (checked(folder, shape(size)) for folder, size in zip(folders, (n, 2 * n), strict=True))
     assert large < 2.6 * small
-
-
-def switches(n):
-    branches = "<A/><B/><C/></Switch2>"
-    return "".join(f'<Switch2 variable="{{k{i}}}" case_1="1" case_2="2">{branches}' for i in range(n))
-
-
-def scripts(n):
-    return "".join(f'<Script code="k{i} := k{i - 1} + 1; z{i} := k{i} * 3.5"/>' for i in range(n))
-
-
-def guarded(n):
-    return "<Sequence>" * 5 + "".join(f'<A _skipIf="a{i} == 1"/>' for i in range(n)) + "</Sequence>" * 5
-
-
-@pytest.mark.parametrize("shape", [switches, scripts, guarded])
-def test_importing(tmp_path, shape):
-    calls = []
-    for n in (150, 300):
-        file = tmp_path / f"m{n}.xml"
-        body = f'<BehaviorTree ID="M"><Sequence>{shape(n)}</Sequence></BehaviorTree>'
-        file.write_text(f'<root BTCPP_format="4">{body}</root>')
-        calls.append(calls_of(import_trees, file, {}))
-    assert calls[1] < 2.6 * calls[0]
-
-
-def test_exporting_missions_that_call_the_next_one_twice(tmp_path):
-    calls = []
-    for n in (10, 20):
-        folder = tmp_path / str(n)
-        folder.mkdir()
-        for i in range(n):
-            (folder / f"m{i}.yaml").write_text(caller(f"m{i}", f"m{i + 1}", f"m{i + 1}"))
-        (folder / f"m{n}.yaml").write_text(f"mission: m{n}\ntree: {{wait: 1 s}}\n")
-        library = MissionLibrary.load([folder], built_in=False)
-        calls.append(calls_of(export_mission, "m0", library, {}))
-    assert calls[1] < 2.6 * calls[0]

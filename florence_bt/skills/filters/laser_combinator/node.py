@@ -28,7 +28,7 @@ class LaserCombinatorNode(FlorenceNode):
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("laser_combinator", parameters=parameters, namespace=namespace)
         self._combinator = LaserCombinator(self.read_parameters(CombinatorParameters))
-        # Frames are needed to move the Kinect's points only.
+        # Frames are needed to move the Kinect's points only, and only until the mounting is known.
         self._transforms = TransformListener(self) if self._combinator.parameters.project_origin else None
         self._publisher = self.create_publisher(LaserScanMsg, "scan_combined", SENSOR)
         self.create_subscription(LaserScanMsg, "scan", self._on_laser, SENSOR)
@@ -43,12 +43,15 @@ class LaserCombinatorNode(FlorenceNode):
 
     def _learn_mounting(self, kinect_frame: str) -> None:
         laser_frame = self._combinator.laser_frame
-        if self._transforms is None or laser_frame is None or self._combinator.laser_from_kinect is not None:
+        if self._transforms is None or laser_frame is None:
             return
         try:
             self._combinator.laser_from_kinect = self._transforms.buffer.lookup(laser_frame, kinect_frame)
         except TransformUnavailable as error:
             self.get_logger().warning(f"nothing combined yet: {error}", throttle_duration_sec=5.0)
+            return
+        self.call_soon(self._transforms.close)
+        self._transforms = None
 
     def _publish(self, scan: LaserScan | None) -> None:
         if scan is not None:

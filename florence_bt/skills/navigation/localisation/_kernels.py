@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -137,8 +138,9 @@ def match_terms(
     (Geman-McClure), so that what is not in the map hardly counts; not towards the back of a surface.
 
     Returns:
-        The matrix (3, 3) and the vector (3,) of the weighted least squares problem, the sum of the weights,
-        and how many beam ends lie within ``scale`` of a surface.
+        The matrix (3, 3) and the vector (3,) of the weighted least squares problem, the sum of the weights'
+        square roots, of which Geman-McClure's cost is the negative, and how many beam ends lie within
+        ``scale`` of a surface.
     """
     rows, columns = signed.shape
     x, y, yaw = pose
@@ -171,10 +173,29 @@ def match_terms(
             vector[i] += weight * jacobian[i] * distance
             for j in range(3):
                 matrix[i, j] += weight * jacobian[i] * jacobian[j]
-        total += weight
+        total += math.sqrt(weight)
         if abs(distance) < scale:
             near += 1
     return matrix, vector, total, near
+
+
+@njit(cache=True)
+def _cost_of(
+    pose: NDArray[np.float64],
+    points: NDArray[np.float64],
+    signed: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    frame: Frame,
+    belief: NDArray[np.float64],
+    information: NDArray[np.floating[Any]],
+    gain: float,
+    scale: float,
+) -> tuple[float, int]:
+    """How badly a pose fits a scan and a belief together, but for a constant; how many beam ends fit."""
+    _, _, fit, near = match_terms((pose[0], pose[1], pose[2]), points, signed, normals, frame, scale)
+    offset = pose - belief
+    offset[2] = math.atan2(math.sin(offset[2]), math.cos(offset[2]))
+    return float(offset @ information @ offset) - gain * scale**2 * fit, near
 
 
 @njit(cache=True)
@@ -184,6 +205,7 @@ def gauss_newton(
     signed: NDArray[np.float32],
     normals: NDArray[np.float32],
     frame: Frame,
+    belief: NDArray[np.float64],
     covariance: NDArray[np.float64],
     gain: float,
     sigma: float,
@@ -192,11 +214,12 @@ def gauss_newton(
     """Gauss-Newton steps from a pose to where a scan and the belief in that pose fit best.
 
     Args:
-        start: Shape (3,): x, y, yaw of the belief.
+        start: Shape (3,): x, y, yaw where the steps begin.
         points: Shape (n, 2), beam ends in the base frame, metres.
         signed: As in :func:`match_terms`, with those that follow.
         normals: As there.
         frame: As there.
+        belief: Shape (3,): x, y, yaw of the belief.
         covariance: Shape (3, 3), of the belief.
         gain: What a beam's squared distance in metres counts.
         sigma: Standard deviation of a beam end from the map's surface in metres.
@@ -211,7 +234,7 @@ def gauss_newton(
     for k in range(steps):
         scale = 3.0 * sigma * (2.0 / 3.0) ** (k / max(1, steps - 1))
         normal, vector, _, _ = match_terms((here[0], here[1], here[2]), points, signed, normals, frame, scale)
-        offset = here - start
+        offset = here - belief
         offset[2] = math.atan2(math.sin(offset[2]), math.cos(offset[2]))
         matrix = gain * normal + information
         step = np.linalg.solve(matrix, -(gain * vector + information @ offset))
@@ -219,12 +242,12 @@ def gauss_newton(
         if k > 0 and abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4:
             break
     # Gauss-Newton may end in a worse place than it began, where the wide pull led it past the right one.
-    _, _, fit, near = match_terms((here[0], here[1], here[2]), points, signed, normals, frame, 2.0 * sigma)
-    _, _, fit_before, near_before = match_terms(
-        (start[0], start[1], start[2]), points, signed, normals, frame, 2.0 * sigma
+    cost, near = _cost_of(here, points, signed, normals, frame, belief, information, gain, 2.0 * sigma)
+    cost_before, near_before = _cost_of(
+        start, points, signed, normals, frame, belief, information, gain, 2.0 * sigma
     )
     fitted = np.linalg.inv(matrix)
-    return (start, fitted, near_before) if fit < fit_before else (here, fitted, near)
+    return (start, fitted, near_before) if cost > cost_before else (here, fitted, near)
 
 
 @njit(cache=True)

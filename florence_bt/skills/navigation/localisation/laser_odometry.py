@@ -1,7 +1,8 @@
 """The wheels' odometry, corrected by how each scan fits those just before it.
 
 It needs no map, and it drifts by about a centimetre a metre whatever the wheels say. So it carries the robot
-over wheels that slip, and through rooms that the map does not know.
+over wheels that slip, and through rooms that the map does not know. Wheels and scan are fused by what each
+can be wrong by: the wheels by what they have slipped lately, the scan, in a bare corridor by any distance.
 
 Source: Olson, Real-time correlative scan matching, ICRA 2009; two submaps that overlap as in Hess et al.,
 Real-time loop closure in 2D lidar SLAM, ICRA 2016.
@@ -14,10 +15,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.skills.navigation.localisation._kernels import draw_distances
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
-from florence_bt.skills.navigation.localisation.scan_match import evenly, match_scan, search_around
+from florence_bt.skills.navigation.localisation.scan_match import Match, evenly, match_scan, search_around
+from florence_bt.skills.navigation.localisation.wheel_slip import WheelSlip
 
 _RESOLUTION_M, _REACH_M = 0.05, 12.0
 """Cells of a submap, and how far from its first scan it reaches."""
@@ -25,28 +27,30 @@ _FAR_M = 0.3
 """Where distances to the surfaces of a submap are cut."""
 _GAP_M = 0.35
 """Two neighbouring beams that end nearer to each other have met the same surface."""
-_KEEP_M, _KEEP_RAD, _SCANS = 0.15, 0.15, 24
-"""A scan is kept when the robot has moved so far since the last one that was; this many make a submap, and
-after half of them the next submap begins."""
+_KEEP_M, _KEEP_RAD, _SCANS, _SUBMAP_M = 0.15, 0.15, 24, 6.0
+"""A scan is kept when the robot has moved so far since the last one that was; this many make a submap, or so
+many metres from its first scan, where the next ones still lie within its reach; after half of either the next
+submap begins."""
 _STEP_M, _STEP_RAD, _NEAR_M, _BEAMS = 0.05, 0.02, 0.2, 60
-_LONGEST_M, _LARGEST_RAD = 0.6, 0.6
-"""The search: its steps, which beams fit, how many are tried, and how far it reaches at most."""
+_LONGEST_M, _LARGEST_RAD, _WIDER, _WIDER_GAIN = 0.6, 0.6, 2, 0.15
+"""The search: its steps, which beams fit, how many are tried, how far it reaches at most, and when the scan
+does not fit there, how much longer the steps of a wider one are, by which so much more of it has to fit."""
 _SIGMA_M, _FIT_BEAMS, _INDEPENDENT_BEAMS = 0.04, 180, 40.0
 _BROKEN_BELOW = 0.5
 """When less of a scan fits, the wheels are believed: somebody stands around the robot, or has carried it."""
 _ENOUGH = 0.4
 """When a smaller part of the beams has met anything, the wheels are believed, too: in the middle of a hall
 somebody who walks by is most of what is seen, and would take the robot along."""
-_SLIP = 0.2
-"""The slip of even the best wheels, as a part of the motion."""
-_LEAST_ERROR, _LEARNT = (0.01, 0.01), 0.02
-"""The wheels' error from scan to scan: metres and radians at least, and how fast the rest is learnt."""
+_SLIP, _SLIP_OF_SEARCH = 0.1, 0.2
+"""The slip of even the best wheels, as a part of the motion: what holds the fit, and what holds the search,
+which has to find the wheels that have just begun to slip (``python tools/localisation.py``)."""
 
 
 class _Submap:
     """How far it is to what some scans have met, around where the first one was taken."""
 
     def __init__(self, middle: Pose2) -> None:
+        self._middle = middle
         cells = round(2.0 * _REACH_M / _RESOLUTION_M)
         self.field = LikelihoodField(
             resolution=_RESOLUTION_M,
@@ -56,32 +60,35 @@ class _Submap:
             normals=np.zeros((cells, cells, 2), np.float32),
             max_distance=_FAR_M,
         )
-        self.scans = 0
+        self._scans = 0
+
+    def used(self, pose: Pose2) -> float:
+        """The part of it that is used up with the robot at a pose."""
+        return max(self._scans / _SCANS, self._middle.distance_to(pose) / _SUBMAP_M)
 
     def add(self, pose: Pose2, points: NDArray[np.float64]) -> None:
         field, at = self.field, (pose.x, pose.y, pose.yaw)
         draw_distances(field.signed, points, at, field.frame, _FAR_M, _GAP_M)
-        self.scans += 1
+        self._scans += 1
 
 
 class LaserOdometry:
     """Follows the robot from scan to scan.
 
-    How wrong the wheels are is learnt on the way: where the scans say little, along a bare corridor, good
-    wheels are believed more than bad ones.
-
     Attributes:
         pose: base_footprint in a frame of its own, in which the first scan was taken at the origin.
+        covariance: Shape (3, 3), how sure the newest step is: of x, y, yaw in the robot's frame.
         broken: Whether the newest scan did not fit those before it: the robot may have been carried.
     """
 
     def __init__(self) -> None:
         self.pose = Pose2()
+        self.covariance: NDArray[np.float64] = np.zeros((3, 3))
         self.broken = False
         self._odom: Pose2 | None = None
         self._kept = Pose2()
         self._submaps: list[_Submap] = []
-        self._error_d, self._error_a = _LEAST_ERROR
+        self._slip = WheelSlip()
 
     def update(self, points: NDArray[np.float64], odom_pose: Pose2, beams: int) -> None:
         """Take a scan.
@@ -94,7 +101,7 @@ class LaserOdometry:
         if self._odom is not None:
             wheels = self._odom.inverse() @ odom_pose
             if len(points) < _ENOUGH * beams:
-                self.pose, self.broken = self.pose @ wheels, False
+                self._believe(wheels, broken=False)
             else:
                 self._follow(points, wheels)
         self._odom = odom_pose
@@ -104,48 +111,58 @@ class LaserOdometry:
             return
         self._keep(points)
 
+    def _believe(self, wheels: Pose2, *, broken: bool) -> None:
+        self.pose, self.broken = self.pose @ wheels, broken
+        self.covariance = _covariance(self._slip.deviations(wheels, _SLIP))
+
     def _follow(self, points: NDArray[np.float64], wheels: Pose2) -> None:
-        way, turn = math.hypot(wheels.x, wheels.y), abs(wheels.yaw)
-        guess = self.pose @ wheels
-        field = self._submaps[0].field
+        # So far is a drive that the wheels take for one in the other direction.
+        reach = 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M
+        match = self._match(points, wheels, min(_LONGEST_M, reach), 1)
+        if match.near_fraction < _BROKEN_BELOW and reach > _LONGEST_M:
+            wider = self._match(points, wheels, reach, _WIDER)
+            if wider.near_fraction > match.near_fraction + _WIDER_GAIN:
+                match = wider
+        if match.near_fraction < _BROKEN_BELOW:
+            self._believe(wheels, broken=True)
+            return
+        error = (self.pose @ wheels).inverse() @ match.pose
+        self.pose, self.broken = match.pose, False
+        self.covariance = _turned(match.covariance, -match.pose.yaw)
+        self._slip.learn(wheels, error, self.covariance)
+
+    def _match(self, points: NDArray[np.float64], wheels: Pose2, reach: float, longer: int) -> Match:
+        field, guess = self._submaps[0].field, self.pose @ wheels
+        held_d, held_a = self._slip.deviations(wheels, _SLIP_OF_SEARCH)
         found = search_around(
             field,
             evenly(points, _BEAMS),
             guess,
-            # So far is a drive that the wheels take for one in the other direction.
-            reach=min(_LONGEST_M, 2.0 * way + _STEP_M),
-            turn=min(_LARGEST_RAD, turn + 5.0 * _STEP_RAD),
-            step=_STEP_M,
-            turn_step=_STEP_RAD,
+            reach=reach,
+            turn=min(_LARGEST_RAD, abs(wheels.yaw) + 5.0 * _STEP_RAD),
+            step=longer * _STEP_M,
+            turn_step=longer * _STEP_RAD,
             near=_NEAR_M,
-            cost_d=_cost(self._error_d + _SLIP * way),
-            cost_a=_cost(self._error_a + _SLIP * turn),
+            cost_d=_cost(held_d),
+            cost_a=_cost(held_a),
         )
-        if found == guess:
-            belief, deviation_d, deviation_a = guess, self._error_d, self._error_a
-        else:
-            belief, deviation_d, deviation_a = found, _STEP_M, _STEP_RAD
-        match = match_scan(
+        # The wheels may be wrong by what they are mostly wrong by, and by what the search has found.
+        slipped = [found.x - guess.x, found.y - guess.y, angle_difference(found.yaw, guess.yaw)]
+        return match_scan(
             field,
             evenly(points, _FIT_BEAMS),
-            belief,
-            np.diag(np.square([deviation_d, deviation_d, deviation_a])),
+            guess,
+            _covariance(self._slip.deviations(wheels, _SLIP)) + np.outer(slipped, slipped),
             sigma=_SIGMA_M,
             independent_beams=_INDEPENDENT_BEAMS,
+            start=found,
         )
-        self.broken = match.near_fraction < _BROKEN_BELOW
-        if self.broken:
-            self.pose = guess
-            return
-        self.pose = match.pose
-        self._error_d += _LEARNT * (_LEAST_ERROR[0] + guess.distance_to(self.pose) - self._error_d)
-        self._error_a += _LEARNT * (_LEAST_ERROR[1] + _turn(guess, self.pose) - self._error_a)
 
     def _keep(self, points: NDArray[np.float64]) -> None:
         self._kept = self.pose
-        if self._submaps[0].scans >= _SCANS:
+        if self._submaps[0].used(self.pose) >= 1.0 and len(self._submaps) > 1:
             self._submaps.pop(0)
-        if len(self._submaps) == 1 and self._submaps[0].scans >= _SCANS // 2:
+        if len(self._submaps) == 1 and self._submaps[0].used(self.pose) >= 0.5:
             self._submaps.append(_Submap(self.pose))
         for submap in self._submaps:
             submap.add(self.pose, points)
@@ -156,5 +173,16 @@ def _cost(deviation: float) -> float:
     return 0.5 / (_INDEPENDENT_BEAMS * deviation**2)
 
 
+def _covariance(deviations: tuple[float, float]) -> NDArray[np.float64]:
+    metres, radians = deviations
+    return np.diag(np.square([metres, metres, radians]))
+
+
+def _turned(covariance: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return turn @ covariance @ turn.T
+
+
 def _turn(start: Pose2, end: Pose2) -> float:
-    return abs(normalize_angle(end.yaw - start.yaw))
+    return abs(angle_difference(end.yaw, start.yaw))

@@ -62,6 +62,8 @@ class Localiser:
         search = PoseSearch(self._field, grid, lambda points, pose: self._fit(points, pose, near))
         self._relocaliser = Relocaliser(search, self._parameters)
         self._laser = LaserOdometry()
+        # How sure the motion since the last scan that counted is, in the robot's frame.
+        self._drift = np.zeros((3, 3))
         self._given: Pose2 | None = None
         self._previous_odom: Pose2 | None = None
         # At the last scan that counted: the corrected odometry, the wheels' own, and the place in the map.
@@ -170,6 +172,7 @@ class Localiser:
         if len(points) < _MIN_POINTS:
             return None
         self._laser.update(points, odom_pose, len(scan.ranges))
+        self._drift += self._laser.covariance
         if self._laser.broken:
             self._relocaliser.unconfirm()
             self._was_carried = True
@@ -178,6 +181,7 @@ class Localiser:
         if self._counts(motion):
             self.pose = self._there = self._compare(points, motion, scan.range_max)
             self._counted, self._counted_odom, self._given = self._laser.pose, odom_pose, None
+            self._drift = np.zeros((3, 3))
         self.map_from_odom = None if self._relocaliser.lost else self.pose @ odom_pose.inverse()
         return self.map_from_odom
 
@@ -226,7 +230,7 @@ class Localiser:
             self._filter.set_pose(found.pose, _FOUND_DEVIATIONS)
             self._fitted(found)
             return found.pose
-        self._filter.move(motion)
+        self._filter.move(motion, self._drift)
         self._filter.weigh(evenly(points, self._parameters.laser_max_beams), range_max)
         return self._estimate_and_resample(points, motion)
 

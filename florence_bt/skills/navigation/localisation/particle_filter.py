@@ -47,11 +47,12 @@ class ParticleFilter:
         self.weights = np.full(count, 1.0 / count)
         self._updates = 0
 
-    def move(self, motion: Pose2) -> None:
+    def move(self, motion: Pose2, covariance: NDArray[np.float64]) -> None:
         """Move every particle as the odometry says, each with its own error.
 
         Args:
             motion: The new pose of the base seen from the old one, by odometry.
+            covariance: Shape (3, 3), of what this odometry knows to be unsure of: x, y, yaw in the new pose.
 
         Source:
             REFERENCE 7.7, motion (diff), with the square roots of Nav2.
@@ -68,7 +69,12 @@ class ParticleFilter:
         heading = self.particles[:, 2] + turns1
         self.particles[:, 0] += ways * np.cos(heading)
         self.particles[:, 1] += ways * np.sin(heading)
-        self.particles[:, 2] = _wrap(heading + turns2)
+        yaw = heading + turns2
+        drift = self._random.multivariate_normal(np.zeros(3), covariance, len(self.particles))
+        c, s = np.cos(yaw), np.sin(yaw)
+        self.particles[:, 0] += c * drift[:, 0] - s * drift[:, 1]
+        self.particles[:, 1] += s * drift[:, 0] + c * drift[:, 1]
+        self.particles[:, 2] = _wrap(yaw + drift[:, 2])
 
     def weigh(self, points: NDArray[np.float64], range_max: float) -> None:
         """Weigh every particle by a scan.

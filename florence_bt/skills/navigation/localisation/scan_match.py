@@ -36,6 +36,7 @@ def match_scan(
     *,
     sigma: float,
     independent_beams: float,
+    start: Pose2 | None = None,
     steps: int = 8,
 ) -> Match:
     """Find the pose that fits the scan and the belief best.
@@ -48,21 +49,24 @@ def match_scan(
         sigma: Standard deviation of a beam end from the map's surface in metres.
         independent_beams: How many beams' worth of knowledge a whole scan holds: neighbouring beams see
             the same error of the map.
+        start: Where to begin, None for the belief.
         steps: Most steps to take.
 
     Returns:
-        The match; with few points near a surface it stays close to the belief, and the belief itself when
-        that fits better.
+        The match; with few points near a surface it stays close to the belief; the start itself when that
+        fits better.
 
     Source:
         Probabilistic Robotics, section 6.4, as a maximum a posteriori estimate.
     """
+    begin = start or belief
     here, fitted, near = gauss_newton(
-        np.array([belief.x, belief.y, belief.yaw]),
+        np.array([begin.x, begin.y, begin.yaw]),
         points,
         field.signed,
         field.normals,
         field.frame,
+        np.array([belief.x, belief.y, belief.yaw]),
         covariance,
         min(1.0, independent_beams / max(1, len(points))) / sigma**2,
         sigma,

@@ -107,9 +107,10 @@ class TrackerParameters(CheckedParameters):
         reject_nearest: From this far away, metres, ...
         reject_farthest: ... to this far, a person in full view is recognised for sure.
         reject_pictures: Where a person was seen from further away, and this many pictures from so near show
-            something else, nobody counts who is seen there from further away.
+            something else, nobody counts who is seen there from further away, unless they come walking, or
+            are seen better than ever before. A look of 2 s has as many, also at five pictures a second.
         reject_radius: The place is so large, metres.
-        reject_s: For so long, seconds.
+        reject_s: For so long after the last picture from nearby, seconds: longer than a search of a room.
     """
 
     confirm_hits: Annotated[int, Limits(1)] = 3
@@ -139,9 +140,9 @@ class TrackerParameters(CheckedParameters):
     remember_s: Positive = 3600.0
     reject_nearest: Positive = 1.0
     reject_farthest: Positive = 1.9
-    reject_pictures: Annotated[int, Limits(1)] = 15
+    reject_pictures: Annotated[int, Limits(1)] = 8
     reject_radius: Positive = 0.4
-    reject_s: Positive = 180.0
+    reject_s: Positive = 600.0
 
     def _check(self) -> None:
         check_order(

@@ -105,18 +105,19 @@ class _Track:
     @property
     def denied(self) -> bool:
         """Whether a second source has looked often enough and never seen a person, nor has it walked."""
-        return not self._agreed and self._denials >= self._use.denials and not self._has_walked
+        return not self._agreed and self._denials >= self._use.denials and not self.has_walked
 
     def is_a_person(self, now: float) -> bool:
         """Whether it was seen often enough, and no second source is against it."""
         hits = sum(self.hits)
         if self._agreed:
             return hits >= self._use.agreed_hits
-        may_be = self._has_walked or (now >= self._wait_until and not self.denied)
+        may_be = self.has_walked or (now >= self._wait_until and not self.denied)
         return hits >= self._use.confirm_hits and may_be
 
     @property
-    def _has_walked(self) -> bool:
+    def has_walked(self) -> bool:
+        """Whether it has gone so far that it is no thing."""
         first = self._first[1]
         return math.dist((first.x, first.y), self.filter.state[:2]) >= self._use.walked
 
@@ -330,7 +331,10 @@ class UserTracker:
                 )
             if track.device_id and track.seen == now:
                 last = Sighting(now, track.as_user())
-                self._rejected.seen(now, last.user.x, last.user.y)
+                if track.has_walked:
+                    self._rejected.forget(track.came.user.x, track.came.user.y)
+                else:
+                    self._rejected.seen(now, last.user.x, last.user.y, track.looks[-1].confidence)
                 self._gallery.observe(track.user_id, track.histogram, now, last)
         self._drop_doubles(now)
 
@@ -345,8 +349,8 @@ class UserTracker:
 
     def _is_rejected(self, track: _Track) -> bool:
         """Whether something else is known to stand where it was seen last."""
-        look = track.looks[-1]
-        return self._rejected.rejects(look.x, look.y, look.distance)
+        sure = statistics.fmean(look.confidence for look in track.looks)
+        return not track.has_walked and self._rejected.rejects(track.looks[-1], sure)
 
     def _drop_doubles(self, now: float) -> None:
         """The track of somebody who was recognised elsewhere is over."""

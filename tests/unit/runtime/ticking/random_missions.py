@@ -174,7 +174,7 @@ def write(seed: int, folder: Path, *, asks: bool = False, catches: bool = False)
 class Stage:
     """A mission with scripted skills; the same seed gives the same scripts."""
 
-    def __init__(self, library: MissionLibrary, seed: int) -> None:
+    def __init__(self, library: MissionLibrary, seed: int, *, as_reached: bool = False) -> None:
         chance = random.Random(seed + 1)
         self.clock = ManualClock()
         self.log: list[tuple[Any, ...]] = []
@@ -201,7 +201,8 @@ class Stage:
             on_skill_ended=lambda path, skill, result: self.log.append(("ends", path, result.code)),
         )
         mission = library.get("m")
-        self.root = compile_mission(mission, library, parse_inputs(mission, {}), self.context).root
+        inputs = parse_inputs(mission, {})
+        self.root = compile_mission(mission, library, inputs, self.context, as_reached=as_reached).root
 
     def tick(self, tick: Callable[[], object]) -> None:
         """Tick, then do what was put off."""

@@ -94,3 +94,13 @@ def test_random_missions_that_deal_with_failures(first, asks, tmp_path: Path):
         library = write(seed, tmp_path, asks=asks, catches=True)
         stock = play(Stage(library, seed), seed, by_py_trees)
         assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"
+
+
+@pytest.mark.parametrize("catches", [False, True])
+@pytest.mark.parametrize("asks", [False, True])
+def test_random_missions_whose_branches_are_built_when_they_are_reached(asks, catches, tmp_path: Path):
+    for seed in range(60):
+        library = write(seed, tmp_path, asks=asks, catches=catches)
+        stock = play(Stage(library, seed), seed, by_us)
+        for make in (by_us, by_py_trees):
+            assert play(Stage(library, seed, as_reached=True), seed, make) == stock, f"seed {seed}"

@@ -9,6 +9,7 @@ from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours.composites import ReactiveSequence
 from florence_bt.runtime.ticking import Ticker
 from tests.unit.runtime.ticking import random_reactive, random_trees
 
@@ -105,3 +106,21 @@ def test_a_composite_that_stops_children_when_it_begins():
     follower.tick()
     follower.tick()
     assert [child.status for child in follower.root.children] == [Status.RUNNING, Status.INVALID]
+
+
+def test_what_a_node_of_ours_stops_is_stopped_by_the_ticker(monkeypatch):
+    """``stop`` of py_trees makes debug texts and generators, for every node below."""
+    inner = ReactiveSequence("inner", [behaviours.Success("a"), behaviours.Success("b")], [None, None])
+    asked = ReactiveSequence("asked", [inner, behaviours.Success("c")], [None, None])
+    root = ReactiveSequence("root", [asked, behaviours.Running("works")], [None, None])
+    follower = Follower(root)
+    follower.tick()
+    follower.tick()
+    stopped = []
+    monkeypatch.setattr(Behaviour, "stop", lambda self, new=Status.INVALID: stopped.append(self.name))
+    follower.tick()
+    assert stopped == []
+    assert [(node.name, new.name) for node, _, new in follower.ticker.changes] == [
+        *((name, "INVALID") for name in ("a", "b", "inner", "c")),
+        *((name, "SUCCESS") for name in ("a", "b", "inner", "c")),
+    ]

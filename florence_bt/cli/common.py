@@ -1,0 +1,110 @@
+"""What every verb shares: the application with the verbs of other packages, errors, common options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+from florence_bt.app.bringup.signals import as_keyboard_interrupt
+from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
+from florence_bt.core.errors import ConfigError, FlorenceError
+
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
+    "configuration; 3 the system is not running, did not start or broke down; 130 interrupted (Ctrl-C)."
+)
+
+
+class _Verbs(TyperGroup):
+    """The verbs; an error of Florence in one of them becomes one clear line and an exit code.
+
+    Installed packages add verbs: a ``typer.Typer`` with their commands, in the entry point group
+    ``florence_bt.commands``. They are loaded when a word is none of Florence's own verbs, and for the list.
+    """
+
+    _complete = False
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """List the verbs, those of other packages last."""
+        self._add_others()
+        return super().list_commands(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Find a verb."""
+        if cmd_name not in self.commands:
+            self._add_others()
+        return super().get_command(ctx, cmd_name)
+
+    def _add_others(self) -> None:
+        """Add the verbs of installed packages; what cannot be loaded is told and takes nothing else away."""
+        if self._complete:
+            return
+        self._complete = True
+        from florence_bt.trees.language.third_party import ThirdParty
+
+        packages = ThirdParty()
+        for owner, commands in packages.commands():
+            for name, command in typer.main.get_group(commands).commands.items():
+                if name in self.commands:
+                    packages.refuse(owner, f"its command {name!r} is ignored: there is one of that name")
+                self.commands.setdefault(name, command)
+        for finding in packages.findings:
+            typer.echo(f"florence: {finding.file}: {finding.message}", err=True)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a verb."""
+        try:
+            with as_keyboard_interrupt():
+                return super().invoke(ctx)
+        except ConfigError as error:
+            _fail(str(error), USAGE)
+        except FlorenceError as error:
+            _fail(str(error), NOT_THERE)
+        except ModuleNotFoundError as error:
+            _fail(
+                f"this command needs the package {error.name!r}, which is not installed; "
+                "run `make setup` in a checkout, or build a ROS workspace with colcon (CONTRIBUTING.md)",
+                USAGE,
+            )
+        except KeyboardInterrupt:
+            _fail("interrupted", INTERRUPTED)
+
+
+app = typer.Typer(
+    name="florence",
+    cls=_Verbs,
+    help="Missions for home robots: behaviour trees in YAML, run on ROS 2.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    typer.echo(f"florence: {message}", err=True)
+    raise typer.Exit(code)
+
+
+FolderOption = Annotated[
+    list[Path] | None,
+    typer.Option("--missions", help="Further folders of missions; later ones shadow earlier ones."),
+]
+
+
+def key_values(pairs: list[str]) -> dict[str, str]:
+    """Read inputs as people type them.
+
+    Raises:
+        ConfigError: One of them is not ``key=value``.
+    """
+    values = {}
+    for pair in pairs:
+        name, separator, value = pair.partition("=")
+        if not separator or not name:
+            raise ConfigError(f"{pair!r} is not an input", valid=["key=value, e.g. room=kitchen"])
+        values[name] = value
+    return values
