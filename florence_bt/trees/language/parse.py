@@ -64,7 +64,7 @@ class _MissionParser(Reader):
 
     def mission(self, data: bytes, path: Path) -> model.Mission:
         problems: list[ConfigError] = []
-        source = parse_yaml(data, path, problems)
+        source = parse_yaml(data, path, problems, _ALL_MODIFIERS)
         for error in problems:
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
         if not isinstance(source, YamlMapping):
