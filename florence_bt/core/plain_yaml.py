@@ -180,13 +180,18 @@ def _odd_characters(text: str) -> Iterator[OddCharacter]:
     try:
         for event in yaml.parse(text, Loader=_LOADER):
             if isinstance(event, yaml.ScalarEvent) and not event.style:
-                begin = event.start_mark.index
-                for odd in odd_characters(text[begin : event.end_mark.index]):
+                begin, end = _index(event.start_mark), _index(event.end_mark)
+                for odd in odd_characters(text[begin:end]):
                     yield replace(odd, index=begin + odd.index)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         if mark is not None:
             yield from _odd_before(text, mark.index)
+
+
+def _index(mark: Any) -> int:
+    """How many characters stand before a mark."""
+    return int(mark.index)
 
 
 def _odd_before(text: str, index: int) -> Iterator[OddCharacter]:

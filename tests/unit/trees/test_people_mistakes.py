@@ -165,7 +165,8 @@ MISTAKES = {
         "4:14 'name': text with commas needs quotes here | name: \"here, there and everywhere\"",
     ),
     "a text with commas in a key": (
-        HEAD + "  sequence:\n    - set: {text: 'a', other: one, two \"or\" three, four}\n    - wait: $othr\n",
+        HEAD
+        + "  sequence:\n    - set: {text: 'a', other: one, two \"or\" three, four}\n    - wait: $other\n",
         "4:31 'other': text with commas needs quotes here | other: 'one, two \"or\" three, four'",
     ),
     "a program's way to set": (
@@ -445,6 +446,84 @@ def test_what_can_be_passed_over_hides_no_other_error(tmp_path: Path) -> None:
         "6:13: wait: 'm' is not a unit of a",
         "7:1: a second document begins her",
     ]
+
+
+@pytest.mark.parametrize("word", ["foreach", "forEach", "for-each", "ForEach", "For each"])
+def test_a_kind_in_another_spelling_is_named_and_what_is_below_it_checked(tmp_path: Path, word: str) -> None:
+    text = HEAD + f"  {word}: [a, b]\n  as: room\n  do:\n    turn: {{angle: 45}}\n"
+    file = tmp_path / "example.yaml"
+    file.write_text(text)
+    report = check_files([file])[0]
+    assert f"3:3: error: there is no skill and no kind of node '{word}'" in report
+    assert "would have worked: for_each\n" in report
+    assert "6:19: error: angle: an angle needs a unit: '45'" in report
+    assert report.endswith("2 errors, 0 warnings")
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("lookForUser", "look_for_user"),
+        ("Look-for-user", "look_for_user"),
+        ("lookforuser", "look_for_user"),
+        ("waitUntil", "wait_until"),
+        ("goto room", "run: goto_room"),
+        ("gotoRoom", "run: goto_room"),
+        ("goto_rom", "run: goto_room, "),
+        ("runOnce", "once"),
+    ],
+)
+def test_names_in_another_spelling(tmp_path: Path, word: str, meant: str) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(HEAD + f"  {word}: {{}}\n")
+    report = check_files([file])[0]
+    assert f"would have worked: {meant}" in report and report.endswith("1 error, 0 warnings")
+
+
+def test_an_unknown_skill_can_be_declared(tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(HEAD + "  open_fridge: {door: left}\n")
+    report = check_files([file])[0]
+    assert "skills: {open_fridge: {summary: ...}} in NAME.skills.yaml beside the mission" in report
+    assert "docs/missions.md#skills-of-your-own" in report and "approach_person" not in report
+    (tmp_path / "mine.skills.yaml").write_text(
+        "skills:\n  open_fridge:\n    summary: Open a door of the fridge\n    inputs: {door: {type: text}}\n"
+    )
+    report = check_files([file])[0]
+    assert "declared but not implemented" in report and "0 errors, 1 warning" in report
+
+
+def test_unknown_keys_are_told_beside_other_errors_and_below_unknown_kinds(tmp_path: Path) -> None:
+    text = (
+        "mission: example\ninputs:\n  room: {type: text}\ntree:\n  sequence:\n"
+        "    - fallback:\n        - turn: {angle: 45}\n        - fail: no $romm\n"
+        "    - gather:\n        - look_for_user:\n          out: {user: user}\n        - wait: $pause\n"
+        "    - try:\n        turn: {angel: 45 deg}\n"
+        "    - set: {far: }\n"
+        "    - navigate_to: {goal: $user}\n"
+        "    - say: {text: $room is far, $far}\n"
+    )
+    found = [line.partition(": error: ") for line in found_in(tmp_path, text)]
+    assert [(place, message) for place, _, message in found] == [
+        ("6:7", "there is no skill and no kind of node 'fallback'"),
+        ("7:25", "angle: an angle needs a unit: '45'"),
+        ("8:17", "no node writes a key 'romm'"),
+        ("9:7", "there is no skill and no kind of node 'gather'"),
+        ("12:17", "no node writes a key 'pause'"),
+        ("13:7", "there is no skill and no kind of node 'try'"),
+        ("14:16", "turn has no input 'angel'"),
+        ("15:18", "'far' has no value"),
+        ("17:19", "'text': text with commas needs quotes here"),
+    ]
+
+
+def test_what_cannot_be_read_brings_no_findings_about_its_names(tmp_path: Path) -> None:
+    for section in ("input: {room: {type: text}}", "inputs: [room]", "inputs: [{name: room, type: text}]"):
+        text = f"mission: example\n{section}\ntree: {{fail: no $room}}\n"
+        assert len(found_in(tmp_path, text)) == 1, found_in(tmp_path, text)
+    for node in ("set: [room: hall]", "set: room = hall", "set: {room: }"):
+        text = HEAD + f"  sequence:\n    - {node}\n    - fail: no $room\n"
+        assert len(found_in(tmp_path, text)) == 1, found_in(tmp_path, text)
 
 
 def test_odd_spaces_in_quotes_and_comments_are_text(tmp_path: Path) -> None:
