@@ -526,6 +526,9 @@ class _MissionParser(Reader):
 
     def _wait_for_time(self, time: str, place: Position, fields: _Fields) -> model.Node:
         """``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
+        hours, minutes = map(int, time.split(":"))
+        if hours > 23 or minutes > 59:
+            self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
         name = f"time_{time.replace(':', '_')}"
         text, date = model.Literal(time, True, place), model.Literal(name, True, place)
         look_up = model.RunSkill(
