@@ -58,7 +58,7 @@ RUNNING = """\
                 [ ] stop tracker
             [ ] set met
             [ ] run meet_user
-"""
+"""  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""
 
 
