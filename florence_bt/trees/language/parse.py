@@ -27,6 +27,7 @@ from florence_bt.trees.language.reader import Reader, without_dollar
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
+_TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
 _NO_KEYS = ("mission", "description", "imported_from", "on_restart")
@@ -283,8 +284,7 @@ class _MissionParser(Reader):
                 duration, fields = self.value(value, "wait"), self._fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None
             case "wait_until":
-                goal, fields = self._question(value, "wait_until"), self._fields(key, mapping)
-                return model.WaitUntil(goal=goal, **fields) if goal is not None else None
+                return self._wait_until(key, value, mapping)
             case "set":
                 return self._set(key, value, mapping)
             case "append":
@@ -510,13 +510,12 @@ class _MissionParser(Reader):
         fields, child = self._fields(key, mapping), self._child(key, mapping)
         if key.text == "for_each":
             return self._for_each(key, value, mapping, child, fields)
-        if key.text == "repeat" and isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER:
-            return model.Repeat(child=child, rounds=None, **fields) if child is not None else None
-        argument = self.value(value, key.text)
+        endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
+        argument = None if endless else self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
         between = self._optional_child(mapping, "between")
         codes = self.identifiers(on, "a code in on") if on is not None else ()
-        if child is None or argument is None:
+        if child is None or (argument is None and not (endless and key.text in ("retry", "repeat"))):
             return None
         if key.text == "retry":
             return model.Retry(
@@ -524,6 +523,7 @@ class _MissionParser(Reader):
             )
         if key.text == "repeat":
             return model.Repeat(child=child, rounds=argument, **fields)
+        assert argument is not None  # that was a loop
         timed = {"timeout": model.Timeout, "cooldown": model.Cooldown}[key.text]
         return timed(child=child, duration=argument, **fields)
 
@@ -552,6 +552,35 @@ class _MissionParser(Reader):
             first_success=_is_first_success(mapping.get("until")),
             **fields,
         )
+
+    def _wait_until(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        fields = self._fields(key, mapping)
+        if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
+            return self._wait_for_time(value.text.strip(), value.position, fields)
+        goal = self._question(value, "wait_until")
+        return model.WaitUntil(goal=goal, **fields) if goal is not None else None
+
+    def _wait_for_time(self, time: str, place: Position, fields: _Fields) -> model.Node:
+        """``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
+        hours, minutes = map(int, time.split(":"))
+        if hours > 23 or minutes > 59:
+            self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
+        name = f"time_{time.replace(':', '_')}"
+        text, date = model.Literal(time, True, place), model.Literal(name, True, place)
+        look_up = model.RunSkill(
+            skill="look_up_time",
+            inputs=((model.Literal("time", True, place), text),),
+            outputs=((model.Literal("date", True, place), date),),
+            position=place,
+        )
+        asked = model.RunSkill(
+            skill="time_reached",
+            inputs=((model.Literal("date", True, place), model.Reference(name, place)),),
+            position=place,
+        )
+        wait = model.WaitUntil(goal=asked, position=place)
+        fields["name"] = fields.get("name") or f"wait until {time}"
+        return model.Sequence(children=(look_up, wait), **fields)
 
     # ---- leaves ---------------------------------------------------------------------------------------
 
