@@ -130,7 +130,7 @@ def test_values_for_a_called_mission_are_checked_when_it_runs(workshop):
     why = explain(bench.root)
     assert (why.code, why.reason, bench.clock.now()) == (
         "bad_input",
-        "far: 3.0 is above the maximum of 2.0",
+        "far: 3 m is above the maximum of 2 m",
         0.0,
     )
 

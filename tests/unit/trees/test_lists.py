@@ -228,7 +228,10 @@ def test_the_dump(tmp_path):
         ),
         ("{for_each: $rooms, as: x, until: success, code: odd, do: {fail: $x}}", ""),
         ("{for_each: $rooms, as: x, until: $n == 1, do: {fail: $x}}", ""),
-        ("{foreach: $rooms, as: x, do: {fail: $x}}", "'as' does not belong to"),
+        (
+            "{foreach: $rooms, as: x, do: {fail: $x}}",
+            "there is no skill and no kind of node 'foreach' | for_each",
+        ),
         ("{append: {n: 1}}", "append: $n is an integer, and only a text or a list can be added to"),
         ("{append: {found: 1 s}}", ""),
         ("{append: {lengths: 1 s}}", "lengths: 's' is not a unit of a length"),
