@@ -88,6 +88,9 @@ class Loop(Branching):
         """Whether another round follows after one that has ended with a status."""
         raise NotImplementedError
 
+    def _of_all(self, number: int) -> str:
+        return str(number) if self.rounds == math.inf else f"{number} of {self.rounds}"
+
     def enter(self, number: int) -> None:
         """Begin a round."""
         self.round = number
@@ -102,7 +105,7 @@ class Retry(Loop):
         name: The name of the node in dumps.
         child: What is tried.
         context: What the tree shares.
-        attempts: How often at most, or a value source that says so.
+        attempts: How often at most, or a value source that says so; infinite: without end.
         on: The codes that are worth another attempt; every code when empty.
         attempt_key: The key that receives the number of the attempt, beginning with 1.
         between: What is done before each further attempt; when it fails, the node fails as it did.
@@ -132,7 +135,7 @@ class Retry(Loop):
         """Whether a failure is worth another attempt."""
         if status is Status.SUCCESS:
             if self.round > 1:
-                self.feedback_message = f"attempt {self.round} of {self.rounds} succeeded"
+                self.feedback_message = f"attempt {self._of_all(self.round)} succeeded"
             return False
         self._last = explain(self.child)
         assert self._last is not None  # the child's status is FAILURE
@@ -141,9 +144,8 @@ class Retry(Loop):
         self._exhausted = self.round >= self.rounds
         if self._exhausted:
             return False
-        self.feedback_message = (
-            f"attempt {self.round + 1} of {self.rounds}; the last one failed: {self._last.reason}"
-        )
+        now = self._of_all(self.round + 1)
+        self.feedback_message = f"attempt {now}; the last one failed: {self._last.reason}"
         return True
 
     def extend_reason(self, why: Why) -> Why:
@@ -151,7 +153,7 @@ class Retry(Loop):
         if self._exhausted:
             return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
         if self.cause is self._between and self._last is not None:
-            before = f"attempt {self.round} of {self.rounds}: {shortened(self._last.reason)}"
+            before = f"attempt {self._of_all(self.round)}: {shortened(self._last.reason)}"
             return replace(why, reason=f"{why.reason}{EARLIER}{before})")
         return why
 
@@ -170,8 +172,7 @@ class Repeat(Loop):
         """Whether there is another round."""
         if status is not Status.SUCCESS or self.round >= self.rounds:
             return False
-        last = "" if self.rounds == math.inf else f" of {self.rounds}"
-        self.feedback_message = f"round {self.round + 1}{last}"
+        self.feedback_message = f"round {self._of_all(self.round + 1)}"
         return True
 
 

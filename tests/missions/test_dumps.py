@@ -45,12 +45,11 @@ RUNNING = """\
                                         [+] stop tracker
                                         [+] unless $look_first and $look == 1
                                             [+] turn on (sequence)
+                                                [+] set angle -- angle = 0.7854
                                                 [+] retry up to 2 times
-                                                    [+] sequence
-                                                        [+] set angle -- angle = 0.7854
-                                                        [+] when $side == 2 and $way == $step -- skipped: $side == 2 and $way == $step does not hold (side is 1, way is 45 deg, step is 45 deg)
-                                                            [ ] set angle, way
-                                                        [+] turn
+                                                    [+] turn
+                                                    [ ] when $way == $step
+                                                        [ ] set angle, way
                                                 [+] set turned -- turned = 1
                                         [+] settle
                                         [+] start tracker
@@ -59,7 +58,7 @@ RUNNING = """\
                                 [ ] stop tracker
             [ ] set met
             [ ] run meet_user
-"""  # noqa: E501
+"""
 """goto_user on its way round the room, in the second of eight looks."""
 
 

@@ -51,7 +51,7 @@ class NameChecks:
                 self._check_run_skill(node)
             case model.CallMission():
                 self._check_call_mission(node)
-            case model.Retry(attempts=count):
+            case model.Retry(attempts=count) if count is not None:
                 check(count, COUNT, "retry")
             case model.Repeat(rounds=count) if count is not None:
                 check(count, COUNT, "repeat")

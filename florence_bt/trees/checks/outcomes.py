@@ -10,7 +10,7 @@ from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, Node
-from florence_bt.trees.language.outcomes import SUCCEEDS
+from florence_bt.trees.language.outcomes import SUCCEEDS, NodeOutcomes
 
 MISTAKES = frozenset({"missing_key", "bad_input", "bad_output", "bad_expression", "no_skill"})
 """Codes of mistakes in a mission or a robot, as opposed to what can go wrong in the world."""
@@ -48,7 +48,7 @@ def possible_outcomes(
         (
             node,
             Outcomes(
-                success=analysis.of(node).outcomes.can_succeed and not isinstance(node, model.Fail),
+                success=_can_succeed(node, analysis.of(node).outcomes),
                 failure=bool(analysis.of(node).outcomes.codes - MISTAKES),
                 stopped=analysis.of(node).lasting,
                 skipped=node.when is not None or node.unless is not None,
@@ -56,6 +56,10 @@ def possible_outcomes(
         )
         for node in mission.nodes()
     ]
+
+
+def _can_succeed(node: Node, outcomes: NodeOutcomes) -> bool:
+    return outcomes.can_succeed and not outcomes.only_skips and not isinstance(node, model.Fail)
 
 
 @dataclass(frozen=True, slots=True)

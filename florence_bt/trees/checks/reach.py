@@ -254,7 +254,8 @@ class ReachChecks:
         lasting = any(self._known.of(part).lasting for part in node.parts)
         if not below.known or lasting or rounds <= MAX_QUICK_ROUNDS:
             return
-        endless = isinstance(node, model.Repeat) and node.rounds is None
+        number = node.attempts if isinstance(node, model.Retry) else node.rounds
+        endless = number is None
         message = (
             f"{node.default_title!r}: nothing below it takes time, and "
             f"{'rounds without end' if endless else f'{rounds} rounds'} are more than the "
@@ -272,7 +273,7 @@ class ReachChecks:
                 model.Retry(attempts=model.Literal(text=text)) | model.Repeat(rounds=model.Literal(text=text))
             ) if text.isdecimal():
                 return int(text[:MAX_DIGITS]) * below
-            case model.Repeat(rounds=None):
+            case model.Repeat(rounds=None) | model.Retry(attempts=None):
                 return 10**MAX_DIGITS
         return below
 

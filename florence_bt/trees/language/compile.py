@@ -549,14 +549,13 @@ class _TreeBuilder:
                 return self._for_each(node, name, child)
             case model.Repeat(rounds=None):
                 return Repeat(name, child, self._context, math.inf)
+            case model.Retry(attempts=None):
+                return self._retry(node, name, child, math.inf)
         argument, kind = self._parts.get(node, "argument", partial(self._argument, node))
         behaviour: Behaviour
         match node:
-            case model.Retry(on=on, attempt_key=key, between=between):
-                codes, attempt = self._codes(on), key.text if key else None
-                pause = self._node(between, skipped_fails=False) if between is not None else None
-                behaviour = Retry(name, child, self._context, argument, codes, attempt, pause)
-                _numbered(behaviour.children)
+            case model.Retry():
+                behaviour = self._retry(node, name, child, argument)
             case model.Repeat():
                 behaviour = Repeat(name, child, self._context, argument)
             case model.Timeout():
@@ -566,6 +565,14 @@ class _TreeBuilder:
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
+
+    def _retry(self, node: model.Retry, name: str, child: Behaviour, attempts: Any) -> Retry:
+        key, between = node.attempt_key, node.between
+        pause = self._node(between, skipped_fails=False) if between is not None else None
+        attempt = key.text if key is not None else None
+        behaviour = Retry(name, child, self._context, attempts, self._codes(node.on), attempt, pause)
+        _numbered(behaviour.children)
+        return behaviour
 
     def _for_each(self, node: model.ForEach, name: str, child: Behaviour) -> Behaviour:
         every = node.first_success and not node.goes_on_over

@@ -356,9 +356,16 @@ class CallMission(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Retry(Wrapper):
-    """``retry``: again after a failure."""
+    """``retry``: again after a failure.
 
-    attempts: Value
+    Attributes:
+        attempts: How often at most; None: without end.
+        on: The codes and groups of codes that are worth another attempt; none: every code.
+        attempt_key: The key that receives the number of the attempt, or None.
+        between: What is done before each further attempt, or None.
+    """
+
+    attempts: Value | None
     on: tuple[Literal, ...] = ()
     attempt_key: Literal | None = None
     between: Node | None = None
@@ -371,7 +378,7 @@ class Retry(Wrapper):
     @property
     def default_title(self) -> str:
         """Such as ``retry up to 8 times``."""
-        return f"retry up to {show(self.attempts)} times"
+        return f"retry up to {show(self.attempts)} times" if self.attempts is not None else "retry forever"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -725,7 +732,7 @@ def values_of(node: Node) -> Iterator[Value]:
             yield from (value for _, value in inputs)
         case Set(values=values):
             yield from (value for _, value in values)
-        case Repeat(rounds=None):
+        case Repeat(rounds=None) | Retry(attempts=None):
             pass
         case Append(values=values):
             yield from (Reference(key.text, key.position) for key, _ in values)

@@ -45,11 +45,13 @@ class NodeOutcomes:
         can_succeed: Whether it can succeed.
         codes: The codes it can fail with; none when it cannot fail.
         skip_succeeds: Whether it counts as success when a guard keeps it from starting; else it has failed.
+        only_skips: Whether it succeeds in no other way than that.
     """
 
     can_succeed: bool
     codes: frozenset[str]
     skip_succeeds: bool = True
+    only_skips: bool = False
 
     @property
     def can_fail(self) -> bool:
@@ -116,7 +118,7 @@ class MissionOutcomes:
             return NodeOutcomes(can_succeed, codes)
         if in_selector:
             return NodeOutcomes(can_succeed, codes | {"skipped"}, skip_succeeds=False)
-        return NodeOutcomes(True, codes)
+        return NodeOutcomes(True, codes, only_skips=not can_succeed)
 
     def _bare(self, node: Node, in_selector: bool) -> NodeOutcomes:
         match node:
@@ -168,7 +170,12 @@ class MissionOutcomes:
                 own = _TIMED_CODES.get(type(node), _NO_CODES)
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE) | own)
             case model.Retry(attempts=value, between=between):
-                codes = child.codes | self._of_value(value, COUNT)
+                codes = child.codes
+                if value is not None:
+                    codes |= self._of_value(value, COUNT)
+                else:
+                    again = (codes_named(code.text, self._groups) for code in node.on)
+                    codes = codes - _NO_CODES.union(*again) if node.on else _NO_CODES
                 if between is not None:
                     codes |= self._of(between, in_selector=False).codes
                 return NodeOutcomes(child.can_succeed, codes)

@@ -474,13 +474,12 @@ class _MissionParser(Reader):
         fields, child = self._fields(key, mapping), self._child(key, mapping)
         if key.text == "for_each":
             return self._for_each(key, value, mapping, child, fields)
-        if key.text == "repeat" and isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER:
-            return model.Repeat(child=child, rounds=None, **fields) if child is not None else None
-        argument = self.value(value, key.text)
+        endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
+        argument = None if endless else self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
         between = self._optional_child(mapping, "between")
         codes = self.identifiers(on, "a code in on") if on is not None else ()
-        if child is None or argument is None:
+        if child is None or (argument is None and not (endless and key.text in ("retry", "repeat"))):
             return None
         if key.text == "retry":
             return model.Retry(
@@ -488,6 +487,7 @@ class _MissionParser(Reader):
             )
         if key.text == "repeat":
             return model.Repeat(child=child, rounds=argument, **fields)
+        assert argument is not None  # that was a loop
         timed = {"timeout": model.Timeout, "cooldown": model.Cooldown}[key.text]
         return timed(child=child, duration=argument, **fields)
 

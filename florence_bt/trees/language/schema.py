@@ -218,7 +218,7 @@ KIND_VALUES: dict[str, Schema] = {
     "switch": {"$ref": "#/definitions/any"},
     "for_each": {"anyOf": [{"type": "array"}, REFERENCE]},
     "append": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
-    "retry": _COUNT,
+    "retry": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "timeout": _PAUSE,
     "cooldown": _PAUSE,

@@ -121,7 +121,7 @@ NONE_WORKED = "none_worked"
 FIRST_SUCCESS = "success"
 """What stands after ``until`` at a ``for_each`` that the first success ends."""
 FOREVER = "forever"
-"""What stands after ``repeat`` in place of a number."""
+"""What stands after ``repeat`` and ``retry`` in place of a number."""
 
 TREE_CODES: dict[str, str] = {
     "missing_key": "a key was read that nothing has written",

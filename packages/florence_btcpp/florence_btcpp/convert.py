@@ -13,7 +13,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions.parser import parse_expression
-from florence_bt.trees.language.vocabulary import BESIDE, MODIFIERS, OUTSIDE
+from florence_bt.trees.language.vocabulary import BESIDE, FOREVER, MODIFIERS, OUTSIDE
 from florence_btcpp.custom_nodes import CustomNode, CustomNodes
 from florence_btcpp.data_flow import DataFlow, TreeFlow
 from florence_btcpp.key_uses import READ, WRITE, Ports, SubTreeCall, pointer, port_of_skill, registration
@@ -50,7 +50,7 @@ from florence_btcpp.values import (
     text_value,
     written_value,
 )
-from florence_btcpp.vocabulary import ENDLESS, FOREVER, LOOP_KINDS, MARK, POLL, POST_CONDITIONS
+from florence_btcpp.vocabulary import ENDLESS, LOOP_KINDS, MARK, POLL, POST_CONDITIONS
 from florence_btcpp.xml_source import Element
 
 TURNING = frozenset({"Inverter", "ForceSuccess", "ForceFailure", "RunOnce", "Timeout"})
@@ -315,7 +315,7 @@ class Converter:
         if not isinstance(number, int) or number < -1:
             self.lost(element, f"{attribute}={text!r} is not a number of rounds; {default} is taken")
             number = default
-        return (str(FOREVER), True) if number == -1 else (str(max(number, 1)), False)
+        return (FOREVER, True) if number == -1 else (str(max(number, 1)), False)
 
     # ---- nodes ---------------------------------------------------------------------------------------------
 
@@ -1001,7 +1001,7 @@ def pipeline_sequence(c: Converter, e: Element) -> Node:
         c.lost(e, "another PipelineSequence stands before its last node; imported as a sequence")
         return {"sequence": [*first, c.node(last)]}
     rounds: Node = {"sequence": [{"wait": _shortest_pace(c, earlier)}, *first]}
-    again: Node = {"name": "again", "repeat": "forever", "do": rounds}
+    again: Node = {"name": "again", "repeat": FOREVER, "do": rounds}
     node = _started_again(c, earlier, last)
     node = node if "name" in node else {"name": registration(last), **node}
     return {"sequence": [*first, {"parallel": [node, again], "policy": [node["name"]]}]}
@@ -1040,7 +1040,7 @@ def _started_again(c: Converter, earlier: list[Element], last: Element) -> Node:
     same = " and ".join(f"${c.key_name(key)} == ${name}" for key, name in seen.items())
     c.notice(last, "it is stopped and started again with new values; there it goes on with them")
     steps = [{"set": {name: f"${c.key_name(key)}" for key, name in seen.items()}}, put(node, "while", same)]
-    return {"retry": str(FOREVER), "on": ["guard_failed"], "do": {"sequence": steps}}
+    return {"retry": FOREVER, "on": ["guard_failed"], "do": {"sequence": steps}}
 
 
 @_converts("RateController", "DistanceController", "SpeedController", "GoalUpdatedController")
@@ -1177,15 +1177,13 @@ def rounds(c: Converter, e: Element) -> Node:
     kind, attribute = ("repeat", "num_cycles") if e.tag == "Repeat" else ("retry", "num_attempts")
     number, is_endless = c.count(e, attribute, 1)
     child = c.only_child(e)
-    if is_endless and kind == "repeat":
-        return {kind: "forever", "do": child if e.get(MARK) == ENDLESS else paced(child)}
-    return {kind: number, "do": paced(child) if is_endless else child}
+    return {kind: number, "do": paced(child) if is_endless and e.get(MARK) != ENDLESS else child}
 
 
 @_converts("KeepRunningUntilFailure")
 def keep_running(c: Converter, e: Element) -> Node:
     """``KeepRunningUntilFailure``."""
-    return {"repeat": "forever", "do": paced(c.only_child(e))}
+    return {"repeat": FOREVER, "do": paced(c.only_child(e))}
 
 
 @_converts("Timeout")
@@ -1221,7 +1219,7 @@ def precondition(c: Converter, e: Element) -> Node:
         case "SUCCESS":
             return {"if": text, "then": child, "else": dict(NOTHING)}
         case "RUNNING":
-            waiting = {"retry": str(FOREVER), "do": paced({"condition": text})}
+            waiting = {"retry": FOREVER, "do": paced({"condition": text})}
             return {"sequence": [waiting, child]}
         case "FAILURE":
             return {"if": text, "then": child, "else": {"fail": f"{text} does not hold"}}
@@ -1270,7 +1268,8 @@ def florence_retry(c: Converter, e: Element) -> Node:
     """``FlorenceRetry``: what is tried, and perhaps what is done between two attempts."""
     if not 1 <= len(e.children) <= 2:
         return c.stand_in(e, "it needs 1 or 2 nodes below it")
-    node: Node = {"retry": c.value(e, "num_attempts", Kind.INTEGER)}
+    endless = e.get("num_attempts") == "-1"
+    node: Node = {"retry": FOREVER if endless else c.value(e, "num_attempts", Kind.INTEGER)}
     codes = [code.strip() for code in e.get("on").split(";") if code.strip()]
     if codes:
         node["on"] = codes

@@ -340,8 +340,11 @@ class NodeWriter:
         return _florence("Decorator", "FlorenceForEach", attributes, children)
 
     def _retry(self, node: model.Retry, children: list[Element]) -> Element:
-        attributes = {"num_attempts": port_attribute(node.attempts, Kind.INTEGER)}
-        plain = isinstance(node.attempts, Literal | Reference)
+        endless = {"num_attempts": "-1", MARK: ENDLESS}
+        attributes = dict(endless)
+        if node.attempts is not None:
+            attributes = {"num_attempts": port_attribute(node.attempts, Kind.INTEGER)}
+        plain = node.attempts is None or isinstance(node.attempts, Literal | Reference)
         if plain and not node.on and node.attempt_key is None and node.between is None:
             return Element("RetryUntilSuccessful", attributes, children=children)
         self._florence_node(

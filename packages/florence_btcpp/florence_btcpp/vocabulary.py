@@ -24,8 +24,6 @@ POST_CONDITIONS = ("_onHalted", "_onFailure", "_onSuccess", "_post")
 SCRIPTS = {"Script": ("code", "_onStart", *POST_CONDITIONS), "": ("_onStart", *POST_CONDITIONS)}
 """Element -> its attributes that can assign; those of an empty name are of all others."""
 
-FOREVER = 1_000_000_000
-"""The number of rounds that stands for an endless loop: 31 years at one a second."""
 ENDLESS = "forever"
 """The mark of a loop without end that is our own, and has its pauses where it needs them."""
 POLL = "10 ms"
