@@ -11,9 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.core.skill import Inputs, SkillRun
+from florence_bt.core.skill import Inputs, Skill, SkillRun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,13 +23,35 @@ class Served:
 
     Attributes:
         skill: The declaration.
-        interface: The ROS type, such as ``nav2_msgs/action/Spin``.
-        name: The name of the action, service or topic.
+        interface: The ROS type, such as ``nav2_msgs/action/Spin``; empty without one.
+        name: The name of the action, service or topic; empty without one.
     """
 
     skill: SkillDeclaration
-    interface: str
-    name: str
+    interface: str = ""
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedHere(Served):
+    """A skill that needs no other node.
+
+    Attributes:
+        answer: The result from the inputs, at once.
+    """
+
+    answer: Callable[[Inputs], Result]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedByClock(Served):
+    """A skill that needs the time and no other node.
+
+    Attributes:
+        make: Makes it from a clock, and from what gives the date in seconds since 1970.
+    """
+
+    make: Callable[[Clock, Callable[[], float]], Skill]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from florence_bt.core.serving import Served, ServedAction
 from florence_bt.skills.base import declaration as base
+from florence_bt.skills.choice import declaration as choice
 from florence_bt.skills.locator import declaration as locator
 from florence_bt.skills.navigation.navigate import declaration as navigate
 from florence_bt.skills.people.approach_user import declaration as approach_user
 from florence_bt.skills.people.user_tracker import declaration as user_tracker
 from florence_bt.skills.speech import declaration as speech
+from florence_bt.skills.time_of_day import declaration as time_of_day
 
 SERVED: tuple[Served, ...] = (
     *navigate.SERVED,
@@ -17,6 +19,8 @@ SERVED: tuple[Served, ...] = (
     *locator.SERVED,
     *base.SERVED,
     *speech.SERVED,
+    *choice.SERVED,
+    *time_of_day.SERVED,
 )
 
 ACTIONS = (

@@ -14,11 +14,11 @@ RUNNING = """\
     [>] try one place after the other
         [>] sequence
             [+] get view
-            [>] find the user (selector)
-                [x] watch out on the way (finally)
+            [>] find the user (finally)
+                [>] sequence (on_failure) -- until_not_met: sequence was done before look for user
                     [x] sequence
                         [+] start tracker
-                        [x] sequence until look for user (until) -- sequence was done before look for user
+                        [x] watch out on the way (until) -- sequence was done before look for user
                             [+] sequence
                                 [+] run go_near
                                     [+] sequence (on_failure)
@@ -33,32 +33,32 @@ RUNNING = """\
                                 [+] when $got_there
                                     [+] set reached -- reached = 1
                             [-] look for user
-                    [+] stop tracker
-                [>] look round (sequence)
-                    [+] set views -- views = 1
-                    [>] run detect_user
-                        [>] sequence
-                            [+] set way, turned -- way = 0.7854, turned = 0
-                            [>] search in a circle (finally)
-                                [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody
-                                    [>] turn and look (sequence)
-                                        [+] stop tracker
-                                        [+] unless $look_first and $look == 1
-                                            [+] turn on (sequence)
-                                                [+] set angle -- angle = 0.7854
-                                                [+] retry up to 2 times
-                                                    [+] turn
-                                                    [ ] when $way == $step
-                                                        [ ] set angle, way
-                                                [+] set turned -- turned = 1
-                                        [+] settle
-                                        [+] start tracker
-                                        [>] repeat a look without images
-                                            [>] look for user
-                                [ ] stop tracker
+                    [>] look round (sequence)
+                        [+] set views -- views = 1
+                        [>] run detect_user
+                            [>] sequence
+                                [+] set way, turned -- way = 0.7854, turned = 0
+                                [>] search in a circle (finally)
+                                    [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody
+                                        [>] turn and look (sequence)
+                                            [+] stop tracker
+                                            [+] unless $look_first and $look == 1
+                                                [+] turn on (sequence)
+                                                    [+] set angle -- angle = 0.7854
+                                                    [+] retry up to 2 times
+                                                        [+] turn
+                                                        [ ] when $way == $step
+                                                            [ ] set angle, way
+                                                    [+] set turned -- turned = 1
+                                            [+] settle
+                                            [+] start tracker
+                                            [>] repeat a look without images
+                                                [>] look for user
+                                    [ ] stop tracker
+                [ ] stop tracker
             [ ] set met
             [ ] run meet_user
-"""
+"""  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""
 
 
@@ -79,7 +79,7 @@ def test_a_search_from_nearby(robot):
     robot.mock("look from nearby", "running 5 s, then FAILURE no_user_seen")
     play = robot.start("goto_user")
     robot.run_until("look from nearby")
-    assert "[+] find the user (selector)\n" in play.tree
+    assert "[+] find the user (finally)\n" in play.tree
     assert "[+] if distance($user, $seen_at)" not in play.tree
     assert "[-] watch whether they walk on\n" in play.tree
 

@@ -14,13 +14,15 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.serving import (
     Served,
     ServedAction,
+    ServedByClock,
     ServedByNode,
     ServedCondition,
+    ServedHere,
     ServedPublication,
     ServedService,
     ServedWait,
 )
-from florence_bt.core.skill import Inputs, MissingSkill, Skill
+from florence_bt.core.skill import Inputs, InstantSkill, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
@@ -94,6 +96,10 @@ def _attempt(make: Callable[[], Any], what: str) -> Any:
 
 def _over_ros(node: FlorenceNode, served: Served) -> Skill:
     """The client of a skill's action, service or topic."""
+    if isinstance(served, ServedHere):
+        return InstantSkill(served.answer)
+    if isinstance(served, ServedByClock):
+        return served.make(node.timebase, lambda: node.get_clock().now().nanoseconds / 1e9)
     package, kind, name = served.interface.split("/")
     interface: Any = getattr(importlib.import_module(f"{package}.{kind}"), name)
     if isinstance(served, ServedCondition):

@@ -10,7 +10,15 @@ from typing import Any
 from florence_bt.core.clock import Clock
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled, success
-from florence_bt.core.serving import Served, ServedByNode, ServedCondition, ServedPublication, ServedWait
+from florence_bt.core.serving import (
+    Served,
+    ServedByClock,
+    ServedByNode,
+    ServedCondition,
+    ServedHere,
+    ServedPublication,
+    ServedWait,
+)
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, InstantSkill, Skill, SkillRun
 from florence_bt.skills.served import SERVED
 
@@ -106,6 +114,10 @@ def rig_skills(
 def _in_rig(
     served: Served, components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
 ) -> Skill:
+    if isinstance(served, ServedHere):
+        return InstantSkill(served.answer)
+    if isinstance(served, ServedByClock):
+        return served.make(clock, clock.now)
     if isinstance(served, ServedByNode):
         return ComponentSkill(partial(served.perform, components[served.component]))
     topic = topics.setdefault(served.name, RigTopic())

@@ -27,6 +27,7 @@ from florence_bt.trees.language.reader import Reader, without_dollar
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
+_TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
@@ -252,8 +253,7 @@ class _MissionParser(Reader):
                 duration, fields = self.value(value, "wait"), self._fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None
             case "wait_until":
-                goal, fields = self._question(value, "wait_until"), self._fields(key, mapping)
-                return model.WaitUntil(goal=goal, **fields) if goal is not None else None
+                return self._wait_until(key, value, mapping)
             case "set":
                 return self._set(key, value, mapping)
             case "append":
@@ -516,6 +516,35 @@ class _MissionParser(Reader):
             first_success=_is_first_success(mapping.get("until")),
             **fields,
         )
+
+    def _wait_until(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        fields = self._fields(key, mapping)
+        if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
+            return self._wait_for_time(value.text.strip(), value.position, fields)
+        goal = self._question(value, "wait_until")
+        return model.WaitUntil(goal=goal, **fields) if goal is not None else None
+
+    def _wait_for_time(self, time: str, place: Position, fields: _Fields) -> model.Node:
+        """``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
+        hours, minutes = map(int, time.split(":"))
+        if hours > 23 or minutes > 59:
+            self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
+        name = f"time_{time.replace(':', '_')}"
+        text, date = model.Literal(time, True, place), model.Literal(name, True, place)
+        look_up = model.RunSkill(
+            skill="look_up_time",
+            inputs=((model.Literal("time", True, place), text),),
+            outputs=((model.Literal("date", True, place), date),),
+            position=place,
+        )
+        asked = model.RunSkill(
+            skill="time_reached",
+            inputs=((model.Literal("date", True, place), model.Reference(name, place)),),
+            position=place,
+        )
+        wait = model.WaitUntil(goal=asked, position=place)
+        fields["name"] = fields.get("name") or f"wait until {time}"
+        return model.Sequence(children=(look_up, wait), **fields)
 
     # ---- leaves ---------------------------------------------------------------------------------------
 

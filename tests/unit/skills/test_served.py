@@ -11,7 +11,14 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, failure, success
-from florence_bt.core.serving import Served, ServedAction, ServedCondition, ServedService
+from florence_bt.core.serving import (
+    Served,
+    ServedAction,
+    ServedByClock,
+    ServedCondition,
+    ServedHere,
+    ServedService,
+)
 from florence_bt.skills.served import ACTIONS, SERVED
 from florence_bt.trees.language.declarations import collect_declarations
 
@@ -40,8 +47,10 @@ def test_every_declared_skill_is_served_once() -> None:
 
 @pytest.mark.parametrize("served", SERVED, ids=lambda served: served.skill.name)
 def test_the_type_fits_the_table(served: Served) -> None:
-    kind = {ServedAction: "action", ServedService: "srv"}.get(type(served), "msg")
-    assert served.interface.split("/")[1:2] == [kind]
+    kind = {ServedAction: "action", ServedService: "srv", ServedHere: None, ServedByClock: None}.get(
+        type(served), "msg"
+    )
+    assert served.interface.split("/")[1:2] == ([kind] if kind is not None else [])
 
 
 @pytest.mark.parametrize(
@@ -156,6 +165,14 @@ def get_rooms(known: str, wanted: tuple[str, ...]) -> Result:
     assert isinstance(served, ServedService) and served.judge is not None
     answer = served.result(SimpleNamespace(success=True, message=known))
     return served.judge({"rooms": wanted}, answer)
+
+
+def test_a_pick_is_one_of_the_items_and_each_can_be_it() -> None:
+    served = BY_NAME["pick_random"]
+    assert isinstance(served, ServedHere)
+    picks = [served.answer({"items": ("kitchen", "hall")}) for _ in range(100)]
+    assert {pick.outputs["item"] for pick in picks} == {"kitchen", "hall"}
+    assert served.answer({"items": ()}).code == "nothing_to_pick"
 
 
 def test_the_battery_is_above_a_part_of_its_charge() -> None:

@@ -1,0 +1,1 @@
+"""Choices that missions leave to chance."""

@@ -1,0 +1,1 @@
+"""The time of day, in the time zone of the robot."""

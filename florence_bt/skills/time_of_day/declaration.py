@@ -1,0 +1,97 @@
+"""What missions know of the time of day, and how it is served.
+
+``wait_until: "22:00"`` is made of these skills. The moment is looked up once and stands in a key, and so in
+the journal: a mission that goes on after a restart waits for the same moment.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from datetime import datetime, timedelta
+
+from florence_bt.core.clock import Clock
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.serving import ServedByClock
+from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill
+
+_TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
+
+LOOK_UP_TIME = SkillDeclaration(
+    name="look_up_time",
+    summary="Look up when it is a time of day the next time",
+    inputs={"time": Port(Kind.TEXT, "hours and minutes, such as 22:00")},
+    outputs={"date": Port(Kind.NUMBER, "the moment, in seconds since 1970")},
+    failures={"no_time": "the text is no time of day"},
+    deadline_s=5.0,
+)
+
+TIME_REACHED = SkillDeclaration(
+    name="time_reached",
+    summary="Check that a moment has come",
+    inputs={"date": Port(Kind.NUMBER, "the moment, in seconds since 1970")},
+    failures={"too_early": "the moment has not come yet"},
+    deadline_s=5.0,
+    instant=True,
+    wakes=True,
+)
+
+
+def next_moment(text: str, now: float) -> float | None:
+    """Find when it is a time of day the next time.
+
+    Args:
+        text: Hours and minutes in the time zone of this computer.
+        now: Seconds since 1970.
+
+    Returns:
+        Seconds since 1970, later than now; None when the text is no time of day.
+    """
+    match = _TIME.fullmatch(text.strip())
+    if match is None:
+        return None
+    here = datetime.fromtimestamp(now)
+    moment = here.replace(hour=int(match[1]), minute=int(match[2]), second=0, microsecond=0)
+    if moment <= here:
+        moment += timedelta(days=1)
+    return moment.timestamp()
+
+
+class TimeReached:
+    """The condition that a moment has come; it reports that moment.
+
+    Args:
+        clock: Times the report.
+        date: Gives the seconds since 1970.
+    """
+
+    def __init__(self, clock: Clock, date: Callable[[], float]) -> None:
+        self._clock = clock
+        self._date = date
+
+    def start(self, inputs: Inputs) -> FinishedRun:
+        """Compare the moment with now."""
+        left = inputs["date"] - self._date()
+        return FinishedRun(success() if left <= 0.0 else failure("too_early", f"there are {left:.0f} s left"))
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back when the moment has come."""
+        left = max(0.0, inputs["date"] - self._date())
+        return self._clock.call_at(self._clock.now() + left, callback).cancel
+
+
+def _look_up(clock: Clock, date: Callable[[], float]) -> InstantSkill:
+    def look_up(inputs: Inputs) -> Result:
+        moment = next_moment(inputs["time"], date())
+        if moment is None:
+            return failure("no_time", f"{inputs['time']!r} is no time of day (would have worked: 22:00)")
+        return success(date=moment)
+
+    return InstantSkill(look_up)
+
+
+SERVED = (
+    ServedByClock(skill=LOOK_UP_TIME, make=_look_up),
+    ServedByClock(skill=TIME_REACHED, make=TimeReached),
+)
