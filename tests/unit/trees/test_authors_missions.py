@@ -1,4 +1,4 @@
-"""The missions of authors in examples/missions, and the tutorial and the idioms that show them, are true."""
+"""The missions in examples/missions hold, and the tutorial shows them and the commands as they are."""
 
 import re
 from pathlib import Path
@@ -35,7 +35,6 @@ TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text()
 SHOWN = re.findall(r"```yaml (examples/\S+)\n(.*?)```", TUTORIAL, re.DOTALL)
 COMMANDS = re.findall(r"```console\n\$ florence (\w+) (.*?)\n(.*?)```", TUTORIAL, re.DOTALL)
 IDIOMS = (ROOT / "docs" / "idioms.md").read_text()
-SNIPPETS = re.findall(r"```yaml(?: node)?\n(.*?)```", IDIOMS, re.DOTALL)
 
 
 @pytest.mark.parametrize("file", MISSIONS, ids=lambda file: file.stem)
@@ -94,18 +93,6 @@ def test_the_tutorial_shows_how_many_scenarios_pass(words, output):
     assert re.search(rf"\b{len(scenarios)} passed", output)
     if "-v" in words:
         assert re.findall(r"::(.*) PASSED", output) == [scenario.name for scenario in scenarios]
-
-
-@pytest.mark.parametrize("snippet", SNIPPETS)
-def test_an_idiom_passes_the_check(snippet, tmp_path):
-    tree = "".join(f"  {line}\n" for line in snippet.splitlines())
-    text = snippet if snippet.startswith("mission:") else f"mission: idiom\ntree:\n{tree}"
-    name = text.splitlines()[0].removeprefix("mission: ")
-    (tmp_path / f"{name}.yaml").write_text(text)
-    library = MissionLibrary.load([tmp_path], third_party=False)
-    found = check(library.get(name), library, DECLARATIONS)
-    # That nobody reads what a snippet writes is no fault of the snippet.
-    assert [str(finding) for finding in found if "read" not in finding.message] == []
 
 
 @pytest.mark.parametrize("text", [TUTORIAL, IDIOMS], ids=["tutorial", "idioms"])
