@@ -62,6 +62,12 @@ def lists(nodes):
     return st.lists(nodes, min_size=1, max_size=3).map(", ".join)
 
 
+LISTS = st.sampled_from(["[]", "[1]", "[1, 2]"])
+MORE = st.sampled_from(
+    ["", ", until: success", ", go_on_over: [broken]", ", until: success, go_on_over: [lost], code: odd"]
+)
+
+
 def larger(nodes):
     memory = st.sampled_from(["", ", memory: false"])
     policy = st.sampled_from(["all", "any", "{succeed: 1}", "{succeed: 1, fail: 1}"])
@@ -81,6 +87,8 @@ def larger(nodes):
         st.builds("{{repeat: 2, do: {}}}".format, nodes),
         st.builds("{{timeout: 1500 ms, do: {}}}".format, nodes),
         st.builds("{{repeat: forever, do: {}}}".format, nodes),
+        st.builds("{{retry: forever, on: [{}], do: {}}}".format, st.sampled_from(["broken", "lost"]), nodes),
+        st.builds("{{for_each: {}, as: {}, do: {}{}}}".format, LISTS, KEYS, nodes, MORE),
         st.builds("{{cooldown: 1 s, do: {}}}".format, nodes),
         st.builds("{{once: {}}}".format, nodes),
         st.builds("{{timeout: 2 s, do: {{wait_until: {}}}}}".format, EXPRESSIONS),

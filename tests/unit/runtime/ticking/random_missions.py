@@ -49,7 +49,8 @@ class Author:
     Args:
         seed: The seed.
         asks: Whether some leaves are skills that are watched as conditions.
-        catches: Whether some nodes have an ``until`` or an ``on_failure``, and a retry something between.
+        catches: Whether some nodes have an ``until`` or an ``on_failure``, a retry something between, and
+            what loops over lists.
     """
 
     def __init__(self, seed: int, *, asks: bool = False, catches: bool = False) -> None:
@@ -126,6 +127,9 @@ class Author:
         child = self.node(depth)
         if self._catches and self.random.random() < 0.2:
             return {"retry": 3, "do": child, "between": self.leaf()}
+        if self._catches and self.random.random() < 0.2:
+            more = self.random.choice(({}, {"until": "success"}, {"go_on_over": ["broken", "failed"]}))
+            return {"for_each": [2, 0, 1], "as": key, "do": child, **more}
         return self.random.choice(
             [
                 {"retry": 2, "do": child},
