@@ -13,13 +13,16 @@ def main() -> None:
     """Print the texts of the topic `say`, and publish each line of the standard input on `answer`."""
     rclpy.init()
     node = rclpy.create_node("voice")
-    node.create_subscription(String, "say", lambda message: print(f"robot: {message.data}", flush=True), 10)
     answers = node.create_publisher(String, "answer", 10)
+
+    def show(message: String) -> None:
+        print(f"robot: {message.data}", flush=True)
 
     def send_lines() -> None:
         for line in sys.stdin:
             answers.publish(String(data=line.strip()))
 
+    node.create_subscription(String, "say", show, 10)
     threading.Thread(target=send_lines, daemon=True).start()
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
         rclpy.spin(node)
