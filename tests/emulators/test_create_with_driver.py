@@ -281,23 +281,6 @@ def test_half_a_command_of_an_earlier_program_does_not_eat_ours(base: Any, sent:
     assert bench.readings
 
 
-def test_a_clock_that_is_set_back_stops_the_base_and_no_more(base: Any) -> None:
-    bench = ready(base)
-    bench.run(1.0, Twist2(0.2, 0.0))
-    began = bench.latest.odometry.pose.x
-    # The emulated base has a clock of its own, which goes on.
-    poll, receive = bench.create.poll, bench.create.receive
-    bench.create.poll = lambda now: poll(now + 3600.0)  # type: ignore[method-assign]
-    bench.create.receive = lambda data, now: receive(data, now + 3600.0)  # type: ignore[method-assign]
-    bench.now -= 3600.0
-    bench.run(0.1)
-    assert base.wheels == (0.0, 0.0)
-    assert bench.latest.stamp == pytest.approx(bench.now, abs=0.02)
-    bench.run(1.0, Twist2(0.2, 0.0))
-    assert bench.latest.odometry.pose.x - began == pytest.approx(0.2, abs=0.02)
-    assert bench.latest.odometry.twist.linear == pytest.approx(0.2, abs=0.02)
-
-
 @pytest.mark.parametrize(
     ("sent", "hint"),
     [(b"", "is it switched on"), (b"99b\n00P\n" * 20, "are the port and its baud rate right")],
