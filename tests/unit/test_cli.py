@@ -94,7 +94,7 @@ def test_missions_are_listed_with_their_inputs(florence):
     done = florence("missions")
     assert done.exit_code == OK
     assert "goto_user" in done.stdout and "room: text (required)" in done.stdout
-    assert 'rooms: text = ""\n' in done.stdout
+    assert "rooms: list of text = []\n" in done.stdout
 
 
 def test_missions_of_a_folder_and_what_cannot_be_read(florence, mission, tmp_path):

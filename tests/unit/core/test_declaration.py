@@ -18,6 +18,7 @@ FITTING = {
     Kind.SPEED: [2, -0.5],
     Kind.POSE: [Pose2(), Pose2(1.0, -2.0, 7.0)],
 }
+FITTING |= {kind.list: [(), tuple(values)] for kind, values in tuple(FITTING.items())}
 ODD = ["2", True, 2, 0.5, Pose2(), None]
 
 
@@ -29,6 +30,13 @@ def test_a_port_takes_values_of_its_kind_only(kind):
     for value in ODD:
         if type(value) not in {type(good) for good in FITTING[kind]}:
             assert port.problem_with(value) == f"a value of type {kind.value} is needed, not {value!r}"
+
+
+def test_every_item_of_a_list_must_fit():
+    port = Port(Kind.LIST_OF_LENGTH, "")
+    assert port.problem_with((1.0, 2)) is None
+    assert port.problem_with((1.0, "2")) == "a value of type length is needed, not '2'"
+    assert port.problem_with((1.0, math.nan)) == "nan is not finite"
 
 
 @pytest.mark.parametrize("kind", [Kind.NUMBER, *MAGNITUDES])

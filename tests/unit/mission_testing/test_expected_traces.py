@@ -44,7 +44,7 @@ def test_what_is_no_line(text, says):
 def test_nodes_may_be_named_by_any_pattern_and_times_in_any_unit(play):
     play.assert_trace("""
         0 s    set place: SUCCESS
-        0 ms   approach the person/get_robot_pose: SUCCESS
+        0 ms   drive_before/**/get_robot_pose: SUCCESS
         0 s    approach_user/**/propose*: SUCCESS
         0 s    navigate to: RUNNING
         0.25 min  **/navigate_to: SUCCESS

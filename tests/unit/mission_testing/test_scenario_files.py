@@ -173,12 +173,14 @@ def test_scripts_of_several_steps(play):
                       [>] parallel
                           [>] approach the person (sequence)
                               [+] set place -- place = (x 3.00 m, y 2.00 m, yaw 0.00 rad)
-                              [+] get robot pose
-                              [>] retry up to 6 times
-                                  [>] propose and drive (sequence)
-                                      [+] propose approach pose
-                                      [>] within 25 s
-                                          [>] navigate to -- off we go
+                              [>] run drive_before
+                                  [>] sequence
+                                      [+] get robot pose
+                                      [>] retry up to 6 times
+                                          [>] propose and drive (sequence)
+                                              [+] propose approach pose
+                                              [>] within 25 s
+                                                  [>] navigate to -- off we go
                           [+] when $user_id > 0 -- skipped: $user_id > 0 does not hold (user_id is 0)
           then:
             status: SUCCEEDED
