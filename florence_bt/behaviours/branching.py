@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression, equal
-from florence_bt.behaviours.keys import ValueProblem, readable, resolve
+from florence_bt.behaviours.keys import KeyReference, ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.watching import Watch
 from florence_bt.core.outcome import Result, failure
@@ -207,17 +207,23 @@ class Switch(Branching):
                 return self.give_up(problem)
         return (yield from self.branch_steps())
 
+    def _shown(self, value: Any) -> str:
+        if isinstance(self._value, KeyReference):
+            return self._context.keys.shown(self._value.key, value)
+        return readable(value)
+
     def _choose(self) -> Result | None:
         try:
             value = resolve(self._value, self._context.keys)
         except ValueProblem as error:
             return error.as_result()
-        self.feedback_message = f"the value is {readable(value)}"
+        shown = self._shown(value)
+        self.feedback_message = f"the value is {shown}"
         fitting = (branch for wanted, branch in self._cases if any(_fits(value, one) for one in wanted))
         self.branch = next(fitting, self._default)
         if self.branch is None:
             cases = ", ".join(self._labels) or "none"
-            return failure("no_case", f"the value is {readable(value)}; there are cases for: {cases}")
+            return failure("no_case", f"the value is {shown}; there are cases for: {cases}")
         return None
 
 

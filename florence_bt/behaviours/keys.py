@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from florence_bt.core.declaration import Port
+from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port
 from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure
@@ -72,16 +72,25 @@ class KeyStore:
     def __init__(self, values: Mapping[str, Any] | None = None) -> None:
         self._values: dict[str, Any] = {}
         self._declared: Mapping[str, Port] = {}
+        self._kinds: Callable[[], Mapping[str, Kind]] | None = None
         self._watchers: dict[str, tuple[Watcher, ...]] = {}
         self.reset(values or {})
 
-    def declare(self, ports: Mapping[str, Port]) -> None:
+    def declare(
+        self, ports: Mapping[str, Port], kinds: Callable[[], Mapping[str, Kind]] | None = None
+    ) -> None:
         """Say what some keys hold.
 
         Args:
             ports: What each declared key holds; a default is its value after every reset.
+            kinds: Gives the kinds of all keys, as far as they are known; called when a value is shown.
         """
         self._declared = dict(ports)
+        self._kinds = kinds
+
+    def shown(self, key: str, value: Any) -> str:
+        """A value for people, with the unit of the key that holds it."""
+        return readable(value, self._kinds().get(key) if self._kinds is not None else None)
 
     def reset(self, values: Mapping[str, Any]) -> None:
         """Forget everything and begin with these values, and with the defaults of declared keys."""
@@ -277,14 +286,18 @@ def is_source(value: Any) -> bool:
     return hasattr(value, "resolve")
 
 
-def readable(value: Any) -> str:
-    """A value for people, short and the same every time."""
+def readable(value: Any, kind: Kind | None = None) -> str:
+    """A value for people, short and the same every time; with its unit when its kind is given."""
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, (int, float)) and kind is not None and kind in SHOWN_UNITS:
+        unit, size = SHOWN_UNITS[kind]
+        return f"{value * size:.4g} {unit}"
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, Pose2):
         return f"(x {value.x:.2f} m, y {value.y:.2f} m, yaw {value.yaw:.2f} rad)"
     if isinstance(value, tuple):
-        return f"[{', '.join(map(readable, value))}]"
+        item = kind.item if kind is not None else None
+        return f"[{', '.join(readable(each, item) for each in value)}]"
     return str(value)

@@ -71,7 +71,9 @@ class SetKey(Behaviour):
         self.result = None
         for key, value in resolved.items():
             keys.write(key, value)
-        self.feedback_message = ", ".join(f"{key} = {readable(value)}" for key, value in resolved.items())
+        self.feedback_message = ", ".join(
+            f"{key} = {keys.shown(key, value)}" for key, value in resolved.items()
+        )
         return Status.SUCCESS
 
 

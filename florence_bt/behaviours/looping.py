@@ -266,7 +266,7 @@ class ForEach(Branching):
         except ValueProblem as error:
             return error.as_result()
         self.branch = self.child
-        self.feedback_message = readable(item)
+        self.feedback_message = self._context.keys.shown(self._item_key, item)
         return None
 
     def _none_worked(self) -> str:

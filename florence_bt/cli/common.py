@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -101,10 +103,20 @@ def key_values(pairs: list[str]) -> dict[str, str]:
     Raises:
         ConfigError: One of them is not ``key=value``.
     """
-    values = {}
-    for pair in pairs:
+    values: dict[str, str] = {}
+    for index, pair in enumerate(pairs):
         name, separator, value = pair.partition("=")
         if not separator or not name:
+            if values:
+                raise _split_by_the_shell(pairs, index)
             raise ConfigError(f"{pair!r} is not an input", valid=["key=value, e.g. room=kitchen"])
         values[name] = value
     return values
+
+
+def _split_by_the_shell(pairs: list[str], index: int) -> ConfigError:
+    """A value with blanks that was typed without quotes, so that the shell made several arguments of it."""
+    pieces = takewhile(lambda piece: "=" not in piece, pairs[index:])
+    name, _, first = pairs[index - 1].partition("=")
+    meant = f"{name}={shlex.quote(' '.join((first, *pieces)))}"
+    return ConfigError(f"{pairs[index]!r} is not an input: a value with blanks needs quotes", valid=[meant])

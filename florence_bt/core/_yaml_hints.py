@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 
+from florence_bt.core._flow_hints import quoted
+
 _KEY = re.compile(r"\s*(?:- +)*(?P<key>[^\s:#'\"{\[][^:#]*): +(?P<value>\S.*)$")
+_WORD_AND_COLON = re.compile(r"[\s,]+(?P<word>[a-z_]+):(?=\s|$)")
 _SIGNS = "&*|>?,]}"
 """What begins something else than a text at the beginning of a value; a library never says so."""
 _NO_COLON = "could not find expected ':'"
@@ -38,7 +42,7 @@ class Hint:
     of_line: bool = False
 
 
-def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
+def explain(lines: list[str], line: int, column: int, problem: str, beside: Collection[str] = ()) -> Hint:
     """Say what is wrong where the YAML library gave up.
 
     Args:
@@ -46,6 +50,7 @@ def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
         line: Where it gave up, 1-based.
         column: Likewise.
         problem: What the library says.
+        beside: Keys that stand beside others, on lines of their own.
 
     Returns:
         The problem in plain words (the library's own when there are none), and what to write instead.
@@ -54,6 +59,8 @@ def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
     if line > len(lines):
         return Hint(words, _closing(problem))
     before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 :]
+    if (found := _on_its_own_line(lines[line - 1], column, beside)) is not None:
+        return found
     if before.endswith("$") and after.startswith("{"):
         return Hint("${...} needs quotes between { and }", ('quotes round it: "${...}"',))
     if _begins_with_quote(before):
@@ -75,6 +82,19 @@ def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
         match = _KEY.match(lines[line - 1])
         return Hint(words, (_quoted(match["key"], match["value"]),) if match else ("quotes round the text",))
     return Hint(words, _closing(problem))
+
+
+def _on_its_own_line(line: str, column: int, beside: Collection[str]) -> Hint | None:
+    """A key that stands in the line of another one, as in ``run: goto_room with: {...}``."""
+    match = _KEY.match(line)
+    for found in _WORD_AND_COLON.finditer(line, match.start("value")) if match else ():
+        if match and found["word"] in beside and found.start() < column <= found.end() + 1:
+            first = line[match.start("key") : found.start()].rstrip(" ,")
+            second = line[found.start("word") :].rstrip()
+            problem = f"{found['word']!r} goes on a line of its own below {match['key']!r}"
+            valid = (f"{first} on this line", f"{second} on the next, indented like {match['key']}")
+            return Hint(problem, valid, of_line=True)
+    return None
 
 
 def _begins_with_quote(before: str) -> bool:
@@ -154,8 +174,7 @@ def _indentations(lines: list[str], line: int) -> tuple[str, ...]:
 
 
 def _quoted(key: str, value: str) -> str:
-    quote = "'" if '"' in value else '"'
-    return f"{key}: {quote}{value.rstrip()}{quote}"
+    return f"{key}: {quoted(value)}"
 
 
 def _content(line: str) -> str:

@@ -76,6 +76,21 @@ class Kind(enum.Enum):
                 return (float, int)
 
 
+SHOWN_UNITS: Mapping[Kind, tuple[str, float]] = {
+    Kind.LENGTH: ("m", 1.0),
+    Kind.ANGLE: ("deg", 180.0 / math.pi),
+    Kind.DURATION: ("s", 1.0),
+    Kind.SPEED: ("m/s", 1.0),
+}
+"""Kind -> the unit in which people read it, and how many of them are one SI unit."""
+
+
+def number_text(value: float, kind: Kind) -> str:
+    """A number (SI units) for people: ``600 s``, short and the same every time."""
+    unit, size = SHOWN_UNITS.get(kind, ("", 1.0))
+    return f"{value * size:.6g} {unit}".rstrip()
+
+
 MAGNITUDES: Mapping[Kind, float] = {
     Kind.LENGTH: MAX_DISTANCE_M,
     Kind.ANGLE: MAX_ANGLE_RAD,
@@ -137,11 +152,14 @@ class Port:
             return f"{value!r} is not finite"
         most = MAGNITUDES.get(self.kind)
         if most is not None and abs(value) > most:
-            return f"{value!r} is not between {-most:g} and {most:g}"
+            limits = f"{number_text(-most, self.kind)} and {number_text(most, self.kind)}"
+            return f"{number_text(value, self.kind)} is not between {limits}"
         if self.minimum is not None and value < self.minimum:
-            return f"{value!r} is below the minimum of {self.minimum!r}"
+            least = number_text(self.minimum, self.kind)
+            return f"{number_text(value, self.kind)} is below the minimum of {least}"
         if self.maximum is not None and value > self.maximum:
-            return f"{value!r} is above the maximum of {self.maximum!r}"
+            most_allowed = number_text(self.maximum, self.kind)
+            return f"{number_text(value, self.kind)} is above the maximum of {most_allowed}"
         return None
 
 

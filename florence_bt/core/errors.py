@@ -7,10 +7,12 @@ wrong configuration, broken protocols, lost devices and bugs.
 from __future__ import annotations
 
 import difflib
+import re
 from bisect import bisect
 from collections.abc import Iterable
 from pathlib import Path
 
+_BETWEEN_WORDS = re.compile(r"[\s_-]+")
 MAX_COMPARED = 200
 """With how many names a wrong one is compared; of more, those beside it in alphabetical order."""
 
@@ -110,14 +112,23 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
     Returns:
         The close matches, best first, or all names in alphabetical order (at most :data:`MAX_COMPARED`) when
         none is close. A name of several words is close when it has all the words that were wanted:
-        ``front_door`` for ``door``.
+        ``front_door`` for ``door``. One that differs only in capitals and in the signs between words stands
+        alone: ``look_for_user`` for ``lookForUser``.
     """
     known = _neighbours(wanted, names)
+    alike = tuple(name for name in known if spelling(name) == spelling(wanted))
+    if alike:
+        return alike
     close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.6)
     words = _words(wanted)
     longer = [name for name in known if words <= _words(name)] if len(wanted) > 2 else []
     closest = difflib.get_close_matches(wanted, close, n=3, cutoff=0.8)
     return tuple(dict.fromkeys((*closest, *longer, *close)))[:3] or tuple(known)
+
+
+def spelling(name: str) -> str:
+    """A name without what people write in other ways: capitals, and what stands between its words."""
+    return _BETWEEN_WORDS.sub("", name).lower()
 
 
 def close_matches(wanted: str, names: Iterable[str]) -> list[str]:
@@ -128,7 +139,7 @@ def close_matches(wanted: str, names: Iterable[str]) -> list[str]:
 def _neighbours(wanted: str, names: Iterable[str]) -> list[str]:
     """At most :data:`MAX_COMPARED` of the names, in alphabetical order: a comparison is slow."""
     known = sorted(names)
-    first = max(0, bisect(known, wanted) - MAX_COMPARED // 2) if len(known) > MAX_COMPARED else 0
+    first = max(0, bisect(known, wanted.lower()) - MAX_COMPARED // 2) if len(known) > MAX_COMPARED else 0
     return known[first : first + MAX_COMPARED]
 
 

@@ -8,15 +8,19 @@ before memory or time is spent on what lies behind it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from florence_bt.core._flow_hints import explain_flow
 from florence_bt.core._yaml_hints import explain
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.odd_characters import OddCharacter, odd_characters
 from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes
 
 MAX_DEPTH = 100
@@ -29,12 +33,20 @@ MAX_PROBLEMS = 200
 """With how many problems that can be passed over a file is still read to its end."""
 
 
+_MAX_PASSES = 20
+"""How often a file with odd characters is looked through: further ones may show when others are put right."""
+
+
 class EmptyFile(ConfigError):
     """There is nothing in the file, or only comments."""
 
 
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 _PLAIN_TAGS = (None, "!", "tag:yaml.org,2002:str", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map")
+
+
+_WORD = re.compile("[^ \t\r\n\"'#]*")
+_IN_QUOTES = re.compile(r"\"[^\"]*\"|'[^']*'")
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -122,32 +134,93 @@ def read_yaml(path: Path) -> YamlNode:
     return parse_yaml(read_bytes(path), path)
 
 
-def parse_yaml(data: bytes, path: Path, problems: list[ConfigError] | None = None) -> YamlNode:
+def parse_yaml(
+    data: bytes, path: Path, problems: list[ConfigError] | None = None, beside: Collection[str] = ()
+) -> YamlNode:
     """Read YAML bytes; ``path`` is only named in errors.
 
     Args:
         data: The bytes.
         path: The file.
         problems: Receives what is wrong and can be passed over: duplicate keys, tags, anchors, a
-            second document. Without it the first of them is raised.
+            second document, odd spaces. Without it the first of them is raised.
+        beside: Keys that stand beside others, for suggestions: ``with`` below ``run``.
 
     Raises:
         ConfigError: As :func:`read_yaml`; or more than :data:`MAX_PROBLEMS` problems came together.
     """
     text = decode(data, path)
+    told: list[ConfigError] = []
+    if not text.isascii():
+        text = _as_meant(text, path, told)
+    if told and problems is None:
+        raise told[0]
+    if problems is not None:
+        problems += told[: MAX_PROBLEMS - len(problems)]
     try:
         return _Composer(text, path, problems).document()
     except yaml.MarkedYAMLError as error:
-        raise _not_yaml(error, text, path) from error
+        raise (told[0] if told else _not_yaml(error, text, path, beside)) from error
 
 
-def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path) -> ConfigError:
+def _as_meant(text: str, path: Path, problems: list[ConfigError]) -> str:
+    """The text with what was probably meant in place of its odd characters, each of which is a problem."""
+    for _ in range(_MAX_PASSES):
+        found = list(islice(_odd_characters(text), MAX_PROBLEMS))
+        problems += [_odd_error(text, each, path) for each in found if each.problem]
+        for each in reversed(found):
+            text = f"{text[: each.index]}{each.instead}{text[each.index + 1 :]}"
+        if not found or len(problems) >= MAX_PROBLEMS:
+            break
+    return text
+
+
+def _odd_characters(text: str) -> Iterator[OddCharacter]:
+    """The odd characters outside quotes and comments up to where the text is no YAML."""
+    try:
+        for event in yaml.parse(text, Loader=_LOADER):
+            if isinstance(event, yaml.ScalarEvent) and not event.style:
+                begin, end = _index(event.start_mark), _index(event.end_mark)
+                for odd in odd_characters(text[begin:end]):
+                    yield replace(odd, index=begin + odd.index)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        if mark is not None:
+            yield from _odd_before(text, mark.index)
+
+
+def _index(mark: Any) -> int:
+    """How many characters stand before a mark."""
+    return int(mark.index)
+
+
+def _odd_before(text: str, index: int) -> Iterator[OddCharacter]:
+    """The odd characters in the line where the text is no YAML, up to the word that stands there."""
+    begin, rest = text.rfind("\n", 0, index) + 1, _WORD.match(text, index)
+    end = rest.end() if rest is not None else index
+    without_quotes = _IN_QUOTES.sub(lambda match: " " * len(match[0]), text[begin:end])
+    for odd in odd_characters(without_quotes):
+        yield replace(odd, index=begin + odd.index)
+
+
+def _odd_error(text: str, odd: OddCharacter, path: Path) -> ConfigError:
+    lines = LINE_BREAK.split(text[: odd.index])
+    return ConfigError(odd.problem, file=path, line=len(lines), column=len(lines[-1]) + 1, valid=odd.valid)
+
+
+def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path, beside: Collection[str]) -> ConfigError:
     mark = error.problem_mark or error.context_mark
     position = min(_position(mark) if mark is not None else Position(), _end_of(text))
     begun = error.context_mark.line + 1 if error.context_mark is not None else position.line
     if begun < position.line and _colon_is_missing(error):
         position = Position(begun, len(LINE_BREAK.split(text)[begun - 1].rstrip()) + 1)
-    hint = explain(LINE_BREAK.split(text), position.line, position.column, error.problem or str(error))
+    lines, problem = LINE_BREAK.split(text), error.problem or str(error)
+    flow = explain_flow(lines, begun, position.line, position.column, beside)
+    if flow is not None:
+        return ConfigError(
+            f"not YAML: {flow.problem}", file=path, line=flow.line, column=flow.column, valid=flow.valid
+        )
+    hint = explain(lines, position.line, position.column, problem, beside)
     began_above = begun < position.line and not hint.of_line
     problem = hint.problem + (f" (begun in line {begun})" if began_above else "")
     return ConfigError(

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.odd_characters import named
 
 MAX_BYTES = 1_000_000
 """Largest text file that is read."""
@@ -146,7 +147,7 @@ def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
         raise _no_utf8(data, body[:1], path)  # UTF-16 without a mark, and only ASCII characters
     forbidden = _FORBIDDEN.search(text)
     if forbidden is not None:
-        problem = f"the character U+{ord(forbidden[0]):04X} is not allowed"
+        problem = f"the character {named(forbidden[0])} is not allowed"
         raise _at(text[: forbidden.start()], path, problem, "the text without it")
     tab = _TAB_INDENT.search(text)
     if tab is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from florence_bt.core._flow_hints import quoted
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar
 
 
@@ -33,8 +34,7 @@ class UnquotedComma:
     @property
     def valid(self) -> str:
         """The entry as it would have worked."""
-        quote = "'" if '"' in self.whole else '"'
-        return f"{self.key.text}: {quote}{self.whole}{quote}"
+        return f"{self.key.text}: {quoted(self.whole)}"
 
 
 def unquoted_commas(table: YamlMapping) -> Iterator[UnquotedComma]:

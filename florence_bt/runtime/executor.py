@@ -193,7 +193,8 @@ class Executor:
         decision = decide(request, self.current, self.blocked_by, queue=self._queue)
         if decision.verdict is Verdict.REJECT:
             raise RequestRefused(decision.reason)
-        run = MissionRun(self._new_id(request.mission), request, inputs)
+        kinds = {name: port.kind for name, port in mission.inputs.items()}
+        run = MissionRun(self._new_id(request.mission), request, inputs, input_kinds=kinds)
         run.note = self.note_about(request.mission)
         run.version = self.version_of(request.mission)
         # A run that has to wait is built again when its turn comes: what is wrong is said to the caller.
@@ -407,7 +408,10 @@ class Executor:
         self._woke_itself = False
         run.status = RunStatus.RUNNING
         run.started = self._clock.now()
-        self._event_bus.publish(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
+        kinds = {name: kind.value for name, kind in run.input_kinds.items()}
+        self._event_bus.publish(
+            run, EventKind.STARTED, inputs=dict(run.inputs), kinds=kinds, caller=run.request.caller
+        )
         self.wake()
 
     def _after_tick(self, run: MissionRun) -> None:

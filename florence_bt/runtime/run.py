@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from florence_bt.behaviours.why import Why
+from florence_bt.core.declaration import Kind
 from florence_bt.trees.drawings.ascii import TreeRow
 
 
@@ -76,6 +77,7 @@ class MissionRun:
         run_id: Unique name, sorts by time.
         request: What was asked.
         inputs: The inputs in SI units with defaults filled in.
+        input_kinds: What the inputs are, as far as it is known.
         status: The state of the run.
         started: Clock time of the first tick, None before.
         ended: Clock time of the end, None before.
@@ -105,6 +107,7 @@ class MissionRun:
     paused: str = ""
     version: str = ""
     rows: tuple[TreeRow, ...] = ()
+    input_kinds: Mapping[str, Kind] = field(default_factory=dict)
 
     @property
     def mission(self) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from florence_bt.behaviours.keys import readable
+from florence_bt.core.declaration import Kind
 from florence_bt.runtime.events import plain, seconds_text
 from florence_bt.runtime.run import MissionRun, RunStatus
 
@@ -26,16 +28,25 @@ def duration_text(run: MissionRun, now: float) -> str:
     return f"at least {text}" if text and run.status is RunStatus.ABORTED else text
 
 
+_PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
+"""What the parts of a pose are."""
+
+
 def details_line(run: MissionRun, accepted: str = "") -> str:
     """When the run was accepted and with which inputs, as far as there is something to say."""
     date = accepted.replace("T", " ").partition(".")[0]
-    inputs = values_text(plain(run.inputs))
+    inputs = values_text(plain(run.inputs), run.input_kinds)
     return " · ".join([*([f"accepted {date} UTC"] if date else []), *([f"inputs{inputs}"] if inputs else [])])
 
 
-def values_text(values: Mapping[str, Any]) -> str:
-    """Plain values by name in one line, each with a blank before it; SI units."""
-    return "".join(f" {name}={_value(value)}" for name, value in values.items())
+def values_text(values: Mapping[str, Any], kinds: Mapping[str, Kind]) -> str:
+    """Plain values by name in one line, each with a blank before it.
+
+    Args:
+        values: The values in SI units.
+        kinds: What each of them is, as far as it is known: it gives the unit.
+    """
+    return "".join(f" {name}={_value(value, kinds.get(name))}" for name, value in values.items())
 
 
 def outputs_text(run: MissionRun) -> str:
@@ -43,10 +54,13 @@ def outputs_text(run: MissionRun) -> str:
     return ", ".join(f"{name}: {text}" for name, text in run.output_texts.items())
 
 
-def _value(value: Any) -> str:
+def _value(value: Any, kind: Kind | None) -> str:
     if isinstance(value, Mapping):
-        return f"({', '.join(f'{name} {_value(item)}' for name, item in value.items())})"
-    return f"{value:.4g}" if isinstance(value, float) else repr(value)
+        return f"({', '.join(f'{name} {_value(item, _PARTS.get(name))}' for name, item in value.items())})"
+    if isinstance(value, list):
+        item = kind.item if kind is not None else None
+        return f"[{', '.join(_value(each, item) for each in value)}]"
+    return repr(value) if isinstance(value, str) else readable(value, kind)
 
 
 def why_line(run: MissionRun) -> str:

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from florence_bt.cli.application import app
+from florence_bt.cli.common import key_values
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.trees.language.loader import BUILT_IN
@@ -202,3 +203,17 @@ def test_nothing_heavy_is_loaded_for(arguments):
         [sys.executable, "-c", PROGRAM, *arguments], capture_output=True, text=True, timeout=300
     )
     assert "heavy: []" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("patience=30 s", "patience='30 s'"),
+        ("pose={x: 1 m, y: 2 m, yaw: 0} speed=1", "pose='{x: 1 m, y: 2 m, yaw: 0}'"),
+        ("room=hall text=come here please", "text='come here please'"),
+    ],
+)
+def test_a_value_that_the_shell_split_is_put_together(typed, meant):
+    with pytest.raises(ConfigError) as error:
+        key_values(typed.split())
+    assert error.value.valid == (meant,)

@@ -10,6 +10,7 @@ from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReade
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import RunStatus
 from florence_bt.runtime.status import duration_text, outputs_text
+from florence_bt.trees.language.declarations import collect_declarations
 
 RUNS = Path("runs")
 """Where the verbs leave their runs when no folder is given."""
@@ -66,7 +67,7 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
     if run.lost:
         lines.append(f"note: {run.lost} events of this run could not be kept")
     if events:
-        lines += ["", *timeline(happened)]
+        lines += ["", *timeline(happened, collect_declarations())]
     return "\n".join(lines)
 
 

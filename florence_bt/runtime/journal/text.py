@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from py_trees.common import Status
 
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Outcome
 from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
@@ -34,14 +35,27 @@ def journal_text(row: JournaledRun, events: Sequence[JournaledEvent]) -> str:
         now = row.started + times[-1] - times[0]
     else:
         now = row.ended or row.started or 0.0
+    run.input_kinds = _input_kinds(events)
     return status_text(run, row.tree or tree_from_events(events), now, accepted=row.accepted)
 
 
-def timeline(events: Sequence[JournaledEvent]) -> list[str]:
+def _input_kinds(events: Iterable[JournaledEvent]) -> dict[str, Kind]:
+    """What the inputs of a run are, as its start says."""
+    start = next((event for event in events if event.kind == EventKind.STARTED.value), None)
+    written = start.data.get("kinds") if start is not None else None
+    known = {kind.value: kind for kind in Kind}
+    kinds = written.items() if isinstance(written, Mapping) else ()
+    return {name: known[kind] for name, kind in kinds if kind in known}
+
+
+def timeline(
+    events: Sequence[JournaledEvent], skills: Mapping[str, SkillDeclaration] | None = None
+) -> list[str]:
     """What happened in a run, a line each: when, how long, which skill with which inputs, how it ended.
 
     Args:
         events: The events of the run, in order.
+        skills: The skills that are known; their inputs and outputs are shown with units.
 
     Returns:
         Lines; times count from the run's first event, without the time in which no process ran.
@@ -52,7 +66,8 @@ def timeline(events: Sequence[JournaledEvent]) -> list[str]:
     for index, event in enumerate(events):
         at = f"+{event.time - events[0].time:.1f} s"
         if event.kind == EventKind.SKILL_STARTED.value:
-            lines.append(f"{at:>10}  {_skill_line(event, ends.get(index) or _without_end(events[index:]))}")
+            end = ends.get(index) or _without_end(events[index:])
+            lines.append(f"{at:>10}  {_skill_line(event, end, (skills or {}).get(event.skill))}")
         elif event.kind in _WORDS:
             said = event.reason or (event.new if event.kind == EventKind.ENDED.value else "")
             lines.append(f"{at:>10}  {_WORDS[event.kind]}{f': {said}' if said else ''}")
@@ -103,13 +118,20 @@ def _without_end(later: Sequence[JournaledEvent]) -> str:
     return "no end is known" if EventKind.ENDED.value in kinds else "goes on"
 
 
-def _skill_line(start: JournaledEvent, end: JournaledEvent | str) -> str:
-    what = f"{start.skill}{values_text(start.inputs)} at {start.node}"
+def _skill_line(
+    start: JournaledEvent, end: JournaledEvent | str, declaration: SkillDeclaration | None
+) -> str:
+    inputs, outputs = (declaration.inputs, declaration.outputs) if declaration is not None else ({}, {})
+    what = f"{start.skill}{values_text(start.inputs, _kinds(inputs))} at {start.node}"
     if isinstance(end, str):
         return f"{what}: {end}"
     how = end.code if not end.reason else f"{end.code}: {end.reason}"
-    outputs = f" ->{values_text(end.outputs)}" if end.outputs else ""
-    return f"{what}: {how} after {seconds_text(start.time, end.time)}{outputs}"
+    gave = f" ->{values_text(end.outputs, _kinds(outputs))}" if end.outputs else ""
+    return f"{what}: {how} after {seconds_text(start.time, end.time)}{gave}"
+
+
+def _kinds(ports: Mapping[str, Port]) -> dict[str, Kind]:
+    return {name: port.kind for name, port in ports.items()}
 
 
 def tree_from_events(events: Iterable[JournaledEvent]) -> str:

@@ -406,9 +406,12 @@ class Recovery:
     def _run_of(self, past: LeftRun) -> MissionRun:
         """The run as it began, with inputs of the types that its mission declares."""
         row = past.row
-        inputs = row.typed_inputs(self._executor.library.find(row.mission))
+        mission = self._executor.library.find(row.mission)
+        inputs = row.typed_inputs(mission)
+        ports = mission.inputs if mission is not None else {}
         request = MissionRequest(row.mission, inputs, row.caller, TriggerPolicy(row.policy), row.priority)
         run = MissionRun(row.run_id, request, inputs, version=row.version, note=row.note)
+        run.input_kinds = {name: port.kind for name, port in ports.items()}
         run.ticks = row.ticks
         times = [event.time for event in with_one_clock(past.events)]
         if row.started is not None and times:

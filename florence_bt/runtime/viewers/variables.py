@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from py_trees.behaviour import Behaviour
 
 from florence_bt.behaviours.decorators import CallMission, PreparedDecorator
-from florence_bt.behaviours.keys import KeyStore, readable
+from florence_bt.behaviours.keys import KeyStore
 from florence_bt.runtime.viewers.snapshot import Accesses
 from florence_bt.trees.language import model
 from florence_bt.trees.language.compile import CompiledTree, origin_of
@@ -45,11 +45,11 @@ class Variables:
     def values_of(self, names: Iterable[str]) -> dict[str, str]:
         """The values of some keys as texts; of those that have none, :data:`UNSET`."""
         values = {
-            f"{prefix}{key}": value
+            f"{prefix}{key}": store.shown(key, value)
             for prefix, store in self.stores.items()
             for key, value in store.as_dict().items()
         }
-        return {name: readable(values[name]) if name in values else UNSET for name in names}
+        return {name: values.get(name, UNSET) for name in names}
 
     def used_by(self, nodes: Iterable[uuid.UUID]) -> list[str]:
         """The keys that some nodes use, in alphabetical order."""

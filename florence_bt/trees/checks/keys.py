@@ -51,19 +51,7 @@ class KeyChecks:
         """Check the tree, the declared outputs, and whether what is written is read."""
         if self._mission.tree is None:
             return
-        wanted = [
-            reference
-            for node in self._all
-            for value in (*_needed_by(node), *_explanations_of(node))
-            for reference in references(value)
-        ]
-        unknown = [reference for reference in wanted if reference.key not in self._bits]
-        for reference in unknown:
-            if self._findings.full:
-                break
-            valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
-            valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
-            self._findings.error(reference.position, f"no node writes a key {reference.key!r}", valid)
+        known = self.check_names()
         there = (
             *self._mission.inputs,
             *(key for key, port in self._mission.keys.items() if not port.required),
@@ -71,9 +59,32 @@ class KeyChecks:
         )
         start = sum(self._bits[name] for name in dict.fromkeys(there))
         self._check_outputs(self._flow.follow(self._mission.tree, Written(start, start), self).success)
-        if not unknown and not self._mission.findings:
+        if known and not self._mission.findings:
             # What is read by a wrong name, or where nothing can be read, is not said to be read by nobody.
-            self._check_read_at_all({reference.key for reference in wanted} | set(self._mission.outputs))
+            read = {reference.key for reference in self._wanted()}
+            self._check_read_at_all(read | set(self._mission.outputs))
+
+    def check_names(self) -> bool:
+        """Check that something writes each key that is read; says whether that is so.
+
+        This holds for a tree of which parts could not be read, too: what they would write counts.
+        """
+        unknown = [reference for reference in self._wanted() if reference.key not in self._bits]
+        for reference in unknown:
+            if self._findings.full:
+                break
+            valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
+            valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
+            self._findings.error(reference.position, f"no node writes a key {reference.key!r}", valid)
+        return not unknown
+
+    def _wanted(self) -> list[Reference]:
+        return [
+            reference
+            for node in self._all
+            for value in (*_needed_by(node), *_explanations_of(node))
+            for reference in references(value)
+        ]
 
     def read(self, reference: Reference, before: Written) -> Written:
         """A node reads a key that it needs (see :class:`florence_bt.trees.checks.key_flow.ReadObserver`)."""

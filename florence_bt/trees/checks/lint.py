@@ -122,11 +122,14 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
     if places is not None:
         check_places(mission, analysis, places, notes)
     check_structure(mission, analysis, notes)
-    # What could not be read may be what writes a key, or what can fail.
-    if not has_errors(mission.findings):
+    keys = KeyChecks(mission, analysis, notes)
+    if has_errors(mission.findings):
+        # What could not be read may be what writes a key first, or what can fail.
+        keys.check_names()
+    else:
         ReachChecks(mission, analysis, notes).check()
         WatchChecks(mission, analysis, notes).check()
-        KeyChecks(mission, analysis, notes).check()
+        keys.check()
     return [*mission.findings, *notes.findings]
 
 

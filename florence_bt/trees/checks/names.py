@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 
 from florence_bt.core.declaration import Kind, Port
-from florence_bt.core.errors import close_matches, closest_first
+from florence_bt.core.errors import close_matches, closest_first, spelling
 from florence_bt.trees.checks.values import ValueChecks, literal_kind
 from florence_bt.trees.language import model
 from florence_bt.trees.language._suggestions import OTHER_KINDS
@@ -17,6 +17,13 @@ from florence_bt.trees.language.outcomes import COUNT, PAUSE
 from florence_bt.trees.language.quantities import example_of, with_article
 from florence_bt.trees.language.values import fits
 from florence_bt.trees.language.vocabulary import NODE_KINDS
+
+HOW_TO_DECLARE = (
+    "NAME.skills.yaml beside the mission, if it is your own (docs/missions.md#skills-of-your-own)"
+)
+"""Where a skill is declared that this installation does not have."""
+SKILLS_THERE_ARE = ("a skill of docs/skills.md",)
+"""Where the skills of an installation stand."""
 
 
 class NameChecks:
@@ -123,15 +130,18 @@ class NameChecks:
         self._check_outputs(node.skill, declaration.outputs, node.outputs)
 
     def _unknown_kind(self, node: model.RunSkill) -> None:
-        names = [*NODE_KINDS, *self._analysis.declarations]
-        valid = list(closest_first(node.skill, names))
-        if node.skill in self._analysis.library:
-            valid = [f"run: {node.skill}"]
-        elif node.skill.lower() in OTHER_KINDS:
-            valid = [OTHER_KINDS[node.skill.lower()]]
-        elif len(valid) == len(names):
-            valid = sorted(self._analysis.declarations) + list(NODE_KINDS)
-        self._findings.error(node.position, f"there is no skill and no kind of node {node.skill!r}", valid)
+        """A name that is no skill and no kind of node; missions are called otherwise."""
+        missions = {name: f"run: {name}" for name in self._analysis.library.names()}
+        names = dict.fromkeys((*NODE_KINDS, *self._analysis.declarations, *missions))
+        close = closest_first(node.skill, names)
+        if len(close) < len(names):
+            own = (*NODE_KINDS, *self._analysis.declarations)
+            valid = [name if name in own else missions[name] for name in close]
+        else:
+            valid = [f"skills: {{{node.skill}: {{summary: ...}}}} in {HOW_TO_DECLARE}", *SKILLS_THERE_ARE]
+        others = [kind for name, kind in OTHER_KINDS.items() if spelling(name) == spelling(node.skill)]
+        message = f"there is no skill and no kind of node {node.skill!r}"
+        self._findings.error(node.position, message, dict.fromkeys(others) or valid)
 
     def _check_call_mission(self, node: model.CallMission) -> None:
         name = node.mission.text

@@ -56,12 +56,16 @@ def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, find
 
 
 def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Position, str]]:
-    """Every written label, where it stands, and what it names."""
+    """Every written label, where it stands, and what it names.
+
+    An empty text in a key names nothing: it says that no place is known yet. What an author gives to an
+    input is meant to be a label.
+    """
     names = analysis.of(mission).names
     for name, port in (*mission.inputs.items(), *mission.keys.items()):
         given = port.default if isinstance(port.default, tuple) else (port.default,)
         for text in given if name in names else ():
-            if isinstance(text, str):
+            if isinstance(text, str) and text:
                 declared = mission.positions.get(name, Position())
                 yield text, mission.positions.get(default_of(name), declared), names[name]
     for node in analysis.of(mission).all:
@@ -70,7 +74,7 @@ def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Posit
                 if isinstance(item, Literal):
                     yield item.text, item.position, what
         for literal, key in _meets_key(node):
-            if key in names and isinstance(literal_value(literal, None), str):
+            if key in names and literal.text and isinstance(literal_value(literal, None), str):
                 yield literal.text, literal.position, names[key]
         for expression in (*node.expressions, *model.values_of(node)):
             if isinstance(expression, Expression):
@@ -98,7 +102,7 @@ def _compared(term: Term, names: dict[str, str] | Collection[str]) -> Iterator[t
             for part in parts_of(term):
                 yield from _compared(part, names)
             return
-    if isinstance(names, dict) and key in names:
+    if isinstance(names, dict) and key in names and text:
         yield text, constant.position, names[key]
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from itertools import pairwise
 
-from florence_bt.core.errors import closest_first
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.code_groups import ANY, codes_named
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
-from florence_bt.trees.language.quantities import guess_value
+from florence_bt.trees.language.outcomes import PAUSE
+from florence_bt.trees.language.quantities import example_of, format_value, guess_value
+from florence_bt.trees.language.values import port_value
 from florence_bt.trees.language.vocabulary import IDENTIFIER, MAX_QUICK_ROUNDS
 
 MAX_DIGITS = 12
@@ -61,6 +64,8 @@ class ReachChecks:
                     self._check_retry(node)
                 case model.Repeat():
                     self._check_repeat(node)
+                case model.Timeout() | model.Cooldown():
+                    self._check_duration(node)
                 case model.ForEach():
                     self._check_for_each(node)
                 case model.OnFailure():
@@ -113,6 +118,15 @@ class ReachChecks:
                     after.position, message, [f"{before.title} as the last node of a selector"]
                 )
                 return
+
+        for child in children[:-1]:
+            if not self._can_succeed(child) and _does_nothing(child):
+                message = (
+                    f"{child.title!r} has no effect in the middle of a selector: "
+                    "it never succeeds, and the next node is tried all the same"
+                )
+                valid = [f"{child.title} as the last node of the selector", "leaving it out"]
+                self._findings.in_vain(child.position, message, valid)
 
     def _check_parallel(self, node: model.Parallel) -> None:
         hopeless = [child for child in node.children if not self._can_succeed(child)]
@@ -188,6 +202,22 @@ class ReachChecks:
         elif isinstance(node.child, model.Cooldown):
             message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
             self._findings.warning(node.position, message, ["wait: a pause, after the node"])
+
+    def _check_duration(self, node: model.Timeout | model.Cooldown) -> None:
+        """A time-out of no time stops everything, and a cool-down of none nothing."""
+        try:
+            duration = port_value(node.duration, PAUSE)
+        except ConfigError:
+            return  # said elsewhere
+        if duration != 0.0:
+            return
+        title = node.child.title
+        if isinstance(node, model.Cooldown):
+            message = f"the cooldown has no effect: it lasts {format_value(0.0, Kind.DURATION)}"
+        else:
+            message = f"timeout: {title!r} is stopped at once: it has {format_value(0.0, Kind.DURATION)}"
+        valid = [example_of(Kind.DURATION), f"{title} without {type(node).__name__.lower()}"]
+        self._findings.in_vain(node.duration.position, message, valid)
 
     def _check_for_each(self, node: model.ForEach) -> None:
         below = self._known.of(node.child)
@@ -306,3 +336,9 @@ class ReachChecks:
         if cleanup is not None and not self._can_succeed(cleanup):
             message = f"finally: {cleanup.title!r} never succeeds, and how a clean-up ends changes nothing"
             self._findings.warning(cleanup.position, message, ["a node that puts something in order"])
+
+
+def _does_nothing(node: Node) -> bool:
+    """Whether a node is a ``fail``, or holds nothing else: it neither acts nor asks nor takes time."""
+    holds = isinstance(node, model.Fail | model.Sequence | model.Selector | model.Parallel | model.Once)
+    return holds and node.cleanup is None and all(map(_does_nothing, node.parts))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from florence_bt.core.errors import closest_first
+from florence_bt.core.errors import close_matches, closest_first, spelling
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.trees.language.model import FAILURE_KEYS
 from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS, by_spelling
@@ -56,6 +56,39 @@ OTHER_KINDS = by_spelling(
     }
 )
 """What other languages and people call the kinds of nodes."""
+_BELOW = ("do", "then", "cases")
+"""Modifiers with nodes below them, which no skill has."""
+
+
+def meant_kind(word: str) -> tuple[str, ...]:
+    """The kinds of nodes that somebody may mean who writes a word that is none, most likely first."""
+    return _other_word(word) or tuple(close_matches(word.lower(), NODE_KINDS))
+
+
+def is_no_skill(key: YamlScalar, value: YamlNode, source: YamlMapping) -> bool:
+    """Whether a node is written like a kind of node and not like a skill: with nodes below it.
+
+    Args:
+        key: What should be its kind.
+        value: The value of this key.
+        source: The whole node.
+    """
+    if isinstance(value, YamlSequence):
+        return True
+    if any(source.get(word) is not None for word in _BELOW):
+        return bool(meant_kind(key.text))
+    if not isinstance(value, YamlMapping) or len(value.entries) != 1:
+        return False
+    below = value.entries[0][1]
+    given = isinstance(below, YamlScalar) and not below.empty
+    return not given and bool(_other_word(key.text))
+
+
+def _other_word(word: str) -> tuple[str, ...]:
+    """The kind of node that a word certainly means."""
+    alike = [kind for kind in NODE_KINDS if spelling(kind) == spelling(word)]
+    others = [kind for name, kind in OTHER_KINDS.items() if spelling(name) == spelling(word)]
+    return tuple(dict.fromkeys((*alike, *others)))
 
 
 def for_not_a_node(source: YamlNode) -> tuple[str, tuple[str, ...]]:
@@ -136,6 +169,23 @@ def for_section(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
     return closest_first(name.lower(), names)
 
 
+def named_in(source: YamlNode) -> Iterator[str]:
+    """The names that a table gives, also one that is written as a list or as a text."""
+    if isinstance(source, YamlScalar):
+        match = IDENTIFIER.match(source.text.removeprefix("$"))
+        yield from (match[0],) if match else ()
+    elif isinstance(source, YamlSequence):
+        for item in source.items:
+            yield from named_in(item)
+    else:
+        yield from (name.text for name, _ in source.entries if IDENTIFIER.fullmatch(name.text))
+        yield from (
+            value.text
+            for name, value in source.entries
+            if name.text == "name" and isinstance(value, YamlScalar) and IDENTIFIER.fullmatch(value.text)
+        )
+
+
 def written_keys(source: YamlNode | None) -> Iterator[str]:
     """The keys that nodes would write, whether the nodes can be read or not."""
     if isinstance(source, YamlSequence):
@@ -148,8 +198,8 @@ def written_keys(source: YamlNode | None) -> Iterator[str]:
                     item.text.removeprefix("$") for _, item in value.entries if isinstance(item, YamlScalar)
                 ]
                 yield from filter(IDENTIFIER.fullmatch, targets)
-            elif key.text in ("set", "append") and isinstance(value, YamlMapping):
-                yield from (name.text for name, _ in value.entries if IDENTIFIER.fullmatch(name.text))
+            elif key.text in ("set", "append"):
+                yield from named_in(value)
             elif (
                 key.text in ("attempt", "as", "index")
                 and isinstance(value, YamlScalar)

@@ -139,7 +139,8 @@ def compile_mission(
         for error in too_large(mission, parts.analysis):
             raise error
         parts.fitting.add(mission)
-    context.keys.declare(parts.get(mission, "keys", partial(_declared_keys, mission)))
+    declared = parts.get(mission, "keys", partial(_declared_keys, mission))
+    context.keys.declare(declared, partial(parts.analysis.key_kinds, mission))
     context.keys.reset(inputs)
     whole = parts.get(mission, "whole", partial(_whole_tree, mission, parts)) if as_reached else None
     builder = _TreeBuilder(mission, parts, context, (mission.name,), later=whole.later if whole else None)
@@ -493,7 +494,8 @@ class _TreeBuilder:
             raise self._error(node.position, f"the mission {called!r} calls itself: {chain}")
         mission = self._analysis.library.get(called)
         keys = KeyStore()
-        keys.declare(self._parts.get(mission, "keys", partial(_declared_keys, mission)))
+        declared = self._parts.get(mission, "keys", partial(_declared_keys, mission))
+        keys.declare(declared, partial(self._analysis.key_kinds, mission))
         place = (*self._place, id(node))
         builder = _TreeBuilder(
             mission,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -39,7 +40,7 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
             problems.append(f"{mission.name} has no input {name!r}")
             similar = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
             misspelt.update(similar)
-            shown = [f"{one}={value}" for one in similar if isinstance(value, str) and len(value) < 100]
+            shown = [_argument(one, value) for one in similar if isinstance(value, str) and len(value) < 100]
             valid += shown or closest_first(name, mission.inputs) or ["no inputs at all"]
     for name, port in mission.inputs.items():
         if name in given:
@@ -47,17 +48,22 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
                 inputs[name] = _read(given[name], port)
             except ConfigError as error:
                 problems.append(f"{name}: {error.problem}")
-                valid += [f"{name}={text}" for text in error.valid]
+                valid += [_argument(name, text) for text in error.valid]
         elif name in misspelt:
             continue  # not reported as missing too
         elif port.required:
             problems.append(f"{name} is missing: {port.description or port.kind.value}")
-            valid.append(f"{name}={example_of(port.kind)}")
+            valid.append(_argument(name, example_of(port.kind)))
         else:
             inputs[name] = port.default
     if problems:
         raise ConfigError("; ".join(problems), valid=dict.fromkeys(valid))
     return inputs
+
+
+def _argument(name: str, value: str) -> str:
+    """An input as it is typed on the command line, where blanks and brackets need quotes."""
+    return f"{name}={shlex.quote(value)}"
 
 
 def _read(value: Any, port: Port) -> Any:

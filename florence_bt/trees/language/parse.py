@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,8 @@ _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
+_NO_KEYS = ("mission", "description", "imported_from", "on_restart")
+"""Keys of a mission whose values name no keys."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
 """How the value after a kind key is written; where nothing stands it is a duration."""
 
@@ -65,7 +67,7 @@ class _MissionParser(Reader):
 
     def mission(self, data: bytes, path: Path) -> model.Mission:
         problems: list[ConfigError] = []
-        source = parse_yaml(data, path, problems)
+        source = parse_yaml(data, path, problems, _ALL_MODIFIERS)
         for error in problems:
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
         if not isinstance(source, YamlMapping):
@@ -97,7 +99,7 @@ class _MissionParser(Reader):
             tree=self.node(tree) if tree is not None else None,
             positions={**key_positions, **output_positions, **input_positions},
             findings=tuple(self.findings),
-            lost=frozenset(suggestions.written_keys(tree)) if self.findings else frozenset(),
+            lost=frozenset(_named_anywhere(source)) if self.findings else frozenset(),
             version=hashlib.sha256(data).hexdigest()[:16],
             imported_from=self._text(source, "imported_from"),
         )
@@ -147,13 +149,14 @@ class _MissionParser(Reader):
         if source.get("wait_until") is not None and source.get("timeout") is not None:
             return self._wait_in_time(source)
         if len(kinds) != 1:
-            self._not_one_kind(source, [key for key, _ in kinds])
-            return None
+            return self._not_one_kind(source, [key for key, _ in kinds])
         key, value = kinds[0]
         if key.text in vocabulary.REPLACED:
             message = f"there is no {key.text!r} any more"
             self.error(key.position, message, [vocabulary.REPLACED[key.text]])
             return None
+        if key.text not in vocabulary.NODE_KINDS and suggestions.is_no_skill(key, value, source):
+            return self._unknown_kind(key, value, source)
         self._check_modifiers(key.text, source)
         if self._is_misplaced(key, value, source):
             return None
@@ -163,6 +166,34 @@ class _MissionParser(Reader):
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
+
+    def _unknown_kind(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
+        """What is written like a kind of node and is none: what stands below it is parsed all the same."""
+        meant = suggestions.meant_kind(key.text)
+        message = f"there is no skill and no kind of node {key.text!r}"
+        self.error(key.position, message, meant or vocabulary.NODE_KINDS)
+        if meant and meant[0] in vocabulary.NODE_KINDS:
+            return self.node(_renamed(source, key, meant[0]))
+        below = value.items if isinstance(value, YamlSequence) else (value,)
+        return self._together(key, (*map(self._if_node, below), *self._below(source)))
+
+    def _below(self, source: YamlMapping) -> Iterator[model.Node | None]:
+        """The nodes below the modifiers of a node that cannot have them."""
+        for name in ("do", "then", "else", "default"):
+            yield self._if_node(source.get(name))
+        cases = source.get("cases")
+        yield from (
+            self._if_node(case) for _, case in (cases.entries if isinstance(cases, YamlMapping) else ())
+        )
+
+    def _if_node(self, source: YamlNode | None) -> model.Node | None:
+        return self.node(source) if isinstance(source, YamlMapping) else None
+
+    @staticmethod
+    def _together(key: YamlScalar, nodes: Iterable[model.Node | None]) -> model.Node | None:
+        """Nodes that are checked, although what holds them is wrong."""
+        children = tuple(node for node in nodes if node is not None)
+        return model.Sequence(children=children, position=key.position) if children else None
 
     def _wait_in_time(self, source: YamlMapping) -> model.Node | None:
         """``wait_until`` with a ``timeout`` beside it: the short form of a ``timeout`` round it."""
@@ -263,7 +294,9 @@ class _MissionParser(Reader):
                 return model.Append(values=values, **fields)
             case "run":
                 return self._call_mission(key, value, mapping)
-        return self._run_skill(key, value, mapping)
+        skill = self._run_skill(key, value, mapping)
+        wrong = tuple(self._below(mapping))
+        return self._together(key, (skill, *wrong)) if any(wrong) else skill
 
     def _fields(self, key: YamlScalar, mapping: YamlMapping) -> _Fields:
         fields: _Fields = {"position": key.position}
@@ -310,25 +343,28 @@ class _MissionParser(Reader):
         source = mapping.get(modifier)
         return self.identifier(source, modifier) if source is not None else None
 
-    def _not_one_kind(self, source: YamlMapping, keys: list[YamlScalar]) -> None:
+    def _not_one_kind(self, source: YamlMapping, keys: list[YamlScalar]) -> model.Node | None:
+        """Say what is wrong with none or several kinds in one node, and go on with what was meant."""
         if not keys:
             modifiers = [key.text for key, _ in source.entries]
             self.error(source.position, *suggestions.for_no_kind(modifiers))
-            return
+            return None
         fallen_apart = list(unquoted_commas(source))
         for text in fallen_apart:
             self.unquoted_comma(text)
         if fallen_apart:
-            return
+            return None
         for key in keys:
             close = difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
             if close and key.text not in vocabulary.NODE_KINDS:
                 self.error(key.position, f"unknown modifier {key.text!r}", close)
-                return
+                return self.node(_renamed(source, key, close[0])) if source.get(close[0]) is None else None
         names = " and ".join(repr(key.text) for key in keys)
         value = source.get(keys[1].text)
         valid = suggestions.for_two_kinds(keys[0], keys[1], value) if value is not None else ()
         self.error(keys[1].position, f"a node has exactly one kind, not {names}", valid)
+        lists = [value for key in keys if isinstance(value := source.get(key.text), YamlSequence)]
+        return self._together(keys[0], (self._if_node(item) for each in lists for item in each.items))
 
     def _check_modifiers(self, kind: str, mapping: YamlMapping) -> None:
         own = kind if kind in vocabulary.NODE_KINDS else "a skill"
@@ -611,6 +647,24 @@ class _MissionParser(Reader):
             (name, item) for name, item in value.entries if name.text not in vocabulary.NEVER_INPUTS
         )
         return YamlMapping(entries, value.position)
+
+
+def _named_anywhere(source: YamlMapping) -> Iterator[str]:
+    """The keys that a mission names in any of its parts, also in those that cannot be read."""
+    for key, value in source.entries:
+        if key.text == "tree":
+            yield from suggestions.written_keys(value)
+        elif key.text not in _NO_KEYS:
+            yield from suggestions.named_in(value)
+            # A tree under a misspelt name.
+            yield from suggestions.written_keys(value)
+
+
+def _renamed(source: YamlMapping, key: YamlScalar, name: str) -> YamlMapping:
+    """A table with another name for one of its keys."""
+    renamed = YamlScalar(name, key.quoted, key.position, key.first_column)
+    entries = tuple((renamed if one is key else one, value) for one, value in source.entries)
+    return YamlMapping(entries, source.position)
 
 
 def _is_first_success(until: YamlNode | None) -> bool:

@@ -132,7 +132,7 @@ def test_the_status_of_a_recorded_run_tells_what_happened_when(florence, runs):
         "failed because: no way there [no_path] at goto_room/navigate to",
         "",
         "    +0.0 s  started",
-        "    +0.0 s  navigate_to goal=(x 1, y 2.5) at goto_room/navigate to: no_path after 4.5 s",
+        "    +0.0 s  navigate_to goal=(x 1 m, y 2.5 m) at goto_room/navigate to: no_path after 4.5 s",
         "    +4.5 s  ended: no way there",
     ]
 
@@ -146,7 +146,7 @@ def test_the_status_of_a_run_without_an_end_is_drawn_from_its_events(florence, r
         "    [>] navigate to -- driving",
         "",
         "    +0.0 s  started",
-        "    +0.0 s  navigate_to goal=(x 1, y 2.5) at goto_user/navigate to: goes on",
+        "    +0.0 s  navigate_to goal=(x 1 m, y 2.5 m) at goto_user/navigate to: goes on",
     ]
 
 

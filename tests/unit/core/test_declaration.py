@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from florence_bt.core.declaration import MAGNITUDES, Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import MAGNITUDES, Kind, Port, SkillDeclaration, number_text
 from florence_bt.core.geometry import MAX_DISTANCE_M, Pose2
 
 FITTING = {
@@ -50,7 +50,8 @@ def test_what_is_larger_than_life_is_refused(kind, most):
     port = Port(kind, "")
     assert port.problem_with(most) is None and port.problem_with(-most) is None
     for value in (most * 1.001, -most * 1.001):
-        assert port.problem_with(value) == f"{value!r} is not between {-most:g} and {most:g}"
+        limits = f"{number_text(-most, kind)} and {number_text(most, kind)}"
+        assert port.problem_with(value) == f"{number_text(value, kind)} is not between {limits}"
     far = Pose2(MAX_DISTANCE_M + 1.0)
     assert "too far away" in (Port(Kind.POSE, "").problem_with(far) or "")
 
@@ -58,8 +59,8 @@ def test_what_is_larger_than_life_is_refused(kind, most):
 def test_the_limits_of_a_port_are_allowed():
     port = Port(Kind.LENGTH, "", minimum=0.5, maximum=2.0)
     assert port.problem_with(0.5) is None and port.problem_with(2.0) is None
-    assert port.problem_with(0.4) == "0.4 is below the minimum of 0.5"
-    assert port.problem_with(2.1) == "2.1 is above the maximum of 2.0"
+    assert port.problem_with(0.4) == "0.4 m is below the minimum of 0.5 m"
+    assert port.problem_with(2.1) == "2.1 m is above the maximum of 2 m"
 
 
 def test_a_skill_tells_everything_that_is_wrong_with_its_inputs():

@@ -26,7 +26,9 @@ def test_every_finding_in_the_document(says, example, tmp_path):
     (tmp_path / "example.yaml").write_text(example)
     library = MissionLibrary.load([tmp_path])
     labels = load_hotspots(ROOT / "hotspots" / "flat.yaml").labels()
-    findings = check(library.get("example"), library, collect_declarations(), labels)
+    mission = library.find("example")
+    readable = mission is not None
+    findings = check(mission, library, collect_declarations(), labels) if readable else library.findings
     meant = [f for f in findings if says in f"{f.severity}: {f.message}"]
     assert len(meant) == 1, findings
     # No error but the one that the example is there for.

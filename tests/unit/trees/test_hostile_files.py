@@ -92,7 +92,7 @@ HOSTILE: dict[str, tuple[str | bytes, str]] = {
     "latin1": (HEAD.encode() + "  fail: f\xfcr\n".encode("latin-1"), "byte 0xfc is not UTF-8"),
     "nul": (HEAD.encode() + b"  fail: a\x00b\n", "the character U+0000 is not allowed"),
     "escape": (HEAD.encode() + b"  fail: a\x1b[31mb\n", "the character U+001B is not allowed"),
-    "separator": (HEAD + "  fail: a\u2028b\n", "the character U+2028 is not allowed"),
+    "separator": (HEAD + "  fail: a\u2028b\n", "the character U+2028 (line separator) is not allowed"),
     "tabs": (HEAD + "\tfail: x\n", "a tab in the indentation"),
     "empty": ("", "the file is empty"),
     "null": ("~\n", "the file is empty"),

@@ -1,4 +1,5 @@
 import math
+import shlex
 from pathlib import Path
 
 import pytest
@@ -76,7 +77,7 @@ def test_everything_wrong_is_in_one_error():
     assert error.value.problem == (
         "m has no input 'fra'; far: a length needs a unit: '1'; who is missing: whom to look for"
     )
-    assert error.value.valid == ("far", "far=1 m", "far=1 cm", "far=1 mm", "far=1 km", "who=kitchen")
+    assert error.value.valid == ("far", "far='1 m'", "far='1 cm'", "far='1 mm'", "far='1 km'", "who=kitchen")
 
 
 def test_a_misspelt_input_is_not_told_as_missing_too():
@@ -107,3 +108,24 @@ def test_a_pose_that_is_too_far_away_is_refused():
         parse_inputs(POSE, {"goal": Pose2(1e17, 0.0)})
     with pytest.raises(ConfigError, match="too large"):
         parse_inputs(POSE, {"goal": "{x: 1e308 m, y: 0 m, yaw: 0 deg}"})
+
+
+@pytest.mark.parametrize(
+    ("declared", "typed"),
+    [
+        ("pose", "pose='{x: 1 m, y: 2 m, yaw: 90 deg}'"),
+        ("duration", "pose='30 s'"),
+        ("list of text", "pose='[kitchen, hall]'"),
+        ("text", "pose=kitchen"),
+    ],
+)
+def test_what_is_suggested_can_be_pasted_into_a_shell(declared, typed):
+    mission = parse_mission(
+        f"mission: go\ninputs: {{pose: {{type: {declared}}}}}\ntree: {{wait: 1 s}}\n", Path("go.yaml")
+    )
+    with pytest.raises(ConfigError) as error:
+        parse_inputs(mission, {"x": "1"})
+    assert typed in error.value.valid
+    (argument,) = shlex.split(typed)
+    name, _, value = argument.partition("=")
+    assert list(parse_inputs(mission, {name: value})) == ["pose"]

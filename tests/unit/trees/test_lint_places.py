@@ -46,6 +46,24 @@ def test_defaults(workshop):
     ]
 
 
+def test_an_empty_text_in_a_key_names_no_place_yet(workshop):
+    workshop.write(GOTO, "goto")
+    head = 'keys: {room: {type: text, default: ""}}\ninputs: {other: {type: text, default: ""}}\n'
+    go = "{run: goto, with: {room: $room}}"
+    for tree in (
+        f"{{sequence: [{go}, {{get_hotspot: {{label: $other}}}}]}}",
+        f'{{sequence: [{go}, {{set: {{room: ""}}}}, {{get_hotspot: {{label: $other}}}}]}}',
+        f"{{sequence: [{{if: $room != '', then: {go}}}, {{get_hotspot: {{label: $other}}}}]}}",
+        f"{{switch: $room, cases: {{'': {{get_hotspot: {{label: $other}}}}}}, default: {go}}}",
+    ):
+        assert lines(workshop, f"{head}tree: {tree}\n") == []
+    (line,) = lines(workshop, 'tree: {run: goto, with: {room: ""}}\n')
+    assert "there is no hotspot ''" in line
+    misspelt = head.replace('""', "kichen")
+    found = lines(workshop, f"{misspelt}tree: {go}\n")
+    assert any("there is no hotspot 'kichen'" in line for line in found)
+
+
 def test_a_room_is_a_hotspot_but_not_every_hotspot_is_a_room(workshop):
     assert lines(workshop, "tree: {in_room: {room: kitchen}}\n") == []
     assert lines(workshop, "tree: {in_room: {room: tv}}\n") == [

@@ -57,6 +57,17 @@ def only(workshop, tree, text):
         ),
         ("{if: {wait: 1 s}, then: TURN, else: {wait: 2 s}}", "wait", "'wait 1 s' always holds"),
         ("{if: {fail: x}, then: TURN}", "turn", "'turn' is never reached: 'fail' never holds"),
+        ("{timeout: 0, do: TURN}", "0", "timeout: 'turn' is stopped at once: it has 0 s"),
+        ("{timeout: 0 min, do: TURN}", "0", "timeout: 'turn' is stopped at once: it has 0 s"),
+        ("{timeout: '${0 * 3 s}', do: TURN}", "0 *", "timeout: 'turn' is stopped at once: it has 0 s"),
+        ("{cooldown: 0 s, do: TURN}", "0", "the cooldown has no effect: it lasts 0 s"),
+        ("{selector: [TURN, {fail: x}, {wait: 1 s}]}", "fail", "'fail' has no effect in the middle of a"),
+        ("{selector: [{fail: x}, {wait: 1 s}]}", "fail", "'fail' has no effect in the middle of a"),
+        (
+            "{selector: [TURN, {sequence: [{fail: x}], name: no}, {wait: 1 s}]}",
+            "sequence",
+            "'no' has no effect in the middle of a",
+        ),
         ("{retry: 3, do: {wait: 1 s}}", "retry", "the retry has no effect: 'wait 1 s' never fails"),
         ("{retry: 3, do: {succeed: TURN}}", "retry", "the retry has no effect: 'try turn' never fails"),
         (

@@ -15,6 +15,7 @@ from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import read_skills_file
 from florence_bt.trees.language.expressions.parser import FUNCTIONS
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
@@ -123,3 +124,11 @@ def test_the_page_of_the_skills_is_current():
     assert (DOCS / "skills.md").read_text() == skills_page(DECLARATIONS), (
         "write it again: python tools/skills_page.py docs/skills.md"
     )
+
+
+def test_the_example_of_a_declared_skill_is_read(tmp_path):
+    (block,) = re.findall(r"```yaml skills\n(.*?)```", TEXT, re.DOTALL)
+    file = tmp_path / "mine.skills.yaml"
+    file.write_text(block)
+    declared = read_skills_file(file)
+    assert list(declared.declarations) == ["open_fridge"] and not declared.findings

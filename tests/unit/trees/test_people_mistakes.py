@@ -10,6 +10,8 @@ from florence_bt.app.mission_files.checking import check_files
 
 HEAD = "mission: example\ntree:\n"
 
+NO_SPACE = "looks like a space and is none outside quotes | a plain space"
+
 MISTAKES = {
     # name: (the file, what the check says: "line:column message | the first thing that would have worked")
     "a colon in a text": (
@@ -163,7 +165,8 @@ MISTAKES = {
         "4:14 'name': text with commas needs quotes here | name: \"here, there and everywhere\"",
     ),
     "a text with commas in a key": (
-        HEAD + "  sequence:\n    - set: {text: 'a', other: one, two \"or\" three, four}\n    - wait: $othr\n",
+        HEAD
+        + "  sequence:\n    - set: {text: 'a', other: one, two \"or\" three, four}\n    - wait: $other\n",
         "4:31 'other': text with commas needs quotes here | other: 'one, two \"or\" three, four'",
     ),
     "a program's way to set": (
@@ -310,6 +313,97 @@ MISTAKES = {
         "3:24 there is no hotspot 'door' in flat.yaml, the flat of Florence; give --hotspots FILE"
         " | front_door",
     ),
+    "a colon in a text between braces": (
+        HEAD + "  say: {text: Hello: I am here}\n",
+        '3:20 not YAML: text with a colon needs quotes | say: {text: "Hello: I am here"}',
+    ),
+    "a colon and a comma in a text between braces": (
+        HEAD + "  say: {text: Two things: eat, drink, allow: 3 s}\n",
+        '3:25 not YAML: text with a colon needs quotes | say: {text: "Two things: eat, drink", allow: 3 s}',
+    ),
+    "a colon in a text with quotes between braces": (
+        HEAD + '  say: {text: She said "now": go}\n',
+        "3:29 not YAML: text with a colon needs quotes | say: {text: 'She said \"now\": go'}",
+    ),
+    "a colon in an item of a list": (
+        HEAD + "  set: {l: [first: a b: c, second]}\n",
+        "3:23 not YAML: text with a colon needs quotes, or a comma is missing"
+        ' | set: {l: [first: "a b: c, second"]}',
+    ),
+    "a comma is missing between inputs": (
+        HEAD + "  turn: {angle: 45 deg time_allowance: 3 s}\n",
+        "3:38 not YAML: a comma is missing before 'time_allowance'"
+        " | turn: {angle: 45 deg, time_allowance: 3 s}",
+    ),
+    "a number sign in a text between braces": (
+        HEAD + "  say: {text: room #1}\n",
+        '3:20 not YAML: text with # needs quotes, because a comment begins with # | say: {text: "room #1"}',
+    ),
+    "a number sign in a text between braces, and more lines": (
+        HEAD + "  sequence:\n    - say: {text: room #1}\n    - wait: 1 s\n      name: pause\n",
+        '4:24 not YAML: text with # needs quotes, because a comment begins with # | - say: {text: "room #1"}',
+    ),
+    "a number sign in a list": (
+        HEAD + "  set: {rooms: [room #1, room #2]}\n",
+        "3:22 not YAML: text with # needs quotes, because a comment begins with #"
+        ' | set: {rooms: ["room #1", "room #2"]}',
+    ),
+    "a sign that YAML keeps for itself between braces": (
+        HEAD + "  say: {text: @home}\n",
+        '3:15 not YAML: text that begins with @ needs quotes | say: {text: "@home"}',
+    ),
+    "the inputs of a call in its line": (
+        HEAD + "  run: goto_room with: {room: kitchen}\n",
+        "3:22 not YAML: 'with' goes on a line of its own below 'run'"
+        " | run: goto_room on this line, with: {room: kitchen} on the next, indented like run",
+    ),
+    "the node below a retry in its line": (
+        HEAD + "  retry: 3, do: {look_for_user: }\n",
+        "3:15 not YAML: 'do' goes on a line of its own below 'retry'"
+        " | retry: 3 on this line, do: {look_for_user: } on the next, indented like retry",
+    ),
+    "the outputs of a skill in its line": (
+        HEAD + "  look_for_user: {} out: {user: user}\n",
+        "3:21 not YAML: 'out' goes on a line of its own below 'look_for_user'"
+        " | look_for_user: {} on this line, out: {user: user} on the next, indented like look_for_user",
+    ),
+    "the inputs of a call between braces": (
+        HEAD + "  sequence:\n    - {run: goto_room with: {room: kitchen}}\n",
+        "4:27 not YAML: a comma is missing before 'with' | - {run: goto_room, with: {room: kitchen}}",
+    ),
+    "a no-break space behind a colon": (
+        HEAD + "  wait:\u00a05 s\n",
+        f"3:8 U+00A0 (no-break space) {NO_SPACE}",
+    ),
+    "a no-break space in the indentation": (
+        HEAD + "  sequence:\n\u00a0   - wait: 5 s\n",
+        f"4:1 U+00A0 (no-break space) {NO_SPACE}",
+    ),
+    "a no-break space behind a dash": (
+        HEAD + "  sequence:\n    - wait: 1 s\n    -\u00a0wait: 5 s\n",
+        f"5:6 U+00A0 (no-break space) {NO_SPACE}",
+    ),
+    "an em space before a unit": (
+        HEAD + "  wait: 5\u2003s\n",
+        f"3:10 U+2003 (em space) {NO_SPACE}",
+    ),
+    "a space without width in a name": (
+        HEAD + "  w\u200bait: 5 s\n",
+        "3:4 U+200B (zero width space) cannot be seen and is not allowed outside quotes"
+        " | the text without it",
+    ),
+    "a byte order mark in the middle": (
+        HEAD + "  \ufeffwait: 5 s\n",
+        "3:3 the character U+FEFF (byte order mark) is not allowed | the text without it",
+    ),
+    "typographic quotes": (
+        HEAD + "  turn: {angle: “45 deg”}\n",
+        '3:17 the quote U+201C (left double quotation mark) is none for YAML but part of the text | "45 deg"',
+    ),
+    "German quotes round a text with commas": (
+        HEAD + "  say: {text: „Guten Tag, Anna“}\n",
+        "3:15 'text': text with commas needs quotes here | text: \"Guten Tag, Anna\"",
+    ),
 }
 
 
@@ -351,6 +445,100 @@ def test_what_can_be_passed_over_hides_no_other_error(tmp_path: Path) -> None:
         "5:13: the tag !now is not allowed",
         "6:13: wait: 'm' is not a unit of a",
         "7:1: a second document begins her",
+    ]
+
+
+@pytest.mark.parametrize("word", ["foreach", "forEach", "for-each", "ForEach", "For each"])
+def test_a_kind_in_another_spelling_is_named_and_what_is_below_it_checked(tmp_path: Path, word: str) -> None:
+    text = HEAD + f"  {word}: [a, b]\n  as: room\n  do:\n    turn: {{angle: 45}}\n"
+    file = tmp_path / "example.yaml"
+    file.write_text(text)
+    report = check_files([file])[0]
+    assert f"3:3: error: there is no skill and no kind of node '{word}'" in report
+    assert "would have worked: for_each\n" in report
+    assert "6:19: error: angle: an angle needs a unit: '45'" in report
+    assert report.endswith("2 errors, 0 warnings")
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("lookForUser", "look_for_user"),
+        ("Look-for-user", "look_for_user"),
+        ("lookforuser", "look_for_user"),
+        ("waitUntil", "wait_until"),
+        ("goto room", "run: goto_room"),
+        ("gotoRoom", "run: goto_room"),
+        ("goto_rom", "run: goto_room, "),
+        ("runOnce", "once"),
+    ],
+)
+def test_names_in_another_spelling(tmp_path: Path, word: str, meant: str) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(HEAD + f"  {word}: {{}}\n")
+    report = check_files([file])[0]
+    assert f"would have worked: {meant}" in report and report.endswith("1 error, 0 warnings")
+
+
+def test_an_unknown_skill_can_be_declared(tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(HEAD + "  open_fridge: {door: left}\n")
+    report = check_files([file])[0]
+    assert "skills: {open_fridge: {summary: ...}} in NAME.skills.yaml beside the mission" in report
+    assert "docs/missions.md#skills-of-your-own" in report and "approach_person" not in report
+    (tmp_path / "mine.skills.yaml").write_text(
+        "skills:\n  open_fridge:\n    summary: Open a door of the fridge\n    inputs: {door: {type: text}}\n"
+    )
+    report = check_files([file])[0]
+    assert "declared but not implemented" in report and "0 errors, 1 warning" in report
+
+
+def test_unknown_keys_are_told_beside_other_errors_and_below_unknown_kinds(tmp_path: Path) -> None:
+    text = (
+        "mission: example\ninputs:\n  room: {type: text}\ntree:\n  sequence:\n"
+        "    - fallback:\n        - turn: {angle: 45}\n        - fail: no $romm\n"
+        "    - gather:\n        - look_for_user:\n          out: {user: user}\n        - wait: $pause\n"
+        "    - try:\n        turn: {angel: 45 deg}\n"
+        "    - set: {far: }\n"
+        "    - navigate_to: {goal: $user}\n"
+        "    - say: {text: $room is far, $far}\n"
+    )
+    found = [line.partition(": error: ") for line in found_in(tmp_path, text)]
+    assert [(place, message) for place, _, message in found] == [
+        ("6:7", "there is no skill and no kind of node 'fallback'"),
+        ("7:25", "angle: an angle needs a unit: '45'"),
+        ("8:17", "no node writes a key 'romm'"),
+        ("9:7", "there is no skill and no kind of node 'gather'"),
+        ("12:17", "no node writes a key 'pause'"),
+        ("13:7", "there is no skill and no kind of node 'try'"),
+        ("14:16", "turn has no input 'angel'"),
+        ("15:18", "'far' has no value"),
+        ("17:19", "'text': text with commas needs quotes here"),
+    ]
+
+
+def test_what_cannot_be_read_brings_no_findings_about_its_names(tmp_path: Path) -> None:
+    for section in ("input: {room: {type: text}}", "inputs: [room]", "inputs: [{name: room, type: text}]"):
+        text = f"mission: example\n{section}\ntree: {{fail: no $room}}\n"
+        assert len(found_in(tmp_path, text)) == 1, found_in(tmp_path, text)
+    for node in ("set: [room: hall]", "set: room = hall", "set: {room: }"):
+        text = HEAD + f"  sequence:\n    - {node}\n    - fail: no $room\n"
+        assert len(found_in(tmp_path, text)) == 1, found_in(tmp_path, text)
+
+
+def test_odd_spaces_in_quotes_and_comments_are_text(tmp_path: Path) -> None:
+    assert found_in(tmp_path, HEAD + '  fail: "Guten\u00a0Tag"  # ein\u2003Wort\n') == []
+    assert found_in(tmp_path, HEAD + "  fail: |\n    Guten\u00a0Tag, “Anna”\n") == []
+    assert found_in(tmp_path, HEAD + "  fail: it’s \N{WOMAN}\u200d\N{PERSONAL COMPUTER}\n") == []
+
+
+def test_every_odd_space_of_a_file_is_told(tmp_path: Path) -> None:
+    text = HEAD + "  sequence:\n    -\u00a0wait: 5 s\n    - turn:\u00a0{angle: 45}\n    - wait:\u20073 s\n"
+    assert [line.split(":")[:2] for line in found_in(tmp_path, text)] == [
+        ["4", "6"],
+        ["5", "12"],
+        ["5", "21"],
+        ["6", "12"],
     ]
 
 

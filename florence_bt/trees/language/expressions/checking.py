@@ -91,7 +91,7 @@ def check_kinds(
         kinds: The kinds of the keys, as far as they are known.
         wanted: What the expression must give; None when anything will do.
     """
-    checker = _Checker(kinds)
+    checker = _Checker(kinds, expression.term)
     kind = checker.kind(expression.term)
     if wanted is not None and not checker.problems and not _fits(expression.term, kind, wanted):
         message = f"{syntax.print_term(expression.term)!r} is {_article(kind)}; {_article(wanted)} is needed"
@@ -100,9 +100,16 @@ def check_kinds(
 
 
 class _Checker:
-    def __init__(self, kinds: Mapping[str, Kind | None]) -> None:
+    def __init__(
+        self,
+        kinds: Mapping[str, Kind | None],
+        whole: syntax.Term,
+        found: dict[int, Kind | None] | None = None,
+    ) -> None:
         self.problems: list[KindProblem] = []
+        self._found = found if found is not None else {}
         self._kinds = kinds
+        self._whole = whole
 
     def add(self, position: Position, message: str, *valid: str) -> None:
         self.problems.append(KindProblem(position, message, valid))
@@ -129,16 +136,16 @@ class _Checker:
                 return self._number(operand, "-")
             case syntax.Function():
                 return self._function(term)
-            case syntax.Binary(operator=("and" | "or") as operator, left=left, right=right):
-                self._need(left, Kind.BOOLEAN, operator)
-                self._need(right, Kind.BOOLEAN, operator)
+            case syntax.Binary(operator="and" | "or"):
+                self._joined(term)
                 return Kind.BOOLEAN
             case syntax.Binary(operator="+" | "-", left=left, right=right):
                 return self._alike(term, left, right)
             case syntax.Binary(operator="*" | "/"):
                 return self._scaled(term)
             case syntax.Binary():
-                self._compared(term)
+                if not self._shared(term):
+                    self._compared(term)
                 return Kind.BOOLEAN
 
     def _need(self, term: syntax.Term, wanted: Kind, what: str) -> None:
@@ -148,6 +155,108 @@ class _Checker:
                 f"{what!r} needs {_article(wanted)}, but {syntax.print_term(term)!r} is {_article(kind)}"
             )
             self.add(syntax.start_of(term), message, *_instead(term, kind, wanted))
+
+    def _joined(self, term: syntax.Binary) -> None:
+        """``and`` and ``or``: all operands are true or false; what is meant by ``$a == 3 or 4`` is said."""
+        operands = _operands(term, term.operator)
+        meant = [self._as_comparison(operand, number, operands) for number, operand in enumerate(operands)]
+        for operand, comparison in zip(operands, meant, strict=True):
+            if comparison is None:
+                self._need(operand, Kind.BOOLEAN, term.operator)
+        wrong = next((n for n, comparison in enumerate(meant) if comparison is not None), None)
+        if wrong is not None:
+            whole = [comparison or operand for operand, comparison in zip(operands, meant, strict=True)]
+            self._incomplete(term, term.operator, operands[wrong], whole)
+
+    def _as_comparison(
+        self, operand: syntax.Term, number: int, operands: list[syntax.Term]
+    ) -> syntax.Term | None:
+        """The comparison that is meant by an operand such as ``4`` beside ``$a == 3``."""
+        kind = self._silently(operand)
+        if kind is None or kind is Kind.BOOLEAN:
+            return None
+        before = [_nearest(each, "right") for each in operands[:number][::-1]]
+        after = [_nearest(each, "left") for each in operands[number + 1 :]]
+        near = next((each for each in (*before, *after) if each is not None), None)
+        if near is None:
+            return None
+        meant = self._completed(operand, kind, near.comparison, behind=any(before))
+        if meant is None or not near.inverted:
+            return meant
+        return syntax.Unary("not", meant, meant.position)
+
+    def _completed(
+        self, operand: syntax.Term, kind: Kind, near: syntax.Binary, *, behind: bool
+    ) -> syntax.Binary | None:
+        """A comparison like one nearby with another operand, if that can be compared.
+
+        Args:
+            operand: The operand.
+            kind: Its kind.
+            near: The comparison nearby.
+            behind: Whether the operand stands behind it.
+        """
+        if near.operator == "in":
+            items = self._silently(near.right)
+            alike = items is not None and items.item is kind
+            return syntax.Binary("in", operand, near.right, near.position) if alike else None
+        # A constant is held against what is none; a key against what is on its other side.
+        constant = isinstance(operand, syntax.Constant)
+        to_left = not isinstance(near.left, syntax.Constant) if constant else behind
+        held = near.left if to_left else near.right
+        if not _common(operand, kind, held, self._silently(held))[1]:
+            return None
+        left, right = (held, operand) if to_left else (operand, held)
+        return syntax.Binary(near.operator, left, right, near.position)
+
+    def _shared(self, term: syntax.Binary) -> bool:
+        """Say what is meant by ``$a == (3 or 4)``; says whether the comparison is of that kind."""
+        for side, held in ((term.right, term.left), (term.left, term.right)):
+            if not (isinstance(side, syntax.Binary) and side.operator in ("and", "or")):
+                continue
+            operands, held_kind = _operands(side, side.operator), self._silently(held)
+            kinds = [self._silently(operand) for operand in operands]
+            if held_kind in (None, Kind.BOOLEAN) or not all(
+                kind is not None and _common(operand, kind, held, held_kind)[1]
+                for operand, kind in zip(operands, kinds, strict=True)
+            ):
+                continue
+            whole = [syntax.Binary(term.operator, held, operand, term.position) for operand in operands]
+            self._incomplete(term, side.operator, operands[0], list(whole))
+            return True
+        return False
+
+    def _silently(self, term: syntax.Term) -> Kind | None:
+        """The kind of a term that is checked elsewhere."""
+        if id(term) not in self._found:
+            checker = _Checker(self._kinds, self._whole, self._found)
+            kind = checker.kind(term)
+            self._found[id(term)] = kind if not checker.problems else None
+        return self._found[id(term)]
+
+    def _incomplete(
+        self, term: syntax.Term, operator: str, wrong: syntax.Term, meant: list[syntax.Term]
+    ) -> None:
+        """A value where a comparison is needed.
+
+        Args:
+            term: The term with ``and`` or ``or``.
+            operator: The word.
+            wrong: The value.
+            meant: The comparisons and other operands that are meant.
+        """
+        compared = {part.operator for part in meant if isinstance(part, syntax.Binary)}
+        # No value equals two others, and every value differs from one of two.
+        joined_by = (
+            {"==": "or", "!=": "and"}.get(next(iter(compared)), operator) if len(compared) == 1 else operator
+        )
+        joined = meant[0]
+        for part in meant[1:]:
+            joined = syntax.Binary(joined_by, joined, part, syntax.start_of(term))
+        message = f"{syntax.print_term(wrong)!r} beside {operator!r} is compared with nothing"
+        self.add(
+            syntax.start_of(wrong), message, syntax.print_term(syntax.replaced(self._whole, term, joined))
+        )
 
     def _number(self, term: syntax.Term, what: str) -> Kind | None:
         kind = self.kind(term)
@@ -261,6 +370,41 @@ def _fits(term: syntax.Term, kind: Kind | None, wanted: Kind) -> bool:
     return _is_zero(term) and wanted in NUMERIC_KINDS
 
 
+def _operands(term: syntax.Term, operator: str) -> list[syntax.Term]:
+    """The operands of a chain of one operator, from left to right."""
+    if isinstance(term, syntax.Binary) and term.operator == operator:
+        return [*_operands(term.left, operator), *_operands(term.right, operator)]
+    return [term]
+
+
+@dataclass(frozen=True, slots=True)
+class _Near:
+    """A comparison at an edge of a term.
+
+    Attributes:
+        comparison: It.
+        inverted: Whether ``not`` stands before it.
+    """
+
+    comparison: syntax.Binary
+    inverted: bool = False
+
+
+def _nearest(term: syntax.Term, edge: str) -> _Near | None:
+    """The comparison at the left or right edge of a term."""
+    match term:
+        case syntax.Binary(operator="and" | "or", left=left, right=right):
+            return _nearest(right if edge == "right" else left, edge)
+        case syntax.Binary(operator="==" | "!=" | "<" | "<=" | ">" | ">=" | "in"):
+            return _Near(term)
+        case syntax.Unary(operator="not", operand=syntax.Binary() as operand):
+            found = _nearest(operand, edge)
+            return (
+                _Near(operand, inverted=True) if found is not None and found.comparison is operand else found
+            )
+    return None
+
+
 def _is_zero(term: syntax.Term) -> bool:
     return isinstance(term, syntax.Constant) and term.kind in PLAIN and term.value == 0
 
@@ -272,6 +416,8 @@ def _instead(term: syntax.Term, kind: Kind | None, wanted: Kind | None) -> tuple
     text = syntax.print_term(term)
     if isinstance(term, syntax.Constant) and kind in PLAIN and wanted in UNITS:
         return tuple(f"{text} {unit}" for unit in UNITS[wanted])
+    if wanted is Kind.BOOLEAN and isinstance(term, syntax.Constant):
+        return (f"$key == {text}",)
     if wanted is Kind.BOOLEAN and kind in NUMERIC_KINDS:
         zero = f"0 {next(iter(UNITS[kind]))}" if kind in UNITS else "0"
         return (f"{text} > {zero}",)

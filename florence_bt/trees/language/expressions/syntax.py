@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from florence_bt.core.declaration import Kind
@@ -155,6 +155,24 @@ def parts_of(term: Term) -> tuple[Term, ...]:
         case Function(arguments=arguments):
             return arguments
     return ()
+
+
+def replaced(term: Term, old: Term, new: Term) -> Term:
+    """A term with another one in place of one of its parts."""
+    if term is old:
+        return new
+    match term:
+        case PosePart(pose=pose):
+            return replace(term, pose=replaced(pose, old, new))
+        case Item(items=items, index=index):
+            return replace(term, items=replaced(items, old, new), index=replaced(index, old, new))
+        case Unary(operand=operand):
+            return replace(term, operand=replaced(operand, old, new))
+        case Binary(left=left, right=right):
+            return replace(term, left=replaced(left, old, new), right=replaced(right, old, new))
+        case Function(arguments=arguments):
+            return replace(term, arguments=tuple(replaced(each, old, new) for each in arguments))
+    return term
 
 
 def keys_of(term: Term) -> Iterator[Key]:

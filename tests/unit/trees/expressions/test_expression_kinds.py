@@ -100,3 +100,44 @@ def test_what_is_wanted(text, wanted, valid):
 @pytest.mark.parametrize(("text", "wanted"), [("0", Kind.SPEED), ("$i", Kind.NUMBER), ("$what", Kind.POSE)])
 def test_what_fits(text, wanted):
     assert check_kinds(parse_expression(text), KINDS, wanted).problems == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "wrong", "meant"),
+    [
+        ("not($i == 3 or 4)", 16, "'4' beside 'or'", "not ($i == 3 or $i == 4)"),
+        ("$i == 3 or 4", 12, "'4' beside 'or'", "$i == 3 or $i == 4"),
+        ("$i == 3 or 4 or 5", 12, "'4' beside 'or'", "$i == 3 or $i == 4 or $i == 5"),
+        ('$s == "x" or "y"', 14, "'\"y\"' beside 'or'", '$s == "x" or $s == "y"'),
+        ('$s != "x" or "y"', 14, "'\"y\"' beside 'or'", '$s != "x" and $s != "y"'),
+        ('$s == "x" and "y"', 15, "'\"y\"' beside 'and'", '$s == "x" or $s == "y"'),
+        ("$i == (3 or 4)", 8, "'3' beside 'or'", "$i == 3 or $i == 4"),
+        ('$f and $s != ("x" or "y")', 15, "'\"x\"' beside 'or'", '$f and ($s != "x" and $s != "y")'),
+        ("3 or 4 == $i", 1, "'3' beside 'or'", "3 == $i or 4 == $i"),
+        ("$i or $n == 3", 1, "'$i' beside 'or'", "$i == 3 or $n == 3"),
+        ("$d < 2 m or 4 m", 13, "'4 m' beside 'or'", "$d < 2 m or $d < 4 m"),
+        ('$s in $l or "y"', 13, "'\"y\"' beside 'or'", '$s in $l or "y" in $l'),
+        ('not $s == "x" and "y"', 19, "'\"y\"' beside 'and'", 'not $s == "x" and not $s == "y"'),
+    ],
+)
+def test_a_value_that_is_compared_with_nothing_is_told_once_with_what_is_meant(text, column, wrong, meant):
+    kinds = {**KINDS, "l": Kind.LIST_OF_TEXT}
+    (problem,) = check_kinds(parse_expression(text), kinds, Kind.BOOLEAN).problems
+    assert problem.position.column == column
+    assert problem.message == f"{wrong} is compared with nothing"
+    assert problem.valid == (meant,)
+    assert check_kinds(parse_expression(meant), kinds, Kind.BOOLEAN).problems == ()
+
+
+def test_a_value_of_another_kind_is_no_part_of_the_comparison():
+    (problem,) = check_kinds(parse_expression('$i == 3 or "x"'), KINDS, Kind.BOOLEAN).problems
+    assert problem.message == "'or' needs true or false, but '\"x\"' is a text"
+    assert problem.valid == ('$key == "x"',)
+
+
+def test_nested_values_cost_little():
+    text = "$i == 3 or 4"
+    for _ in range(20):
+        text = f"$i == abs({text}) or 4"
+    checked = check_kinds(parse_expression(text), KINDS)
+    assert checked.problems
