@@ -319,8 +319,9 @@ class SourceReader:
         """
         name = self.mission(mission, what)
         # An input that stands there with nothing after it is not given, also when the file gives it to all.
+        ports = self.library.get(name).inputs if name is not None else {}
         inputs = {
-            key.text: input_text(value)
+            key.text: input_text(value, ports.get(key.text))
             for key, value in self.table(entries.get("inputs"), "inputs")
             if not (isinstance(value, YamlScalar) and value.empty)
         }
@@ -370,11 +371,13 @@ def plain(source: YamlNode) -> Any:
             return {key.text: plain(value) for key, value in source.entries}
 
 
-def input_text(source: YamlNode) -> str:
-    """An input of a mission as a caller would write it, on one line."""
+def input_text(source: YamlNode, port: Port | None = None) -> str:
+    """An input of a mission as a caller would write it, on one line. A sequence that is no list is a pose."""
     match source:
         case YamlScalar():
             return source.text
+        case YamlSequence() if port is not None and port.kind.item is not None:
+            return f"[{', '.join(input_text(item) for item in source.items)}]"
         case YamlSequence():
             return f"({', '.join(input_text(item) for item in source.items)})"
         case YamlMapping():

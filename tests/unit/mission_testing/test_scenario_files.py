@@ -191,6 +191,22 @@ def test_scripts_of_several_steps(play):
     assert result.passed, result.problems
 
 
+def test_a_list_is_an_input(play):
+    text = """
+        - name: lists
+          mission: patrol
+          given:
+            inputs: {rooms: [kitchen, hall]}
+            skills:
+              battery_above: SUCCESS
+              get_rooms: 'SUCCESS (rooms=[])'
+          then:
+            called: {get_rooms: {times: 1, rooms: [kitchen, hall]}}
+    """
+    (result,) = play(text, "scenarios:\n")
+    assert result.passed, result.problems
+
+
 def test_a_switch_that_provides_for_no_case(play):
     (result,) = play("""
         - name: x
