@@ -37,8 +37,12 @@ def install(tmp_path, monkeypatch):
         (info / "entry_points.txt").write_text("\n".join(points))
 
     yield installer
-    for module in set(sys.modules) - before:
-        del sys.modules[module]
+    for name in set(sys.modules) - before:
+        # Only theirs: libraries that were loaded meanwhile must not be loaded twice.
+        if str(site) in str(
+            getattr(sys.modules[name], "__file__", "") or getattr(sys.modules[name], "__path__", "")
+        ):
+            del sys.modules[name]
 
 
 def wave(code):
