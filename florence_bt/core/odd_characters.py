@@ -65,6 +65,11 @@ def odd_characters(text: str) -> Iterator[OddCharacter]:
         yield OddCharacter(len(text) - 1, "", (), '"')
 
 
+def needs_quotes(text: str) -> bool:
+    """Whether a text that is written to a file needs quotes, because it has odd characters that are meant."""
+    return any(odd_characters(text))
+
+
 def _odd(match: re.Match[str]) -> OddCharacter:
     name = named(match[0])
     if _SPACE.match(match[0]):

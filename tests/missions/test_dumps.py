@@ -37,14 +37,14 @@ RUNNING = """\
                         [+] set views -- views = 1
                         [>] run detect_user
                             [>] sequence
-                                [+] set way, turned -- way = 0.7854, turned = 0
+                                [+] set way, turned -- way = 45 deg, turned = 0
                                 [>] search in a circle (finally)
                                     [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody
                                         [>] turn and look (sequence)
                                             [+] stop tracker
                                             [+] unless $look_first and $look == 1
                                                 [+] turn on (sequence)
-                                                    [+] set angle -- angle = 0.7854
+                                                    [+] set angle -- angle = 45 deg
                                                     [+] retry up to 2 times
                                                         [+] turn
                                                         [ ] when $way == $step

@@ -136,7 +136,7 @@ def test_a_watcher_rebuilds_the_tree(watched):
     (wait,) = (node for node in message.behaviours if node.name.startswith("wait"))
     assert wait.status == INVALID and not wait.is_active
     values = {item.key: item.value for item in message.blackboard_on_visited_path}
-    assert values == {"/far": "2", "/way": "2"}
+    assert values == {"/far": "2 m", "/way": "2 m"}
     bench.stop()
     bench.ros.spin_until(lambda: watcher.heard[-1].behaviours[0].status == INVALID, what="the stop")
     assert watcher.close()
@@ -202,7 +202,7 @@ def test_keys_of_called_missions_stand_behind_their_call(watched):
     watcher = Watcher(bench)
     bench.ros.spin_until(lambda: watcher.heard, what="a snapshot")
     values = {item.key: item.value for item in watcher.heard[-1].blackboard_on_visited_path}
-    assert values == {"/watched/far": "4", "/watched/way": "4"}
+    assert values == {"/watched/far": "4 m", "/watched/way": "4 m"}
 
 
 def test_who_asks_for_nothing_earlier_is_told_the_state_of_the_moment_too(watched):

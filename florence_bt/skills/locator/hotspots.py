@@ -16,6 +16,7 @@ import yaml
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.odd_characters import needs_quotes
 from florence_bt.core.plain_yaml import EmptyFile, Position, YamlNode, parse_yaml
 from florence_bt.core.settings_file import SettingsReader
 from florence_bt.core.text_files import read_bytes, replace_text
@@ -142,6 +143,19 @@ def _parse(data: bytes, file: Path) -> Hotspots:
     return _HotspotsReader(file).read(source)
 
 
+class _Dumper(yaml.SafeDumper):
+    """Puts quotes round texts that :func:`parse_yaml` would not take without them."""
+
+    def represent_str(self, data: str) -> yaml.ScalarNode:
+        node = super().represent_str(data)
+        if node.style is None and needs_quotes(data):
+            node.style = '"'
+        return node
+
+
+_Dumper.add_representer(str, _Dumper.represent_str)
+
+
 def dump_hotspots(hotspots: Hotspots) -> str:
     """The text of a hotspot file; :func:`parse_hotspots` reads the same hotspots back."""
     entries = []
@@ -156,7 +170,9 @@ def dump_hotspots(hotspots: Hotspots) -> str:
         if hotspot.polygon:
             entry["polygon"] = [list(point) for point in hotspot.polygon]
         entries.append(entry)
-    text = yaml.safe_dump({"hotspots": entries}, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    text = yaml.dump(
+        {"hotspots": entries}, Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None
+    )
     return f"# Rooms and objects: x, y in metres, phi in radians, map frame.\n{text}"
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.odd_characters import needs_quotes
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlSequence, parse_yaml
 
 WIDTH = 140
@@ -86,7 +87,7 @@ def _node(value: Any, depth: int) -> yaml.Node:
 
 
 def _scalar(text: str, *, quoted: bool = False) -> yaml.ScalarNode:
-    return yaml.ScalarNode("tag:yaml.org,2002:str", text, style='"' if quoted else None)
+    return yaml.ScalarNode("tag:yaml.org,2002:str", text, style='"' if quoted or needs_quotes(text) else None)
 
 
 def _is_small(value: dict[str, Any]) -> bool:

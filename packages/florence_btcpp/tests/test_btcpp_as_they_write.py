@@ -111,3 +111,9 @@ def test_the_library_takes_what_is_taken_here():
     trees = '<BehaviorTree><Precondition if="1 < 2 && 3 > 2" else="FAILURE"><AlwaysSuccess/></Precondition></BehaviorTree>'
     loaded = library.BehaviorTreeFactory().create_tree_from_text(f'<root BTCPP_format="4">{trees}</root>')
     assert loaded.tick_exactly_once() == library.NodeStatus.SUCCESS
+
+
+def test_spaces_and_signs_that_nobody_sees_are_written_in_quotes(exchange):
+    xml = tree('<say text="good\u00a0morning\u200b"/>')
+    assert '"good\u00a0morning\u200b"' in exchange.imported(xml).files["m.yaml"]
+    assert errors(exchange.library_of(xml), exchange) == []
