@@ -12,6 +12,7 @@ from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import RCLError, ServerGoalHandle
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
 
 from florence_bt.core.errors import FlorenceError
@@ -26,6 +27,26 @@ REFUSED = 65535
 """The ``error_code`` of a goal that was refused; in results with a field ``code`` that is ``rejected``."""
 KEEP_RESULTS_S = 10
 """How long a result can be asked for. Short: rclpy looks at every kept goal on each event."""
+
+
+class _OnSteadyTime:
+    """A node as rclpy's action server sees it: results expire by the steady time.
+
+    A timer on the simulated time that is set anew with every goal keeps the events executor of rclpy 7.1 busy
+    for seconds after some twenty goals; on the wall clock, a result stays as long as that is set back. The
+    stamps in the messages on ``NAME/_action/status`` are of the steady time, too.
+    """
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self._node = node
+        self._clock = Clock(clock_type=ClockType.STEADY_TIME)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._node, name)
+
+    def get_clock(self) -> Clock:
+        """Give the clock by which results expire."""
+        return self._clock
 
 
 class _Server(ActionServer):
@@ -43,10 +64,32 @@ class _Server(ActionServer):
     owned: ServerGoalHandle | None = None
     lists_poses = False
 
+    def __init__(self, node: FlorenceNode, *arguments: Any, **options: Any) -> None:
+        self._on_steady_time = _OnSteadyTime(node)  # rcl goes on with its clock
+        super().__init__(self._on_steady_time, *arguments, **options)
+        self._node = node
+
     def take_data(self) -> Any:
         if self.lists_poses and self._is_goal_request_ready:
             self._node.before_long_work()
+        if self._is_goal_expired:
+            self._is_goal_expired = False
+            self._forget_expired()
         return super().take_data()
+
+    def _forget_expired(self) -> None:
+        """Forget expired goals at once, here and in rcl.
+
+        rclpy forgets them after the goals that arrived together with their end. A new goal with the id of an
+        expired one was forgotten in its place, and rcl went on with memory that was freed.
+        """
+        with self._lock:
+            # rcl refuses room for no goal.
+            expired = self._handle.expire_goals(max(1, len(self._goal_handles)))
+        for goal in expired:
+            goal_id = bytes(goal.goal_id.uuid)
+            self._goal_handles.pop(goal_id).destroy()
+            self.remove_future(self._result_futures.pop(goal_id))
 
     async def _execute_goal_request(self, request_header_and_message: tuple[Any, Any]) -> None:
         header, request = request_header_and_message
@@ -86,7 +129,7 @@ class _Server(ActionServer):
     async def _execute_goal(
         self, execute_callback: Callable[..., Any], goal_handle: ServerGoalHandle
     ) -> None:
-        # A task too. rclpy forgets a goal too early when a client uses the id of an older goal again.
+        # A task too.
         try:
             await super()._execute_goal(execute_callback, goal_handle)
         except Exception as error:

@@ -10,12 +10,14 @@ import pytest
 pytest.importorskip("rclpy")
 from nav2_msgs.action import Spin
 from rclpy.action.server import RCLError
+from rosgraph_msgs.msg import Clock
 
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.skill import Phase
 from florence_bt.ros._runs import WATCH_PERIOD_S
 from florence_bt.ros.action_server import PREEMPTED, SHUT_DOWN, SingleGoalServer
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
+from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 
 pytestmark = pytest.mark.ros
@@ -24,8 +26,8 @@ pytestmark = pytest.mark.ros
 class Spinner(FlorenceNode):
     """Serves ``spin``; the test decides when a goal ends. Negative turns are refused."""
 
-    def __init__(self, name: str = "spinner") -> None:
-        super().__init__(name)
+    def __init__(self, name: str = "spinner", **options: Any) -> None:
+        super().__init__(name, **options)
         self.goals: list[float] = []
         self.cancels = 0
         self.at_once = False
@@ -380,7 +382,7 @@ def test_no_second_goal_beside_one_that_the_server_does_not_end(ros: Any, client
 def test_a_goal_that_rclpy_forgot_too_early_is_a_failure_of_the_node_and_not_of_the_process(
     ros: Any, client: FlorenceNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As when a client uses the id of an older goal again, which expires."""
+    """As when the process stands still for long between the end of a goal and its result."""
     spinner = ros.add(Spinner())
     reported: list[BaseException] = []
     server = spinner.server._server
@@ -402,3 +404,46 @@ def test_a_goal_that_rclpy_forgot_too_early_is_a_failure_of_the_node_and_not_of_
     spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
     ros.spin_until(run.poll, what="the result")
     assert isinstance(reported[0], KeyError)
+
+
+def test_goals_with_the_ids_of_expired_goals(
+    ros: Any, client: FlorenceNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Clients on small controllers send the same id every time."""
+    monkeypatch.setattr("florence_bt.ros.action_server.KEEP_RESULTS_S", 0)
+    spinner = ros.add(Spinner())
+    spinner.at_once = True
+    sender = client.create_client(Spin.Impl.SendGoalService, "spin/_action/send_goal")
+    ros.spin_until(sender.service_is_ready, what="the server")
+    answers: list[bool] = []
+    for number in range(350):
+        request = Spin.Impl.SendGoalService.Request(goal=Spin.Goal(target_yaw=float(number)))
+        request.goal_id.uuid = [number % 3] * 16
+        sender.call_async(request).add_done_callback(lambda answer: answers.append(answer.result().accepted))
+        if number % 7 == 6:  # some arrive together with the end of those before
+            ros.spin_until(lambda sent=number + 1: len(answers) == sent, what="the answers")
+    assert len(spinner.goals) == answers.count(True) > 3, "an id is free again when its goal has expired"
+    assert not spinner.failures
+
+
+def test_results_expire_although_the_simulation_stands(
+    ros: Any, client: FlorenceNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("florence_bt.ros.action_server.KEEP_RESULTS_S", 1)
+    spinner = ros.add(Spinner(parameters={"use_sim_time": True}))
+    spinner.at_once = True
+    clock = client.create_publisher(Clock, "/clock", 1)
+    ros.spin_until(clock.get_subscription_count, what="the subscription to the clock")
+    clock.publish(Clock(clock=stamp_to_ros(1000.0)))
+    sender = client.create_client(Spin.Impl.SendGoalService, "spin/_action/send_goal")
+    ros.spin_until(sender.service_is_ready, what="the server")
+    request = Spin.Impl.SendGoalService.Request()  # always with the same id
+
+    def accepted() -> bool:
+        answer = sender.call_async(request)
+        ros.spin_until(answer.done, what="the answer")
+        return bool(answer.result().accepted)
+
+    assert accepted()
+    assert not accepted()
+    ros.spin_until(accepted, what="the end of the first goal's result")

@@ -26,6 +26,8 @@ from tools.safety_campaign.running_system import RunningSystem
 from tools.tables import table, write_between_marks
 
 ATTACK_S = 120.0
+WAY_TO = (7.3, 4.9)
+"""The bedroom of the flat, two rooms from where the robot begins."""
 
 
 def _say(text: str) -> None:
@@ -53,13 +55,13 @@ def _hands(options: argparse.Namespace) -> str:
 
 
 def _messages(options: argparse.Namespace) -> str:
-    """Messages for a while; then a mission is asked to drive the robot."""
+    """Messages for a while; then what any program may set is put back, and a mission drives the robot."""
     with RunningSystem(options.seed) as system:
         before = system.pids()
         report = attack_with_messages(float(options.count or ATTACK_S), options.seed)
         ended = [name for name, pid in before.items() if system.pid(name) != pid]
-        drives = system.drives_again()
-        status = system.status()
+        system.put_back()
+        status = system.runs_to_pose(*WAY_TO)
         if ended:
             _say(system.output)
     rows = []
@@ -68,12 +70,12 @@ def _messages(options: argparse.Namespace) -> str:
         types = {name.partition("(")[2] for name in mine}
         what = {"msg": "topics", "srv": "services", "action": "parts of actions"}[kind]
         rows.append((what, str(len(mine)), str(len(types)), str(sum(mine.values()))))
-    afterwards = "the robot drives" if drives else f"it ends with: {status.reason}"
+    afterwards = f"{status.state}{status.reason and ': '}{status.reason}"
     lines = (
         table(("attacked", "names", "types", "messages"), rows),
         f"Processes ended: {', '.join(ended) or 'none'}. "
         f"Nodes lost: {', '.join(report.nodes_lost) or 'none'}. "
-        f"A mission afterwards, in the map and with the hotspots that these messages left: {afterwards}.",
+        f"goto_pose afterwards, once mode of the base, map and place are set again: {afterwards}.",
     )
     return "\n\n".join(lines)
 

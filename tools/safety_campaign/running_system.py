@@ -17,17 +17,28 @@ from types import TracebackType
 from typing import Any
 
 import rclpy
-from florence_interfaces.srv import MissionStatus, PauseMission, ResumeMission, RunMission
-from geometry_msgs.msg import PoseStamped, Twist
+from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.srv import (
+    MissionStatus,
+    PauseMission,
+    ResumeMission,
+    RunMission,
+    SetTurtlebotMode,
+)
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
+from nav2_msgs.srv import LoadMap
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool
 
+from florence_bt.core.geometry import Pose2
+from florence_bt.ros.conversions import pose_to_ros
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.runtime.run import FINAL
 from florence_bt.simulation.hardware.node import TRUTH_PERIOD_S
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
@@ -36,6 +47,11 @@ READY_S = 300.0
 END_S = 60.0
 DRIVE_S = 60.0
 STAND_S = 20.0
+STATUS_S = 60.0
+SELF_TEST_S = 120.0
+ASK_AGAIN_S = 3.0
+ENDED = tuple(status.value for status in FINAL)
+FLAT = Path(__file__).resolve().parents[2] / "maps" / "flat.yaml"
 PATROL = """\
 mission: patrol
 description: Drives to and fro until somebody ends it.
@@ -76,6 +92,7 @@ class RunningSystem:
         self.truth: dict[str, Any] = {}
         self.truths: list[dict[str, Any]] = []
         self.overridden: bool | None = None
+        self._laser = ""
 
     def __enter__(self) -> RunningSystem:
         """Bring it up and wait until it is ready."""
@@ -176,12 +193,7 @@ class RunningSystem:
 
     def drive_by_mission(self) -> None:
         """Start the patrol."""
-        request = RunMission.Request(mission="patrol", caller="campaign", policy="preempt")
-        self.wait(self._run.service_is_ready, "the mission server")
-        future = self._run.call_async(request)
-        self.wait(future.done, "the answer of the mission server")
-        if not future.result().accepted:
-            raise CampaignFailed(f"patrol was refused: {future.result().message}")
+        self._start(RunMission.Request(mission="patrol", caller="campaign", policy="preempt"))
 
     def pause(self, reason: str) -> None:
         """Pause the run, and wait for the answer."""
@@ -208,15 +220,27 @@ class RunningSystem:
         stood = self.spin_until(lambda: not self.truth["moving"], STAND_S)
         return max(0.0, self.truth["time"] - begin) if stood else float("inf")
 
-    def drives_again(self) -> bool:
-        """Whether a mission drives the robot once everything that holds it was let go."""
+    def put_back(self) -> None:
+        """Undo what other programs may do: let the robot go, set mode, map and place, wait for the laser."""
         self.switch.publish(Bool(data=False))
-        hard_stop = self.node.create_client(SetBool, "velocity_filter/hard_stop")
-        self.wait(hard_stop.service_is_ready, "the velocity filter")
-        hard_stop.call_async(SetBool.Request(data=False))
-        self.spin(1.0)
-        self.drive_by_mission()
-        return self.spin_until(lambda: self.truth["moving"], 30.0)
+        self._ask(SetBool, "velocity_filter/hard_stop", SetBool.Request(data=False))
+        self._ask(SetTurtlebotMode, "turtlebot_node/set_operation_mode", SetTurtlebotMode.Request(mode=3))
+        self._ask(LoadMap, "map_server/load_map", LoadMap.Request(map_url=FLAT.as_uri()))
+        x, y, yaw = self.truth["robot"]
+        place = PoseWithCovarianceStamped()
+        place.header.frame_id = "map"
+        place.pose.pose = pose_to_ros(Pose2(x, y, yaw))
+        self.place.publish(place)
+        self._laser = ""
+        self.wait(lambda: self._laser == "measuring", "the laser", SELF_TEST_S)
+
+    def runs_to_pose(self, x: float, y: float) -> Any:
+        """Run goto_pose to its end; the status of the mission server then."""
+        request = RunMission.Request(mission="goto_pose", caller="campaign", policy="preempt")
+        request.input_names, request.input_values = ["x", "y"], [f"{x} m", f"{y} m"]
+        run_id = self._start(request)
+        self.wait(lambda: self.status().state in ENDED, f"the end of {run_id}", DRIVE_S)
+        return self.status()
 
     def drive_by_topic(self, x: float, y: float) -> None:
         """Send a goal as RViz does."""
@@ -232,12 +256,32 @@ class RunningSystem:
         goal.goal.time_allowance.sec = 20
         return self._spins.call_async(goal)
 
-    def status(self, limit_s: float = 30.0) -> Any:
-        """The status of the mission server."""
-        self.wait(self._status.service_is_ready, "the status")
-        future = self._status.call_async(MissionStatus.Request())
-        self.wait(future.done, "the status", limit_s)
-        return future.result()
+    def status(self) -> Any:
+        """The status of the mission server.
+
+        Asked for again and again: a question may go to a server that was killed just now and is still known.
+        """
+        end = time.monotonic() + STATUS_S
+        while time.monotonic() < end:
+            self.wait(self._status.service_is_ready, "the status")
+            future = self._status.call_async(MissionStatus.Request())
+            if self.spin_until(future.done, ASK_AGAIN_S):
+                return future.result()
+        raise CampaignFailed(f"no status came within {STATUS_S:g} s:\n{self.output}")
+
+    def _start(self, request: RunMission.Request) -> str:
+        self.wait(self._run.service_is_ready, "the mission server")
+        future = self._run.call_async(request)
+        self.wait(future.done, "the answer of the mission server")
+        if not future.result().accepted:
+            raise CampaignFailed(f"{request.mission} was refused: {future.result().message}")
+        return str(future.result().run_id)
+
+    def _ask(self, kind: Any, name: str, request: Any) -> None:
+        client = self.node.create_client(kind, name)
+        self.wait(client.service_is_ready, name)
+        future = client.call_async(request)
+        self.wait(future.done, f"the answer of {name}")
 
     def _call(self, client: Any, request: Any) -> None:
         self.wait(client.service_is_ready, client.srv_name)
@@ -256,6 +300,8 @@ class RunningSystem:
             node.create_publisher(Twist, name, RELIABLE) for name in ("cmd_vel", "filtered_cmd_vel")
         ]
         self.by_hand = node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        self.place = node.create_publisher(PoseWithCovarianceStamped, "initialpose", RELIABLE)
         self._pause = node.create_client(PauseMission, "florence_bt/pause")
         self._resume = node.create_client(ResumeMission, "florence_bt/resume")
         self._run = node.create_client(RunMission, "florence_bt/run_mission")
@@ -274,6 +320,11 @@ class RunningSystem:
 
     def _on_override(self, message: Bool) -> None:
         self.overridden = bool(message.data)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == "hokuyo_node: laser scanner":
+                self._laser = status.message
 
     def _end(self) -> None:
         if self.process.poll() is None:
