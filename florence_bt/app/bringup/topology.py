@@ -292,7 +292,12 @@ def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.runtime.node import MissionNode
     from florence_bt.skills.navigation.navigate.declaration import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
     from florence_bt.trees.language.declarations import collect_declarations
+    from florence_bt.trees.language.declared_skills import mappings_in
+    from florence_bt.trees.language.third_party import ThirdParty
 
+    installed = [folder for _, folder in ThirdParty().mission_folders()]
+    mappings = mappings_in([*installed, *map(Path, settings.options.mission_folders)])
+    without = NOT_OF_NAV2 if settings.options.nav == "nav2" else ()
     parameters = settings.of(
         "florence_bt",
         runs_folder=str(settings.options.runs),
@@ -304,8 +309,8 @@ def _missions(settings: _Settings) -> list[Factory]:
 
     def mission_node() -> FlorenceNode:
         node = MissionNode(
-            partial(make_skills, without=NOT_OF_NAV2 if settings.options.nav == "nav2" else ()),
-            collect_declarations(),
+            partial(make_skills, without=without, mappings=mappings),
+            {**{name: each.declaration for name, each in mappings.items()}, **collect_declarations()},
             make_safety=BaseSafety,
             on_recorded=pictures.draw,
             other_actions=ACTIONS_WITHOUT_SKILL,
