@@ -1,7 +1,8 @@
-"""Skills without code: files that say how a skill is served are read, checked, and turn messages to results."""
+"""Skills without code: files that say how a skill is served are read and checked, and map messages."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -187,3 +188,20 @@ def test_the_check_does_not_miss_a_skill_that_a_file_serves(read: Any, tmp_path:
     library = MissionLibrary.load([tmp_path], built_in=False)
     assert check(library.missions(), library, collect_declarations()) == []
     assert set(mappings_in([tmp_path])) == {"spin_by"}
+
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_page_shows_the_file_of_the_example() -> None:
+    page = (ROOT / "docs" / "skills_without_code.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```yaml (\S+)#(\w+)\n(.*?)```", page, re.DOTALL)
+    assert len(blocks) == 4
+    for file, name, block in blocks:
+        assert block.startswith(f"  {name}:") and block in (ROOT / file).read_text(encoding="utf-8"), name
+
+
+def test_the_example_passes_the_check() -> None:
+    library = MissionLibrary.load([ROOT / "examples" / "foreign_robot" / "missions"], built_in=False)
+    assert library.findings == [] and len(library.names()) == 3
+    assert check(library.missions(), library, collect_declarations()) == []
