@@ -99,3 +99,20 @@ def test_no_goal_is_left_when_the_run_is_stopped_and_a_dead_server_is_told(start
     bench.ros.spin_until(lambda: "m to go" in bench.status().tree, what="the drive")
     robot.process.send_signal(signal.SIGKILL)
     assert bench.wait("FAILED").code == "server_lost"
+
+
+def test_the_running_robot_tells_types_and_who_is_there(
+    ros_domain: int, start_process: Callable[..., Child]
+) -> None:
+    from florence_bt.app.mission_files.live_skills import servers_now, type_in_graph
+    from florence_bt.core.errors import ConfigError
+    from florence_bt.trees.language.loader import MissionLibrary
+
+    start_process(sys.executable, EXAMPLE / "robot.py")
+    assert type_in_graph("action", "tb4/drive_to") == "nav2_msgs/action/NavigateToPose"
+    assert type_in_graph("service", "/tb4/gripper") == "std_srvs/srv/SetBool"
+    assert type_in_graph("condition", "tb4/battery") == "sensor_msgs/msg/BatteryState"
+    with pytest.raises(ConfigError, match="/tb4/drive_two"):
+        type_in_graph("action", "tb4/drive_two")
+    now = servers_now(MissionLibrary.load([EXAMPLE / "missions"]))
+    assert now["drive_robot"].startswith("there:") and now["turn"].startswith("NOT THERE")
