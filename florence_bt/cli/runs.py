@@ -87,11 +87,12 @@ def status(
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence stop\n\n{EXIT_CODES}")
 def stop(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
+    reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
 ) -> None:
     """Stop the running mission; the robot stands still."""
     from florence_bt.app.runs.remote import stop_mission
 
-    _end_with(*stop_mission(run_id))
+    _end_with(*stop_mission(run_id, reason))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")

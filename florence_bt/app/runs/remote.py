@@ -91,10 +91,10 @@ def _waiting_lines(status: Any) -> list[str]:
     return [*lines, f"waiting: {', '.join(status.waiting)}"] if status.waiting else lines
 
 
-def stop_mission(run_id: str) -> tuple[bool, str]:
+def stop_mission(run_id: str, reason: str = "") -> tuple[bool, str]:
     """Stop a run, or the current one: (whether there was one, a message)."""
     with MissionClient() as client:
-        answer = client.stop("florence stop", run_id)
+        answer = client.stop(reason or "florence stop", run_id)
         return bool(answer.success), str(answer.message)
 
 
