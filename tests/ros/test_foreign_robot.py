@@ -116,3 +116,21 @@ def test_the_running_robot_tells_types_and_who_is_there(
         type_in_graph("action", "tb4/drive_two")
     now = servers_now(MissionLibrary.load([EXAMPLE / "missions"]))
     assert now["drive_robot"].startswith("there:") and now["turn"].startswith("NOT THERE")
+
+
+@pytest.mark.slow
+def test_only_the_mission_server_beside_a_robot_that_runs(
+    ros_domain: int, start_process: Callable[..., Child], tmp_path: Path
+) -> None:
+    florence = (sys.executable, "-m", "florence_bt.cli")
+    folders = ("--missions", EXAMPLE / "missions", "--out", tmp_path / "out")
+    system = start_process(*florence, "up", "--missions-only", *folders)
+    told = system.wait_for("nobody serves:")
+    assert "grip (service tb4/gripper, std_srvs/srv/SetBool)" in told and "navigate_to" not in told
+    start_process(sys.executable, EXAMPLE / "robot.py")
+    system.wait_for("everything that these missions need is served now")
+    run = start_process(*florence, "run", "try_places", "--headless")
+    assert run.process.wait(120) == 0, run.output
+    needs_ours = start_process(*florence, "run", "goto_pose", "x=1 m", "y=1 m", "--headless")
+    assert needs_ours.process.wait(120) == 1 and "server_lost" in needs_ours.output, needs_ours.output
+    assert system.end() == 130

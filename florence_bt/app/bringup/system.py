@@ -220,6 +220,8 @@ class System:
 
     def _is_left_out(self, served: Served) -> bool:
         """Whether this bring-up goes without a skill."""
+        if self.options.missions_only:
+            return True
         return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2
 
     def _not_up(self) -> list[str]:
