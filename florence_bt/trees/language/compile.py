@@ -16,7 +16,8 @@ from florence_bt.behaviours.annotations import Title, annotations_of
 from florence_bt.behaviours.branch import Branch, take_ids
 from florence_bt.behaviours.branching import If, Switch
 from florence_bt.behaviours.catching import OnFailure
-from florence_bt.behaviours.composites import Finally, ReactiveSelector, ReactiveSequence, Selector
+from florence_bt.behaviours.cleaning_up import Finally
+from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence, Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
     CallMission,
