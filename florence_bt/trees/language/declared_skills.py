@@ -98,7 +98,7 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:
         if resources
         else frozenset(),
         _deadline(reader, deadline),
-        instant is not None and reader.choice(instant, "instant", ("true", "false"), "false") == "true",
+        instant is not None and reader.choice(instant, "instant", ("true", "false")) == "true",
         groups=_groups(reader, table.get("groups")),
     )
 
