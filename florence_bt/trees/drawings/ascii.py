@@ -13,7 +13,7 @@ from py_trees.decorators import Decorator
 
 from florence_bt.behaviours.annotations import shown_name
 from florence_bt.behaviours.catching import OnFailure
-from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.until import Until
 from florence_bt.behaviours.why import EARLIER, Why, explain

@@ -123,7 +123,7 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> tuple[SkillDeclaratio
         if resources
         else frozenset(),
         _deadline(reader, deadline),
-        instant is not None and reader.choice(instant, "instant", ("true", "false"), "false") == "true",
+        instant is not None and reader.choice(instant, "instant", ("true", "false")) == "true",
         groups=_groups(reader, table.get("groups")),
     )
     return declaration, read_mapping(reader, declaration, table, _paths(table.get("outputs")), conditions)
