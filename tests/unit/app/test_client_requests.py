@@ -16,6 +16,7 @@ import florence_bt
 from florence_bt.app.runs import remote
 from florence_bt.app.runs.client import RELOAD_BUDGET_S, MissionClient
 from florence_bt.cli.application import app
+from florence_bt.core.errors import ConfigError
 
 
 class Recording(MissionClient):
@@ -98,6 +99,18 @@ def test_only_a_question_is_repeated():
     ((kind, name, sent, options),) = client.calls
     assert (kind, name, options) == ("MissionStatus", "florence_bt/status", {"repeat": True})
     assert sent["run_id"] == "R-1" and sent["durations"] is True
+
+
+def test_the_whole_tree_is_asked_for_elsewhere():
+    client = Recording()
+    client.status("R-1", whole=True)
+    ((kind, name, _, options),) = client.calls
+    assert (kind, name, options) == ("MissionStatus", "florence_bt/whole_status", {"repeat": True})
+
+
+def test_the_whole_tree_is_not_watched():
+    with pytest.raises(ConfigError, match="not watched"):
+        remote.show_status("", Console(), watch=True, whole=True)
 
 
 @pytest.fixture
