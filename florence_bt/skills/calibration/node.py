@@ -98,7 +98,7 @@ class CalibrationNode(FlorenceNode):
             readings.take(Source.WALL, scan.middle_stamp, wall.angle)
 
     def _on_state(self, message: TurtlebotSensorState) -> None:
-        """The wheels alone: the heading of ``odom`` is the gyro's."""
+        """Take the turn of the wheels alone: the heading of ``odom`` is the gyro's."""
         self._missing.discard(Source.ODOMETRY)
         self._turned += message.angle * self._scale
         self.rounds.current.readings.take(

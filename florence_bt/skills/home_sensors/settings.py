@@ -98,7 +98,7 @@ class BrokerSettings:
         return f"{self.host}:{self.port}"
 
     def password(self, environment: Mapping[str, str] = os.environ) -> str | None:
-        """The password, None when there is none.
+        """Return the password, None when there is none.
 
         Raises:
             ConfigError: The variable is not set, or the file cannot be read. The password is never in it.

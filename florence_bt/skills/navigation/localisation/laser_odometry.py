@@ -63,7 +63,7 @@ class _Submap:
         self._scans = 0
 
     def used(self, pose: Pose2) -> float:
-        """The part of it that is used up with the robot at a pose."""
+        """Return the part of it that is used up when the robot is at a pose."""
         return max(self._scans / _SCANS, self._middle.distance_to(pose) / _SUBMAP_M)
 
     def add(self, pose: Pose2, points: NDArray[np.float64]) -> None:
@@ -169,7 +169,7 @@ class LaserOdometry:
 
 
 def _cost(deviation: float) -> float:
-    """What a metre or radian from what the wheels say costs, squared, as a part of the scan."""
+    """Return the cost of a metre or radian of deviation from the wheels, squared, as a part of the scan."""
     return 0.5 / (_INDEPENDENT_BEAMS * deviation**2)
 
 

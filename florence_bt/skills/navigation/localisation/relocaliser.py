@@ -57,7 +57,7 @@ class Relocaliser:
         self.reset()
 
     def reset(self) -> None:
-        """The pose was set."""
+        """Begin again, as the pose was set."""
         self._fitting, self.lost, self._carried = 0, False, False
         self._forget_poor()
 
@@ -65,14 +65,14 @@ class Relocaliser:
         self._poor_m = self._unfit_m = 0.0
 
     def unconfirm(self) -> None:
-        """The robot may have been carried: earlier scans are forgotten."""
+        """Forget earlier scans, as the robot may have been carried."""
         self._fitting = self._since_search = 0
         self._carried = True
         self._kept.clear()
         self._candidate = None
 
     def lose(self) -> None:
-        """Nobody knows where the robot is."""
+        """Note that nobody knows where the robot is."""
         self.unconfirm()
         self.lost = True
 

@@ -52,7 +52,7 @@ class PathDrive:
         self._last_control = now
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when the drive is over."""
+        """Take one step: the velocity, the feedback, and the result when the drive is over."""
         odom_from_map = state.map_from_odom.inverse()
         people = state.people.around_goal(odom_from_map @ self._goal)
         control = self._controller.control(

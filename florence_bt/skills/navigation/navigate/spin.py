@@ -72,7 +72,7 @@ class Spin:
     def step(
         self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
     ) -> tuple[Twist2, Result | None]:
-        """The velocity to command now, and the result when the turn is over.
+        """Return the velocity to command now, and the result when the turn is over.
 
         Args:
             now: Seconds.

@@ -22,7 +22,7 @@ _WAY_PER_ROOM = 0.12
 
 
 def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: float) -> Place | None:
-    """The place with room to pass that is near, and away from the person.
+    """Return the place with room to pass that is near, and away from the person.
 
     Args:
         costmaps: Where the robot drives.
