@@ -121,7 +121,7 @@ class Conversation:
         return None if self.done else self._deadline
 
     def take_bytes(self) -> bytes:
-        """What has to be sent now."""
+        """Return what has to be sent now."""
         data = bytes(self._outbox)
         self._outbox.clear()
         return data

@@ -125,7 +125,7 @@ class FreenectLibrary:
         self._calls["select_subdevices"](self._context, CAMERA_ONLY)
 
     def device_count(self) -> int:
-        """How many cameras are plugged in."""
+        """Count the cameras that are plugged in."""
         return int(self._calls["num_devices"](self._context))
 
     def open_device(self, device: str) -> None:
@@ -147,7 +147,7 @@ class FreenectLibrary:
         self._device = handle
 
     def find_mode(self, stream: str, format_: int) -> FrameMode | None:
-        """The mode of 640 x 480 in a format, None when the library has none.
+        """Return the mode of 640 x 480 in a format, None when the library has none.
 
         fakenect ends the process when it is asked for a format that it does not know, so its list is read.
 

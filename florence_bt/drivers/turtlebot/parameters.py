@@ -105,7 +105,7 @@ class TurtlebotParameters(CheckedParameters):
         return self.has_gyro and self.model.cargo_bay
 
     def wheels(self) -> WheelParameters:
-        """The part for the wheel speeds."""
+        """Return the part for the wheel speeds."""
         separation = self.wheel_separation
         return WheelParameters(
             self.model.wheel_separation_m if separation is None else separation,
@@ -114,11 +114,11 @@ class TurtlebotParameters(CheckedParameters):
         )
 
     def gyro(self) -> GyroParameters:
-        """The part for the gyro."""
+        """Return the part for the gyro."""
         return GyroParameters(self.gyro_measurement_range, self.gyro_scale_correction)
 
     def odometry(self) -> OdometryParameters:
-        """The part for the odometry."""
+        """Return the part for the odometry."""
         return OdometryParameters(self.odom_linear_scale_correction, self.odom_angular_scale_correction)
 
 

@@ -103,7 +103,7 @@ def led_request(option: int) -> MotorRequest:
 
 
 def decode_state(data: bytes) -> MotorState:
-    """The answer to READ_STATE.
+    """Decode the answer to READ_STATE.
 
     Raises:
         FrameError: It has not ten bytes.
