@@ -46,7 +46,7 @@ class ScannerModel:
     denies_time_mode: bool = False
 
     def number(self, tag: str) -> int:
-        """A numeric field of PP."""
+        """Return a numeric field of PP."""
         return int(self.parameters[tag])
 
 

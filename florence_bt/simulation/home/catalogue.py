@@ -57,7 +57,7 @@ class Catalogue(Entry):
     rooms: dict[Name, tuple[Furnishing, ...]]
 
     def colours_of(self, kind: PieceKind) -> tuple[HexColour, ...]:
-        """The colours that a piece may have."""
+        """Return the colours that a piece may have."""
         return self.palettes[kind.colours] if isinstance(kind.colours, str) else kind.colours
 
 
