@@ -242,7 +242,7 @@ def run_scenario(scenario: Scenario) -> ScenarioResult:
 
 
 def _steps(scenario: Scenario, scene: ScenarioPlay) -> Iterator[tuple[Position, Callable[[], object]]]:
-    """What is done, in order, each with its place in the file."""
+    """Yield what is done, in order, each with its place in the file."""
     for mock in scenario.mocks:
         yield mock.position, partial(_mock, scene.stage, mock)
     refused = scenario.trigger.refused is not None
