@@ -56,7 +56,7 @@ class TopicSkill(RemoteSkill):
         node.create_subscription(status[0], status[1], self._on_status, qos)
 
     def server_is_there(self) -> bool:
-        """Whether the commands have a subscriber."""
+        """Tell whether the commands have a subscriber."""
         return bool(self._commands.get_subscription_count() > 0)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
@@ -106,7 +106,7 @@ class TopicCondition(MessageCondition):
         node.create_subscription(source[0], source[1], self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Whether the topic has a publisher."""
+        """Tell whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
 
 
@@ -129,7 +129,7 @@ class TopicPublication(RemoteSkill):
         super().__init__(label, "message", lambda inputs: message_type(**served.message(inputs)))
 
     def server_is_there(self) -> bool:
-        """Whether somebody listens."""
+        """Tell whether somebody listens."""
         return bool(self._publisher.get_subscription_count() > 0)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
@@ -157,7 +157,7 @@ class TopicWait(MessageWait):
         node.create_subscription(message_type, served.name, self.take, RELIABLE)
 
     def server_is_there(self) -> bool:
-        """Whether the topic has a publisher."""
+        """Tell whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
 
 
