@@ -44,19 +44,19 @@ class Looked:
 
 
 def colour_image(pixels: NDArray[np.uint8]) -> ColourImage:
-    """A picture as the detector wants it."""
+    """Make a picture as the detector wants it."""
     rows, columns = pixels.shape[:2]
     return ColourImage(0.0, "", CameraModel(columns, rows, columns, columns, columns / 2, rows / 2), pixels)
 
 
 def region_of(box: Box, pixels: NDArray[np.uint8]) -> Region:
-    """A box in pixels as a region."""
+    """Convert a box in pixels to a region."""
     rows, columns = pixels.shape[:2]
     return Region(box[0] / columns, box[1] / rows, box[2] / columns, box[3] / rows)
 
 
 def proposals(pixels: NDArray[np.uint8], count: int, seed: int = 1) -> list[Region]:
-    """Regions of the shape of somebody upright, anywhere in a picture."""
+    """Propose regions of the shape of somebody upright, anywhere in a picture."""
     rows, columns = pixels.shape[:2]
     draw = np.random.default_rng(seed)
     found = []
@@ -81,14 +81,14 @@ def look(detector: ColourDetector, photograph: Photograph) -> list[Looked]:
 
 
 def row(photograph: Photograph, looked: Sequence[Looked]) -> tuple[str, ...]:
-    """A row of the table."""
+    """Write a row of the table."""
     counts = [str(sum(each.opinion is opinion for each in looked)) for opinion in Opinion]
     people = str(len(photograph.people) or "nobody")
     return f"{photograph.name} ({photograph.package.split('==')[0]})", people, str(len(looked)), *counts
 
 
 def report(detector: ColourDetector) -> str:
-    """All results as Markdown."""
+    """Write all results as Markdown."""
     results = [(each, look(detector, each)) for each in (*WITH_PEOPLE, *EMPTY)]
     head = ("photograph", "people", "proposed", *(f"said: {each.value}" for each in Opinion))
     times = [each.seconds for _, looked in results for each in looked]

@@ -145,7 +145,7 @@ class Trial:
 def _home_and_walk(
     home: str, seed: int, world: Path | None, world_seed: int | None, length_m: float
 ) -> tuple[Flat, LedWalk]:
-    """Where somebody leads the robot, and how; of generated homes without room for it the next is taken."""
+    """Choose where and how somebody leads the robot; a generated home without room is replaced."""
     generated = home == "generated"
     own = generated and world_seed is None
     home_seeds = [seed + 1000 * number for number in range(_TRIES)] if own else [world_seed]
@@ -211,7 +211,7 @@ def trigger(rig: Rig, walk: LedWalk) -> MissionRun:
 
 
 def watch(rig: Rig, walk: LedWalk, run: MissionRun) -> list[Sample]:
-    """The truth from when the leader sets off, to ``AFTER_S`` after the walk or until it is blocked."""
+    """Record the truth from the leader's start to ``AFTER_S`` after the walk, or until it is blocked."""
     rig.clock.advance_to(walk.leader.wait)
     alone = route_length(walk.leader) / walk.leader.speed
     limit = rig.clock.now() + 2.0 * alone + sum(walk.leader.pauses) + SPARE_S
@@ -231,7 +231,7 @@ def watch(rig: Rig, walk: LedWalk, run: MissionRun) -> list[Sample]:
 
 
 def route_length(spec: PersonSpec) -> float:
-    """How long the way of somebody who walks is, metres."""
+    """Return how long the way of somebody who walks is, metres."""
     points = [(spec.pose.x, spec.pose.y), *spec.route]
     return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
@@ -266,7 +266,7 @@ RUN += [
 
 
 def page(trials: Sequence[Trial]) -> str:
-    """The results as Markdown."""
+    """Write the results as Markdown."""
     by_home = {home: [trial for trial in trials if trial.home == home] for home in HOMES}
     parts = [HEAD, table(SUMMARY, [summary(home, of) for home, of in by_home.items() if of])]
     for home, of in by_home.items():
@@ -282,7 +282,7 @@ def page(trials: Sequence[Trial]) -> str:
 
 
 def summary(home: str, trials: Sequence[Trial]) -> list[str]:
-    """The runs of one home as a line of the table."""
+    """Write the runs of one home as a line of the table."""
     verdicts = [trial.verdict for trial in trials]
     return [
         HOMES[home],
@@ -298,7 +298,7 @@ def summary(home: str, trials: Sequence[Trial]) -> list[str]:
 
 
 def row(trial: Trial) -> Iterator[str]:
-    """One run as a line of a table."""
+    """Write one run as a line of a table."""
     verdict = trial.verdict
     yield str(trial.seed)
     yield f"{trial.length:.0f}"

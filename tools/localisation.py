@@ -110,7 +110,7 @@ class Search:
 
 
 def searched(records: Sequence[Record], followed: Followed) -> Search:
-    """How long it took to find a robot of which nobody knew, at the first record, where it was."""
+    """Return how long it took to find a robot of which nobody knew, at the first record, where it was."""
     steps = np.array([0.0, *(math.hypot(each.motion.x, each.motion.y) for each in records[1:])])
     way = np.cumsum(steps)
     right = (followed.metres < FOUND_M) & (followed.radians < FOUND_RAD)
@@ -125,7 +125,7 @@ def searched(records: Sequence[Record], followed: Followed) -> Search:
 
 
 def unknown_starts(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int) -> list[Search]:
-    """Starts all over the log at places of which nobody tells."""
+    """Start all over the log at places of which nobody tells."""
     random = np.random.default_rng(seed)
     searches = []
     for number in range(count):
@@ -136,7 +136,7 @@ def unknown_starts(grid: OccupancyGrid, records: Sequence[Record], seed: int, co
 
 
 def kidnapped(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int) -> list[Search]:
-    """Somebody carries the robot elsewhere: two stretches of the log are joined."""
+    """Have somebody carry the robot elsewhere: two stretches of the log are joined."""
     random = np.random.default_rng(seed)
     places = np.array([(each.reference.x, each.reference.y) for each in records])
     # In a small place not as far.
@@ -155,7 +155,7 @@ def kidnapped(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: 
 
 
 def row(name: str, runs: Sequence[Followed]) -> tuple[str, ...]:
-    """A row of the table."""
+    """Write a row of the table."""
     metres = np.concatenate([each.metres for each in runs])
     degrees = np.degrees(np.concatenate([each.radians for each in runs]))
     told = ~np.isnan(metres)
@@ -183,7 +183,7 @@ FOUND_HEAD = (
 
 
 def found_row(name: str, searches: Sequence[Search]) -> tuple[str, ...]:
-    """A row of the table of robots that had to be found."""
+    """Write a row of the table of robots that had to be found."""
     found = [each.found_m for each in searches]
     return (
         name,
@@ -195,7 +195,7 @@ def found_row(name: str, searches: Sequence[Search]) -> tuple[str, ...]:
 
 
 def of_log(path: Path, seeds: Sequence[int]) -> str:
-    """All results on a recorded log as Markdown."""
+    """Write all results on a recorded log as Markdown."""
     records = read_log(path)
     half = len(records) // 2
     grid, of_half = build_map(records), build_map(records[:half])
@@ -214,7 +214,7 @@ def of_log(path: Path, seeds: Sequence[int]) -> str:
 
 
 def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
-    """All results on generated logs as Markdown."""
+    """Write all results on generated logs as Markdown."""
     places = [*(mapped(path) for path in maps), *(home(seed) for seed in HOMES)]
     rows, found = [], []
     for place in places:
@@ -235,7 +235,7 @@ def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
 
 
 def of_sparse(log: Path | None, every: float, seeds: Sequence[int]) -> str:
-    """Results on the same logs with all of their scans and with few, as Markdown."""
+    """Write results on the same logs with all of their scans and with few, as Markdown."""
     rows = []
     if log is not None:
         records = read_log(log)

@@ -91,7 +91,7 @@ class LabelsEntry(Entry):
 
 
 def recorded_pictures(folder: Path) -> Iterator[tuple[DepthImage, Transform3, Truth]]:
-    """The pictures of a recording that have labels.
+    """Yield the pictures of a recording that have labels.
 
     Yields:
         The picture, what takes its points to the robot frame, and who is where. Pictures in no scene are left

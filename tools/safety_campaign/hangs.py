@@ -53,7 +53,7 @@ def _hang(system: RunningSystem, group: str, dice: random.Random) -> Hang:
 
 
 def hangs_table(hangs: list[Hang]) -> str:
-    """A row per process."""
+    """Write a row per process."""
     rows = []
     for group in PROCESSES:
         mine = [hang for hang in hangs if hang.group == group]
