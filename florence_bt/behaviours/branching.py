@@ -37,7 +37,7 @@ class Branching(Stepping):
         self.feedback_message = ""
 
     def branch_steps(self) -> Steps:
-        """The branch, and its status; nothing to do is a success."""
+        """Tick the branch, and end with its status; nothing to do is a success."""
         self.current_child = self.branch
         if self.branch is None:
             return Status.SUCCESS

@@ -33,7 +33,7 @@ class Fail(Behaviour):
         self._code = code
 
     def update(self) -> Status:
-        """FAILURE with the reason."""
+        """Return FAILURE with the reason."""
         try:
             self.result = failure(self._code, readable(resolve(self._reason, self._context.keys)))
         except ValueProblem as error:
@@ -58,7 +58,7 @@ class SetKey(Behaviour):
         self._values = dict(values)
 
     def update(self) -> Status:
-        """SUCCESS with the keys written."""
+        """Return SUCCESS with the keys written."""
         keys = self._context.keys
         try:
             resolved = {key: resolve(value, keys) for key, value in self._values.items()}
@@ -93,7 +93,7 @@ class AppendToKeys(Behaviour):
         self._values = dict(values)
 
     def update(self) -> Status:
-        """SUCCESS with the keys written."""
+        """Return SUCCESS with the keys written."""
         keys = self._context.keys
         added: dict[str, Any] = {}
         try:

@@ -85,7 +85,7 @@ class Loop(Branching):
         return Status.RUNNING
 
     def goes_on(self, status: Status) -> bool:
-        """Whether another round follows after one that has ended with a status."""
+        """Tell whether another round follows after one that has ended with a status."""
         raise NotImplementedError
 
     def _of_all(self, number: int) -> str:
@@ -132,7 +132,7 @@ class Retry(Loop):
         self._last, self._exhausted = None, False
 
     def goes_on(self, status: Status) -> bool:
-        """Whether a failure is worth another attempt."""
+        """Tell whether a failure is worth another attempt."""
         if status is Status.SUCCESS:
             if self.round > 1:
                 self.feedback_message = f"attempt {self._of_all(self.round)} succeeded"
@@ -169,7 +169,7 @@ class Repeat(Loop):
     """
 
     def goes_on(self, status: Status) -> bool:
-        """Whether there is another round."""
+        """Tell whether there is another round."""
         if status is not Status.SUCCESS or self.round >= self.rounds:
             return False
         self.feedback_message = f"round {self._of_all(self.round + 1)}"
@@ -245,7 +245,7 @@ class ForEach(Branching):
         return Status.SUCCESS
 
     def _goes_on(self, status: Status) -> bool:
-        """Whether the next item follows."""
+        """Tell whether the next item follows."""
         if status is Status.SUCCESS:
             return not self._first_success
         self._last = explain(self.child)
