@@ -18,7 +18,7 @@ BASE = "base"
 
 
 def _nothing() -> None:
-    """Nobody waits for the processor."""
+    """Do nothing: nobody waits for the processor."""
 
 
 @dataclass(frozen=True, slots=True)
