@@ -81,11 +81,11 @@ class CompiledTree:
     keys: KeyStore
 
     def outputs(self) -> dict[str, Any]:
-        """The outputs that have been written so far, in SI units."""
+        """Return the outputs that have been written so far, in SI units."""
         return {name: self.keys.read(name) for name in self.mission.outputs if name in self.keys}
 
     def output_texts(self) -> dict[str, str]:
-        """The same as the mission language writes them, with units."""
+        """Return the outputs as the mission language writes them, with units."""
         ports = self.mission.outputs
         return {name: format_value(value, ports[name].kind) for name, value in self.outputs().items()}
 
@@ -104,7 +104,7 @@ class Origin:
 
 
 def origin_of(behaviour: Behaviour) -> Origin | None:
-    """What a behaviour was built from, None when it is only a part of what a node became."""
+    """Return what a behaviour was built from, None when it is only a part of what a node became."""
     origin = annotations_of(behaviour).origin
     return origin if isinstance(origin, Origin) else None
 
@@ -195,7 +195,7 @@ class _Parts:
         self._made: dict[tuple[int, object], tuple[object, Any]] = {}
 
     def get(self, source: object, what: object, make: Callable[[], Made]) -> Made:
-        """What is made of a part of a mission.
+        """Return what is made of a part of a mission.
 
         Args:
             source: The part; two parts that look the same are two.
@@ -211,7 +211,7 @@ class _Parts:
 
 
 def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> _Parts:
-    """What was made of a library before, as long as its missions and the skills are the same."""
+    """Return what was made of a library before, as long as its missions and the skills are the same."""
     parts = library.compiled
     if not isinstance(parts, _Parts) or parts.given != declarations:
         parts = library.compiled = _Parts(library, declarations)
@@ -324,7 +324,7 @@ class _TreeBuilder:
         return behaviour
 
     def _of_node(self, node: Node) -> _OfNode:
-        """What is made of a node once."""
+        """Return what is made of a node once."""
         # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
         holds = node.holds if node.cleanup is not None else None
         asked = {"unless": node.unless, "when": node.when, "while": holds}
@@ -351,7 +351,7 @@ class _TreeBuilder:
     # ---- guards and clean-ups -------------------------------------------------------------------------
 
     def _guarded(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
-        """What the conditions for the start of a node stand before."""
+        """Build what the conditions for the start of a node stand before."""
         if node.cleanup is None:
             return self._while(node, self._bare(node, name, skipped_fails))
         return self._finally(node, node.cleanup, name, skipped_fails)
@@ -392,7 +392,7 @@ class _TreeBuilder:
     # ---- branches that are built when they are reached ------------------------------------------------
 
     def _branch(self, place: Place, build: Callable[[], Behaviour]) -> Behaviour | Branch:
-        """What a node builds when it is reached; what is watched and a clean-up: at once."""
+        """Build what a node does when reached, later; what is watched and a clean-up: at once."""
         if self._later is None or self.watch is not None:
             # The places of a condition are counted in the order in which its nodes are built.
             return build()
@@ -606,7 +606,7 @@ class _TreeBuilder:
         return Until(name, self._context, body, question, node.own_failure(UNTIL_NOT_MET))
 
     def _question(self, node: Node) -> Question:
-        """What is asked until it succeeds: watched when it only asks."""
+        """Build what is asked until it succeeds: watched when it only asks."""
         if self._analysis.of(self._mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
@@ -618,11 +618,11 @@ class _TreeBuilder:
         return Question(self._context, asked, watch)
 
     def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
-        """The codes that some codes and groups stand for."""
+        """Return the codes that some codes and groups stand for."""
         return frozenset().union(*(codes_named(word.text, self._analysis.groups) for word in words))
 
     def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
-        """How often, or how long."""
+        """Return how often, or how long."""
         kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
         return self._value(next(model.values_of(node)), kind), kind
 
@@ -655,7 +655,7 @@ class _TreeBuilder:
         }
 
     def _added(self, key: Literal, value: Value) -> Any:
-        """What is added to a list, or to a text."""
+        """Return what is added to a list, or to a text."""
         kind = self._kinds.get(key.text)
         if kind is not None and kind.item is not None:
             return self._value(value, kind.item)
@@ -673,7 +673,7 @@ class _TreeBuilder:
         return WatchedSkill(name, self._context, node.skill, inputs, outputs, spot, keys=keys, every=every)
 
     def _ports(self, node: model.RunSkill) -> tuple[dict[str, Any], dict[str, str]]:
-        """What a skill takes and where its outputs go."""
+        """Return what a skill takes and where its outputs go."""
         declaration = self._context.declarations.get(node.skill)
         if declaration is None:
             known = closest_first(node.skill, self._context.declarations)
@@ -697,7 +697,7 @@ class _TreeBuilder:
         return self._analysis.key_kinds(self._mission)
 
     def _condition(self, expression: Expression) -> CompiledExpression:
-        """An expression that is true or false."""
+        """Return an expression that is true or false."""
         return self._parts.get(expression, "condition", lambda: self._make_condition(expression))
 
     def _make_condition(self, expression: Expression) -> CompiledExpression:
@@ -706,7 +706,7 @@ class _TreeBuilder:
         return compile_expression(expression, self._kinds)
 
     def _value(self, value: Value, kind: Kind | None) -> Any:
-        """A value in SI units, or a value source."""
+        """Return a value in SI units, or a value source."""
 
         def make() -> Any:
             return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
@@ -716,7 +716,7 @@ class _TreeBuilder:
     def _inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
     ) -> dict[str, Any]:
-        """The inputs of a skill or a mission, as given."""
+        """Return the inputs of a skill or a mission, as given."""
         return self._parts.get(pairs, "inputs", lambda: self._make_inputs(pairs, ports, problem))
 
     def _make_inputs(
@@ -732,7 +732,7 @@ class _TreeBuilder:
         return inputs
 
     def _case_values(self, literal: Literal, value: Value) -> tuple[Any, ...]:
-        """What a value can be when a case fits; more than one when its kind is not known."""
+        """Return what a value can be when a case fits; more than one when its kind is not known."""
         kind = kind_of(value, self._kinds)
         if literal.quoted or kind is Kind.TEXT:
             return (literal.text,)
@@ -742,7 +742,7 @@ class _TreeBuilder:
         return (guessed,) if guessed == literal.text else (guessed, literal.text)
 
     def _kinds_for(self, value: Value) -> Mapping[str, Kind]:
-        """Only expressions need to know kinds, and these take a walk through the mission to find."""
+        """Return the keys' kinds, whose search walks the mission, for expressions; others need none."""
         parts: tuple[Value, ...] = (value,)
         if isinstance(value, model.PoseParts):
             parts = (value.x, value.y, value.yaw)
@@ -765,25 +765,25 @@ class _TreeBuilder:
 def _texts_of(
     reasons: model.Reasons, groups: Mapping[str, CodeGroup]
 ) -> tuple[TextTemplate | None, dict[str, TextTemplate]]:
-    """The author's words for every failure, and for those with a code."""
+    """Return the author's words for every failure, and for those with a code."""
     texts = by_code(((word, template_of(text)) for word, text in reasons.by_code.items()), groups)
     return (template_of(reasons.always) if reasons.always is not None else None), texts
 
 
 def _declared_keys(mission: Mission) -> dict[str, Port]:
-    """What the declared keys of a mission hold; outputs and inputs are keys too, without limits."""
+    """Return what the declared keys of a mission hold; outputs and inputs are keys too, without limits."""
     outputs = {name: Port(port.kind, port.description) for name, port in mission.outputs.items()}
     inputs = {name: Port(port.kind, port.description) for name, port in mission.inputs.items()}
     return {**outputs, **inputs, **mission.keys}
 
 
 def _one_step(name: str) -> str:
-    """A name that is one step of a path: the slash between steps stands in no name."""
+    """Return a name that is one step of a path: the slash between steps stands in no name."""
     return name.replace("/", "\N{DIVISION SLASH}")
 
 
 def _numbered(siblings: list[Behaviour]) -> list[Behaviour]:
-    """Number siblings with equal names, so that every path is unique."""
+    """Give numbers to siblings with equal names, so that every path is unique."""
     if len({behaviour.name for behaviour in siblings}) == len(siblings):
         return siblings
     taken: set[str] = set()

@@ -48,7 +48,7 @@ class Reader(FindingList):
     """Reads parts of one file; each method returns None, or leaves out, what it added to the findings."""
 
     def mapping(self, source: YamlNode | None, what: str) -> YamlMapping | None:
-        """A mapping, or None (a finding, unless nothing was written)."""
+        """Read a mapping, or None (a finding, unless nothing was written)."""
         if isinstance(source, YamlMapping):
             return source
         if source is not None and not (isinstance(source, YamlScalar) and source.empty):
@@ -62,14 +62,14 @@ class Reader(FindingList):
         return None
 
     def text(self, source: YamlNode, what: str) -> str | None:
-        """A text that is not empty."""
+        """Read a text that is not empty."""
         if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
             return source.text.strip()
         self.error(source.position, f"{what} must be text")
         return None
 
     def identifier(self, source: YamlNode, what: str, valid: Iterable[str] = ()) -> Literal | None:
-        """A name in lower case; ``valid`` is what would have worked, if the caller knows better."""
+        """Read a name in lower case; ``valid`` is what would have worked, if the caller knows better."""
         if isinstance(source, YamlScalar) and IDENTIFIER.fullmatch(source.text):
             return Literal(source.text, True, source.position)
         written = source.text if isinstance(source, YamlScalar) and not source.empty else ""
@@ -80,7 +80,7 @@ class Reader(FindingList):
         return None
 
     def duration(self, source: YamlNode, what: str) -> float | None:
-        """A duration in seconds; zero for what is not a scalar."""
+        """Read a duration in seconds; zero for what is not a scalar."""
         try:
             return float(read_value(source.text, Kind.DURATION)) if isinstance(source, YamlScalar) else 0.0
         except ConfigError as error:
@@ -88,7 +88,7 @@ class Reader(FindingList):
             return None
 
     def choice(self, source: YamlNode, what: str, choices: Iterable[str], default: str) -> str:
-        """One of a few words."""
+        """Read one of a few words."""
         choices = tuple(choices)
         if isinstance(source, YamlScalar) and source.text in choices:
             return source.text
@@ -99,12 +99,12 @@ class Reader(FindingList):
         return default
 
     def identifiers(self, source: YamlNode, what: str) -> tuple[Literal, ...]:
-        """A list of names, or a single one."""
+        """Read a list of names, or a single one."""
         items = source.items if isinstance(source, YamlSequence) else (source,)
         return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
 
     def values(self, source: YamlNode | None, what: str) -> tuple[tuple[Literal, Value], ...]:
-        """A mapping of names to values; those that cannot be read are left out."""
+        """Read a mapping of names to values; those that cannot be read are left out."""
         mapping = self.mapping(source, what)
         pairs: list[tuple[Literal, Value]] = []
         fallen_apart = {text.key: text for text in unquoted_commas(mapping)} if mapping else {}
@@ -130,7 +130,7 @@ class Reader(FindingList):
             self.error(text.first.position, message, [text.valid])
 
     def keys(self, source: YamlNode | None) -> tuple[tuple[Literal, Literal], ...]:
-        """``out``: a mapping of outputs and the keys that receive them."""
+        """Read ``out``: a mapping of outputs and the keys that receive them."""
         mapping = self.mapping(source, "out")
         pairs = []
         for key, item in mapping.entries if mapping else ():
@@ -141,7 +141,7 @@ class Reader(FindingList):
         return tuple(pairs)
 
     def value(self, source: YamlNode, what: str) -> Value | None:
-        """A literal, a reference, a text with keys, or a pose."""
+        """Read a literal, a reference, a text with keys, or a pose."""
         if isinstance(source, YamlMapping):
             return self._pose(source, what)
         if isinstance(source, YamlSequence):
@@ -155,7 +155,7 @@ class Reader(FindingList):
         return self._scalar(source)
 
     def expression(self, source: YamlNode, what: str) -> Expression | None:
-        """An expression that stands alone; ``${`` and ``}`` round it do no harm."""
+        """Read an expression that stands alone; ``${`` and ``}`` round it do no harm."""
         if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
             valid = ["$distance < 1 m", "$found and not $done"]
             self.error(source.position, f"{what} needs an expression", valid)
@@ -241,7 +241,7 @@ class Reader(FindingList):
 
 
 def _as_name(written: str) -> str | None:
-    """The name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
+    """Return the name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
     last = (
         re.split(r"[/\\]", written)[-1].strip().removeprefix("$").removesuffix(".yaml").removesuffix(".yml")
     )
@@ -250,7 +250,7 @@ def _as_name(written: str) -> str | None:
 
 
 def without_dollar(source: YamlNode) -> YamlNode:
-    """``out: {pose: $goal}`` means the key ``goal`` as well."""
+    """Remove the dollar sign of a key: ``out: {pose: $goal}`` means the key ``goal`` as well."""
     if isinstance(source, YamlScalar) and source.text.startswith("$"):
         return YamlScalar(source.text[1:], source.quoted, source.position)
     return source
