@@ -37,7 +37,7 @@ class Title:
 
 @dataclass(slots=True)
 class Annotations:
-    """What is written on one node.
+    """The notes on one node.
 
     Attributes:
         origin: What it was built from; None for a part of what a node of a mission became.

@@ -17,7 +17,7 @@ from florence_bt.core.outcome import Result, failure
 
 
 class Branching(Stepping):
-    """What they have in common: the child that is done, and the end with its status."""
+    """A composite that does one child and ends with its status."""
 
     def __init__(self, name: str, context: TreeContext, children: list[Behaviour]) -> None:
         super().__init__(name, children)

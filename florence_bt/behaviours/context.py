@@ -66,7 +66,7 @@ class OpenRun:
 
 @dataclass(slots=True)
 class Pause:
-    """Whether the run is paused; shared by every context of one run.
+    """The pause of a run; shared by every context of one run.
 
     Attributes:
         active: No node may be ticked and no skill started.
@@ -77,7 +77,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class TreeContext:
-    """What the nodes of one run's tree share.
+    """The context that the nodes of one run's tree share.
 
     Attributes:
         clock: The clock of every time-out, pause and deadline.

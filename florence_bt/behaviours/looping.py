@@ -19,7 +19,7 @@ from florence_bt.core.outcome import Result, failure
 
 
 class Loop(Branching):
-    """What all loops share: a number of rounds, and the number of the round in a key."""
+    """A loop: a number of rounds, and the number of the round in a key."""
 
     def __init__(
         self,

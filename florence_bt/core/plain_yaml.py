@@ -38,7 +38,7 @@ _MAX_PASSES = 20
 
 
 class EmptyFile(ConfigError):
-    """There is nothing in the file, or only comments."""
+    """The file is empty, or holds only comments."""
 
 
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)

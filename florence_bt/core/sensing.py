@@ -137,7 +137,7 @@ class ColourImage:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the base believes to be, dead-reckoned.
+    """The pose and velocity of the base, dead-reckoned.
 
     Attributes:
         stamp: Seconds.

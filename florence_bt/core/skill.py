@@ -58,7 +58,7 @@ class WakingSkill(Skill, Protocol):
 
 
 class Phase(enum.Enum):
-    """Where a run stands between its start and its result."""
+    """The phases of a run between its start and its result."""
 
     PENDING = "pending"
     """The goal was sent; the server has not answered."""
@@ -74,7 +74,7 @@ class Phase(enum.Enum):
 
 
 class Event(enum.Enum):
-    """What can happen to a run."""
+    """The events of a run."""
 
     ACCEPTED = "accepted"
     CANCEL = "cancel"

@@ -10,7 +10,7 @@ from florence_bt.runtime.run_queue import RunQueue
 
 
 class Verdict(enum.Enum):
-    """What to do with a request."""
+    """The verdicts on a request."""
 
     START = "start"
     QUEUE = "queue"

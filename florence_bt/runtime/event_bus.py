@@ -31,7 +31,7 @@ ACKNOWLEDGED = frozenset(
 
 
 class EventLog(Protocol):
-    """Where events are kept (the journal). None of its methods raises or waits for long."""
+    """The log that keeps events (the journal). None of its methods raises or waits for long."""
 
     @property
     def trouble(self) -> str:

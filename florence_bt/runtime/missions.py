@@ -34,7 +34,7 @@ READINGS = 5
 
 @dataclass(frozen=True)
 class ReloadReport:
-    """What became of edited files.
+    """The outcome of edits of files.
 
     Attributes:
         changed: Missions that are new or different now.

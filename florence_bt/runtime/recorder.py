@@ -31,7 +31,7 @@ LOOK_SKILL = "look_for_user"
 
 @dataclass
 class RunRecord:
-    """What was noted during a run.
+    """The notes on a run.
 
     Attributes:
         folder: Where its files are.

@@ -43,7 +43,7 @@ FINAL = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.STOPPED, Run
 
 
 class TriggerPolicy(enum.Enum):
-    """What a caller wants when another mission is running (ARCHITECTURE.md, ROS surface)."""
+    """The wishes of a caller for when another mission is running (ARCHITECTURE.md, ROS surface)."""
 
     REJECT = "reject"
     QUEUE = "queue"

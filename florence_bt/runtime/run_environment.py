@@ -23,7 +23,7 @@ def _nothing() -> None:
 
 @dataclass(frozen=True, slots=True)
 class RunEnvironment:
-    """What every run works with.
+    """The environment that every run works with.
 
     Attributes:
         library: The missions.

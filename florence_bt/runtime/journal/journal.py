@@ -44,7 +44,7 @@ HANGING_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class JournalParameters(CheckedParameters):
-    """How the journal is kept.
+    """The parameters of the journal.
 
     Attributes:
         keep_runs: How many runs that ended are kept, with their folders.

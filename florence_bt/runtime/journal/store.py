@@ -76,7 +76,7 @@ class EventRow:
 
 @dataclass(frozen=True, slots=True)
 class LastEntry:
-    """When the last entry was written; steady clocks do not outlive the machine."""
+    """The date of the last entry; steady clocks do not outlive the machine."""
 
     date: str
 

@@ -46,7 +46,7 @@ class ReplayDiverged(FlorenceError):
 
 @dataclass
 class Replayed:
-    """Where a replay ended.
+    """The end of a replay.
 
     Attributes:
         tree: The run's tree, paused at the last recorded moment; or over. When all that was left of the run
@@ -395,7 +395,7 @@ def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
 
 @dataclass(frozen=True, slots=True)
 class _BetweenTicks:
-    """What clean-ups did between two ticks of the tree; indices of events.
+    """The starts and ends of clean-ups between two ticks of the tree; indices of events.
 
     Attributes:
         starts: Starts of skills.

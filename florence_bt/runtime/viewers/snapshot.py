@@ -25,7 +25,7 @@ WITH_MEMORY = "WithMemory"
 
 
 class NodeType(enum.IntEnum):
-    """What a node is, for a watcher that draws it."""
+    """The types of nodes, for a watcher that draws them."""
 
     BEHAVIOUR = 1
     SEQUENCE = 2

@@ -41,7 +41,7 @@ State = Written | None
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """What a node does to the keys.
+    """The effect of a node on the keys.
 
     Attributes:
         success: The state after its success.
@@ -55,7 +55,7 @@ class Flow:
 
 
 class ReadObserver(Protocol):
-    """Is called for every read while the flow is followed."""
+    """An observer that is called for every read while the flow is followed."""
 
     def read(self, reference: Reference, before: Written) -> Written:
         """Take note that a node reads a key that it needs, and return the state with which to go on."""

@@ -64,7 +64,7 @@ def _can_succeed(node: Node, outcomes: NodeOutcomes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Prospects:
-    """What can come of a mission, for those who hold expectations against it.
+    """The prospects of a mission, for those who hold expectations against it.
 
     Attributes:
         kinds: The kinds of its inputs and keys, as far as they are known.

@@ -42,7 +42,7 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
 
 
 class Left(NamedTuple):
-    """Where a node stood when the nodes above it went on without it.
+    """The state of a node when the nodes above it went on without it.
 
     Attributes:
         status: Its last status; RUNNING when it was stopped before its end.

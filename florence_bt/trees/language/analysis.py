@@ -22,7 +22,7 @@ NOTHING = frozenset[str]()
 
 @dataclass(frozen=True, slots=True)
 class NodeFacts:
-    """What is known of one node with everything below it, called missions included.
+    """The facts about one node with everything below it, called missions included.
 
     Attributes:
         outcomes: How it can end.
@@ -52,7 +52,7 @@ class NodeFacts:
 
 @dataclass(frozen=True, slots=True)
 class MissionFacts:
-    """What is known of one mission.
+    """The facts about one mission.
 
     Attributes:
         mission: The mission.

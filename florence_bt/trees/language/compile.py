@@ -92,7 +92,7 @@ class CompiledTree:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """What a behaviour was built from.
+    """The part of a mission from which a behaviour was built.
 
     Attributes:
         mission: The mission whose file it stands in.
@@ -175,7 +175,7 @@ def _whole_tree(mission: Mission, parts: _Parts) -> _WholeTree:
 
 
 class _Parts:
-    """What is made of the missions of a library once, for all runs: whatever depends on no run.
+    """The parts made of the missions of a library once, for all runs: whatever depends on no run.
 
     Args:
         library: The missions.
@@ -220,7 +220,7 @@ def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclarati
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """What is asked before a node starts.
+    """The questions before a node starts.
 
     Attributes:
         name: The name of the guard.
@@ -233,7 +233,7 @@ class _Start:
 
 @dataclass(frozen=True, slots=True)
 class _OfNode:
-    """What is made of a node of a mission file once, whatever its kind.
+    """The parts made of a node of a mission file once, whatever its kind.
 
     Attributes:
         title: Its name in the tree.

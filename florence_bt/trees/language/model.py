@@ -146,7 +146,7 @@ def show(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Node:
-    """What every node has.
+    """A node, with what every kind of node has.
 
     Attributes:
         position: Where its kind key stands.
@@ -551,7 +551,7 @@ class Selector(Composite):
 
 
 class PolicyKind(enum.Enum):
-    """When a parallel is done."""
+    """The policies that say when a parallel is done."""
 
     ALL = "all"
     """Succeeds when all have succeeded; fails at the first failure."""

@@ -24,7 +24,7 @@ COMMANDS = "florence_bt.commands"
 
 
 class ThirdParty:
-    """What installed packages bring.
+    """The skills, commands and missions of installed packages.
 
     Attributes:
         findings: The packages that could not be loaded, and why.

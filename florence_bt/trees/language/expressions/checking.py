@@ -55,7 +55,7 @@ def quotient_kind(left: Kind, right: Kind) -> Kind | None:
 
 @dataclass(frozen=True, slots=True)
 class KindProblem:
-    """Something in an expression that cannot be computed.
+    """A part of an expression that cannot be computed.
 
     Attributes:
         position: Where.
@@ -70,7 +70,7 @@ class KindProblem:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What is known about an expression.
+    """The facts about an expression.
 
     Attributes:
         kind: What it gives; None when that is not known.

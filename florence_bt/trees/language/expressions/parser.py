@@ -107,7 +107,7 @@ class Token:
 
 
 class PositionMap:
-    """Where the characters of a text stand in its file.
+    """The places of the characters of a text in its file.
 
     Args:
         position: Where the text begins.

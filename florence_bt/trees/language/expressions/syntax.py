@@ -87,7 +87,7 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Two operands with an operator between them.
+    """An operator between two operands.
 
     Attributes:
         operator: ``or and in == != < <= > >= + - * /``.
