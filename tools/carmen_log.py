@@ -125,7 +125,7 @@ def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyG
 
 
 class Counts:
-    """How many points lie in each cell; those of many scans are counted at once."""
+    """The number of points in each cell; those of many scans are counted at once."""
 
     def __init__(self, rows: int, columns: int) -> None:
         self._rows, self._columns = rows, columns

@@ -32,7 +32,7 @@ PROPOSALS = 12
 
 @dataclass(frozen=True, slots=True)
 class Looked:
-    """What was said of one proposal.
+    """The opinion on one proposal.
 
     Attributes:
         opinion: Of the detector.

@@ -104,7 +104,7 @@ class Shown:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What became of the ids in one encounter.
+    """The fate of the ids in one encounter.
 
     Attributes:
         shirts: One of ``SHIRTS``.

@@ -67,7 +67,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What was found in one picture: the people, and the detections that are nobody."""
+    """The findings in one picture: the people, and the detections that are nobody."""
 
     people: tuple[Seen, ...]
     wrong: int

@@ -69,7 +69,7 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the samples of a run say.
+    """The verdict on the samples of a run.
 
     Attributes:
         over: The person came to the end of the walk; a robot in a door can block it.

@@ -59,7 +59,7 @@ COARSE_SICK = Scanner(math.radians(90.0), 181, 20.0)
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What makes it hard.
+    """The conditions that make a drive hard.
 
     Attributes:
         noise: Standard deviation of way and turn from scan to scan, as a part of them.
@@ -78,7 +78,7 @@ class Conditions:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Somewhere to drive.
+    """A place to drive.
 
     Attributes:
         name: For people.

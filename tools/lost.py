@@ -40,7 +40,7 @@ _TRIES = 1000
 
 @dataclass(frozen=True, slots=True)
 class LostRun:
-    """What came of one robot.
+    """The outcome of one lost robot.
 
     Attributes:
         case: One of :data:`CASES`.

@@ -30,7 +30,7 @@ Key = tuple[Path, Position]
 
 @dataclass(frozen=True, slots=True)
 class NodeCoverage:
-    """What was seen of a node.
+    """The coverage of a node.
 
     Attributes:
         title: Its name.
@@ -53,7 +53,7 @@ class NodeCoverage:
 
 @dataclass(frozen=True, slots=True)
 class MissionCoverage:
-    """What was seen of a mission.
+    """The coverage of a mission.
 
     Attributes:
         name: Its name.

@@ -41,7 +41,7 @@ GIVE_UP_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Deadlines(CheckedParameters):
-    """How long each state of a run may last, in seconds.
+    """The time limits of the states of a run, in seconds.
 
     Attributes:
         accept_s: From the start to the server's answer to the goal, the search for the server included;
@@ -84,7 +84,7 @@ class GoalChannel(Channel, Protocol):
 
 
 class RemoteRun(BaseRun):
-    """What these runs have in common: the search for the other process, the state, and the end.
+    """A run in another process: the search for the other process, the state, and the end.
 
     Attributes:
         sent: Whether the goal, request or command is out.
@@ -272,7 +272,7 @@ class PublicationRun(RemoteRun):
 
 
 class StopAnswer(enum.Enum):
-    """What a server may answer to the request to stop a goal (REFERENCE 10, cancel message)."""
+    """The answers of a server to the request to stop a goal (REFERENCE 10, cancel message)."""
 
     PROMISED = "it will end"
     REFUSED = "it goes on"

@@ -94,7 +94,7 @@ def _needed(nodes: Mapping[str, Mapping[str, Any]], outputs: Sequence[str]) -> l
 
 @dataclass
 class _Graph:
-    """What was converted so far."""
+    """The part of a network that was converted so far."""
 
     constants: Mapping[str, Array]
     size: tuple[int, int]

@@ -38,7 +38,7 @@ BUTTONS = {"play": 1, "advance": 4}
 
 @dataclass(frozen=True, slots=True)
 class CreateOptions(StandaloneOptions):
-    """How to run it.
+    """The options of the program.
 
     Attributes:
         model: ``create`` or ``create2``.

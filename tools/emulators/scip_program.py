@@ -33,7 +33,7 @@ _STATUS = re.compile(r"[0-9][0-9A-Z]")
 
 @dataclass(frozen=True, slots=True)
 class ScipOptions(StandaloneOptions):
-    """How to run it; with ``strict_baud`` the scanner wakes up with 19200, as on RS-232.
+    """The options of the program; with ``strict_baud`` the scanner wakes up with 19200, as on RS-232.
 
     Attributes:
         model: A name in ``MODELS``.

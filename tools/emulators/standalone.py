@@ -28,7 +28,7 @@ MOST_NOISE = 10_000
 
 @dataclass(frozen=True, slots=True)
 class StandaloneOptions:
-    """How to run a device alone.
+    """The options of a device that runs alone.
 
     Attributes:
         link: Where to put a link to the device file of a pseudo-terminal; None for none.

@@ -66,7 +66,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """What the network is given and what it should say.
+    """The input of the network, and what it should say.
 
     Attributes:
         given: Shape (3, 120, 160), the network's input.

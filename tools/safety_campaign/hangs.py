@@ -18,7 +18,7 @@ PROCESSES = ("missions", "navigation", "people")
 
 @dataclass(frozen=True)
 class Hang:
-    """What became of one process under SIGSTOP.
+    """The outcome of one process under SIGSTOP.
 
     Attributes:
         group: The process.

@@ -17,7 +17,7 @@ IN_A_ROW = 3
 
 @dataclass(frozen=True)
 class Kill:
-    """What became of one kill.
+    """The outcome of one kill.
 
     Attributes:
         group: The process that was killed.

@@ -182,7 +182,7 @@ _FILLED: dict[str, Callable[[Any], None]] = {
 
 @dataclass
 class Report:
-    """What an attack did.
+    """The effects of an attack.
 
     Attributes:
         sent: How many messages went to each topic, service and action, by its name and type.

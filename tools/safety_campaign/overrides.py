@@ -42,7 +42,7 @@ SHIFT_M = 0.01
 
 @dataclass(frozen=True)
 class Trial:
-    """What one override did.
+    """The effects of one override.
 
     Attributes:
         server: The state of the mission server.

@@ -33,7 +33,7 @@ LONGEST_LIFE_S = 0.5
 
 @dataclass
 class Report:
-    """What came of the restarts.
+    """The outcome of the restarts.
 
     Attributes:
         restarts: How many.

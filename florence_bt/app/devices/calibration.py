@@ -103,7 +103,7 @@ def calibrate(
 
 
 class _Claims:
-    """Who else wants the base: the calibration gives way to a mission and to the manual override.
+    """The others who want the base: the calibration gives way to a mission and to the manual override.
 
     Raises:
         ConfigError: It is in use already.

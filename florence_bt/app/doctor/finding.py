@@ -14,7 +14,7 @@ from rich.text import Text
 
 
 class HealthLevel(enum.Enum):
-    """How bad it is."""
+    """The severity of a finding."""
 
     OK = "ok"
     NOTE = "note"

@@ -24,7 +24,7 @@ _LEVELS = {0: HealthLevel.OK, 1: HealthLevel.WARNING, 2: HealthLevel.PROBLEM, 3:
 
 @dataclass(frozen=True, slots=True)
 class GraphView:
-    """What was seen of ROS in a few seconds.
+    """A view of ROS, taken in a few seconds.
 
     Attributes:
         nodes: Full names, one entry per node.

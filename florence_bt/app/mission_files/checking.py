@@ -42,7 +42,7 @@ ProblemAt = Callable[[float, float], str | None]
 
 @dataclass(frozen=True, slots=True)
 class CheckOptions:
-    """How to check.
+    """The options of a check.
 
     Attributes:
         hotspots: The hotspots of the flat; None takes those that come with Florence, and what they lack is
@@ -115,7 +115,7 @@ def _nothing_collected() -> Iterator[None]:
 
 
 class _MissionChecker:
-    """Everything that one call of ``florence check`` needs."""
+    """One call of ``florence check``, with everything that it needs."""
 
     def __init__(self, options: CheckOptions) -> None:
         self.texts: dict[str, str] = {}
@@ -176,7 +176,7 @@ def _name_in(source: YamlNode) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class _FlatFiles:
-    """What is known of the flat.
+    """The flat, as far as it is known.
 
     Attributes:
         hotspots: Its hotspots.

@@ -34,7 +34,7 @@ def request(command: str) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """What a measurement command asks for.
+    """The arguments of a measurement command.
 
     Attributes:
         kind: ``MD MS ME`` for a stream of scans, ``GD GS GE`` for one scan: D has three characters a

@@ -53,7 +53,7 @@ TestsDone = Callable[[Sequence[SelfTestResult]], None]
 
 
 class DriverPhase(enum.Enum):
-    """What the driver is about."""
+    """The phases of the driver."""
 
     STOPPED = "stopped"
     STARTING = "starting"

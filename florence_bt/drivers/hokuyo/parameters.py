@@ -16,7 +16,7 @@ USB_MODEM = "ttyACM"
 
 @dataclass(frozen=True, slots=True)
 class HokuyoParameters(CheckedParameters):
-    """How to measure.
+    """The parameters of measuring.
 
     Attributes:
         min_ang: First angle in radians, -pi..pi, clipped to what the sensor can see. The default is the
@@ -75,7 +75,7 @@ class HokuyoParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class HokuyoPortParameters(CheckedParameters):
-    """How to reach the sensor.
+    """The parameters for reaching the sensor.
 
     Attributes:
         port: The serial device; the sensor is a USB modem class device (REFERENCE 4.2).

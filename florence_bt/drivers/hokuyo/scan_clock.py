@@ -40,7 +40,7 @@ class _Shift:
 
 
 class ScanClock:
-    """When a scan would have arrived without delay, by the sensor's own timer.
+    """A clock for scans: when each would have arrived without delay, by the sensor's own timer.
 
     A scan that waited somewhere comes late, never early. So over some seconds the smallest difference
     between arrival and time stamp is the true one; with it the time stamps, which are evenly spaced, give

@@ -37,7 +37,7 @@ LASER_ON = Ask("BM", (ACCEPTED, "02"), 10)
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """Who the sensor is and what it can do.
+    """The sensor's identity and abilities.
 
     Attributes:
         version: What could be read of the answer to VV: VEND, PROD, FIRM, PROT, SERI.

@@ -21,7 +21,7 @@ BASELINE_M = 0.024
 
 
 class View(enum.Enum):
-    """From where a depth image was taken."""
+    """The places from which a depth image may be taken."""
 
     SHARED = "shared"
     """One lens for depth and colour, as the simulated Kinect has."""

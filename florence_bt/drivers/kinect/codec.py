@@ -23,7 +23,7 @@ _OFFSET, _SLOPE = 3.3309495161, 0.0030711016
 
 
 class DepthFormula(enum.Enum):
-    """How raw depth becomes metres. Source: REFERENCE 5.3."""
+    """The formulas that make metres of raw depth. Source: REFERENCE 5.3."""
 
     A = "A"
     """z = 1 / (3.3309495161 - 0.0030711016 raw), below raw 1085; the simulated Kinect uses it too."""

@@ -26,7 +26,7 @@ TOGETHER_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class KinectParameters(CheckedParameters):
-    """What can be set on the Kinect.
+    """The parameters of the Kinect.
 
     Attributes:
         source: Where frames come from: ``usb`` (the first Kinect), ``usb:1`` (the second) or ``usb:SERIAL``;

@@ -27,7 +27,7 @@ _CRC = struct.Struct(">I")
 
 
 class FrameKind(enum.IntEnum):
-    """What a frame holds."""
+    """The kinds of frames."""
 
     DEPTH = 1
     """Raw depth, 11 bits a pixel, packed."""
@@ -40,7 +40,7 @@ class FrameKind(enum.IntEnum):
 
 
 class DepthEncoding(enum.Enum):
-    """How the payload of a depth frame holds the distances."""
+    """The encodings of distances in the payload of a depth frame."""
 
     PACKED = "packed"
     """Raw values of 11 bits, one after the other."""

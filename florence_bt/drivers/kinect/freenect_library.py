@@ -42,7 +42,7 @@ class VideoFormat(enum.IntEnum):
 
 
 class FrameMode(ctypes.Structure):
-    """What images a stream has; laid out as in libfreenect 0.5."""
+    """The mode of a stream of images; laid out as in libfreenect 0.5."""
 
     _fields_ = (
         ("reserved", c_uint32),

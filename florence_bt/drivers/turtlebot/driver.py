@@ -55,7 +55,7 @@ LEFT_ENCODER, RIGHT_ENCODER = 43, 44
 
 @dataclass(frozen=True, slots=True)
 class BaseReading:
-    """What one frame of the base says.
+    """The reading of one frame of the base.
 
     Attributes:
         stamp: When it arrived, in seconds.

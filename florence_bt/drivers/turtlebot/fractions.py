@@ -45,7 +45,7 @@ def most_likely(counted: float, commanded: float) -> float:
 
 
 class DistanceEvidence:
-    """What was commanded and counted at steady speeds, in millimetres."""
+    """The distances commanded and counted at steady speeds, in millimetres."""
 
     def __init__(self) -> None:
         self._speed = 0.0
@@ -97,7 +97,7 @@ class DistanceEvidence:
 
 
 class TurnEvidence:
-    """What was commanded, counted and measured by the gyro in slow turns, in degrees."""
+    """The angles commanded, counted and measured by the gyro in slow turns, in degrees."""
 
     def __init__(self) -> None:
         self.clear()

@@ -15,7 +15,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, check_order
 
 @dataclass(frozen=True, slots=True)
 class GyroParameters(CheckedParameters):
-    """How counts become a rate.
+    """The parameters that make a rate of counts.
 
     Attributes:
         measurement_range_degps: Range of the part: 150, 250 or 300 degrees/s.
@@ -41,7 +41,7 @@ class GyroParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class GyroReading:
-    """What the gyro says.
+    """The reading of the gyro.
 
     Attributes:
         rate: rad/s, counter-clockwise positive.

@@ -35,7 +35,7 @@ OVERCURRENT_REST_S = 1.0
 
 
 class StopReason(enum.Enum):
-    """Why the base is held; the value is the sentence for people, :func:`describe` also names the sensor."""
+    """The reasons to hold the base; the value is the sentence, to which :func:`describe` adds the sensor."""
 
     BUMPER = "a bumper is pressed: forward motion is held"
     WHEEL_DROP = "a wheel hangs in the air: put the base on the floor"
@@ -116,7 +116,7 @@ def _sensors(reason: StopReason, state: SensorState) -> list[str]:
 
 
 class OvercurrentWatch:
-    """Whether a wheel motor is blocked, by the overcurrent flags of packet 14."""
+    """A watch that tells whether a wheel motor is blocked, by the overcurrent flags of packet 14."""
 
     def __init__(self) -> None:
         self._since: float | None = None

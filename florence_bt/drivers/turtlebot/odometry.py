@@ -105,7 +105,7 @@ def _refuse_jump(distance_m: float, angle_rad: float, duration_s: float) -> None
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What the base's own sensors say about its motion.
+    """The motion of the base, by its own sensors.
 
     Attributes:
         odometry: Pose in the odom frame and velocity.

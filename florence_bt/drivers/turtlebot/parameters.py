@@ -18,7 +18,7 @@ OPERATION_MODES = {1: "1 for passive", 2: "2 for safe", 3: "3 for full"}
 
 
 class DriveMode(enum.Enum):
-    """How velocities are sent (REFERENCE 2.3)."""
+    """The ways to send velocities (REFERENCE 2.3)."""
 
     TWIST = "twist"
     """As wheel speeds; where both wheels are too fast the turn wins over the advance."""

@@ -39,7 +39,7 @@ STOPPED = WheelSpeeds(0, 0)
 
 @dataclass(frozen=True, slots=True)
 class WheelParameters(CheckedParameters):
-    """How velocities become wheel speeds.
+    """The parameters that make wheel speeds of velocities.
 
     Attributes:
         wheel_separation: Metres between the wheels, above zero.

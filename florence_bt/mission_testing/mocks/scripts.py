@@ -38,7 +38,7 @@ AGAIN = -2
 
 
 class Ending(enum.Enum):
-    """How a run of a mocked skill ends."""
+    """The ends of a run of a mocked skill."""
 
     SUCCESS = "success"
     FAILURE = "failure"
@@ -64,7 +64,7 @@ class ReplyPhase:
 
 @dataclass(frozen=True, slots=True)
 class MockReply:
-    """What one run of a mocked skill does; :func:`bind_reply` holds it against a declaration.
+    """The behaviour of one run of a mocked skill; :func:`bind_reply` holds it against a declaration.
 
     Attributes:
         ending: How it ends.

@@ -944,7 +944,7 @@ def _assert_nodes(play: Play, pattern: str, status: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioFile:
-    """What a file holds.
+    """The contents of a scenario file.
 
     Attributes:
         file: The file.

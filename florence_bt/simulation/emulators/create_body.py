@@ -34,7 +34,7 @@ class Mode(enum.IntEnum):
 
 
 class Body:
-    """Everything of the base but its serial interface.
+    """The base but for its serial interface.
 
     Attributes:
         model: Which base.
@@ -213,7 +213,7 @@ NO_INFRARED = 255
 
 @dataclass(slots=True)
 class CreateFaults:
-    """What goes wrong and what happens to the robot; set any of it at any time.
+    """The faults and events that befall the robot; set any of it at any time.
 
     Attributes:
         silent: Nothing arrives at the host, what is sent meanwhile is lost; commands are still obeyed.

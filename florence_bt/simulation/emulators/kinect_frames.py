@@ -59,7 +59,7 @@ def frame_bytes(kind: int, width: int, height: int, timestamp: float, payload: b
 
 @dataclass(slots=True)
 class KinectFaults:
-    """What goes wrong; set it at any time.
+    """The faults; set it at any time.
 
     Attributes:
         silent: No frame is sent, though the connection stays.

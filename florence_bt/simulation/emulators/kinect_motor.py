@@ -27,7 +27,7 @@ UNKNOWN_ANGLE = -128
 
 @dataclass(slots=True)
 class MotorFaults:
-    """What goes wrong; set it at any time.
+    """The faults; set it at any time.
 
     Attributes:
         unplugged: The device is not on the bus; what was open fails.

@@ -11,7 +11,7 @@ import threading
 
 
 class SlowestReader:
-    """How far the reader has come; updated on one thread and queried on another.
+    """The progress of the slowest reader; updated on one thread and queried on another.
 
     A reader that has nothing more to say at the lag where it is waited for is always behind by so much, or is
     gone. That lag is then taken for granted until it has been smaller, so that time never crawls.

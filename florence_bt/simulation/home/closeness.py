@@ -13,7 +13,7 @@ FACING_TOLERANCE = math.radians(15.0)
 
 @dataclass(frozen=True, slots=True)
 class Closeness:
-    """How the robot stands to a person.
+    """The pose of the robot towards a person.
 
     Attributes:
         distance: Between the centres in metres.

@@ -124,7 +124,7 @@ class Door:
 
 @dataclass(frozen=True, slots=True)
 class Flat:
-    """Everything about the simulated flat.
+    """The simulated flat.
 
     Attributes:
         name: Names the generated files.
@@ -406,7 +406,7 @@ Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 
 
 class Entry(BaseModel):
-    """What every entry of the file has in common: nothing unknown, nothing changed later."""
+    """An entry of the file: nothing unknown, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -504,7 +504,7 @@ class PartEntry(Entry):
 
 
 class PlaceEntry(PoseEntry):
-    """Where one person sits or lies on a model, in the model's frame; :class:`RestingPlace` says what of."""
+    """A place to sit or lie on a model, in its frame; :class:`RestingPlace` says what of a person."""
 
     posture: Literal["seated", "lying"]
     height: Metres

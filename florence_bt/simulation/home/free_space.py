@@ -28,7 +28,7 @@ _RESOLUTION_M = 0.05
 
 @dataclass(frozen=True, slots=True)
 class GridFrame:
-    """Where a grid lies: row 0 has the lowest y.
+    """The frame of a grid: row 0 has the lowest y.
 
     Attributes:
         x: Outer corner of cell [0, 0] in the map frame, metres.

@@ -36,7 +36,7 @@ _EVERY_CELLS = 4
 
 @dataclass(frozen=True, slots=True)
 class BestCase:
-    """What could be done at best.
+    """The best that could be done.
 
     Attributes:
         visible: Whether trunk or head are in sight from somewhere the robot gets to.
@@ -93,7 +93,7 @@ def _at(distance: float, ways: BoolGrid, apart: NDArray[np.float64]) -> BoolGrid
 
 
 class _Sight:
-    """Whether trunk or head of a person are in sight of the camera of a robot."""
+    """The sight of the robot's camera of the trunk or head of a person."""
 
     def __init__(self, world: SimulatedWorld, spec: PersonSpec, space: FreeSpace) -> None:
         shown = [

@@ -209,7 +209,7 @@ def company_in(flat: Flat, rng: Random) -> list[PersonSpec]:
 
 @dataclass(frozen=True, slots=True)
 class LedWalk:
-    """Somebody leads the robot through a home.
+    """A walk on which somebody leads the robot through a home.
 
     Attributes:
         start: Where the robot stands at first, map frame; it faces the leader.

@@ -55,7 +55,7 @@ SETTLE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class RigSetting:
-    """What a rig is built from.
+    """The setting that a rig is built from.
 
     Attributes:
         flat: The simulated flat.
@@ -190,7 +190,7 @@ class Rig:
 
 
 class _BaseSkills:
-    """Everything that drives, on one navigator."""
+    """The skills that drive, on one navigator."""
 
     def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
         parameters = navigator_parameters(setting.config)

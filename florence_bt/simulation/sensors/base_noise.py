@@ -32,7 +32,7 @@ class BasePlant(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class BaseNoiseParameters(CheckedParameters):
-    """How wrong the sensors are; all zero for a perfect base.
+    """The errors of the sensors; all zero for a perfect base.
 
     Attributes:
         wheel_scale_sigma: Each wheel's scale error, drawn once: standard deviation as a fraction.

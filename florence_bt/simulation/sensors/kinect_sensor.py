@@ -25,7 +25,7 @@ from florence_bt.simulation.sensors.scene import Lens
 
 @dataclass(frozen=True, slots=True)
 class KinectNoiseParameters(CheckedParameters):
-    """How good the Kinect is.
+    """The quality of the Kinect.
 
     Attributes:
         min_depth_m: What is nearer gives no value.

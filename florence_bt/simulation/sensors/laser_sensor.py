@@ -32,7 +32,7 @@ _FAILED = np.array([6, 7, 9], np.int32)
 
 @dataclass(frozen=True, slots=True)
 class LaserParameters(CheckedParameters):
-    """How good the scanner is.
+    """The quality of the scanner.
 
     Attributes:
         noise_mm: Standard deviation of a range below 1 m.

@@ -49,7 +49,7 @@ class Lens(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RayScene:
-    """Everything but the robot; people's rows change as they walk, all others stay.
+    """The scene that rays meet: everything but the robot; people's rows change as they walk, all others stay.
 
     Attributes:
         shapes: What there is.

@@ -34,7 +34,7 @@ from florence_bt.skills.calibration.factors import (
 
 @dataclass(frozen=True, slots=True)
 class CalibrationParameters(CheckedParameters):
-    """How the base is turned and what counts as calibrated.
+    """The parameters of the turns, and of what counts as calibrated.
 
     Attributes:
         has_gyro: Whether the gyro is calibrated too (document: ``turtlebot_node/has_gyro``).
@@ -87,7 +87,7 @@ SWEEPS = 5.0
 
 
 class State(enum.Enum):
-    """What the calibration does."""
+    """The states of the calibration."""
 
     REST = "standing still for the gyro's drift"
     ALIGN = "turning towards the wall"

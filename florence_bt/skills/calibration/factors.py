@@ -11,7 +11,7 @@ from florence_bt.core.geometry import angle_difference
 
 
 class Source(enum.Enum):
-    """What measures where the robot looks."""
+    """The sources that measure where the robot looks."""
 
     WALL = "scan of the wall"
     ODOMETRY = "odometry"
@@ -108,7 +108,7 @@ class MeasuredTurn:
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """What to multiply the parameters of the base with.
+    """The factors for the parameters of the base.
 
     Attributes:
         odometry: For ``odom_angular_scale_correction``.

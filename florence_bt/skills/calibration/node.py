@@ -29,7 +29,7 @@ DISCOVERY_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class CalibrationNodeParameters:
-    """Where the readings come from.
+    """The sources of the readings.
 
     Attributes:
         scan_topic: Scans whose angle zero is straight ahead and whose z axis points up; the Kinect as a laser

@@ -32,7 +32,7 @@ class BadReport(FlorenceError):
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a sensor said.
+    """The report of a sensor.
 
     Attributes:
         sensor: Its name.
@@ -47,7 +47,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class SensedRoom:
-    """Where the user is, as far as home sensors know.
+    """The room of the user, as far as home sensors know.
 
     Attributes:
         room: The label of the room.
@@ -64,7 +64,7 @@ class SensedRoom:
 
 @dataclass(slots=True)
 class _State:
-    """What is known of one sensor; times in seconds."""
+    """The state of one sensor; times in seconds."""
 
     active: bool | None = None
     last_report: float | None = None

@@ -49,7 +49,7 @@ INITIAL_ROOM, SET_ROOM, SET_POSITION = "initial_user_room", "setUserPosRoom", "s
 
 @dataclass(frozen=True, slots=True)
 class LastSeen:
-    """When and how the user was last located.
+    """The time and source of the last location of the user.
 
     Attributes:
         source: The sensor, service or topic.

@@ -73,7 +73,7 @@ MAX_STEPS = 100_000
 
 @dataclass
 class TreeFlow:
-    """What is known about one tree.
+    """The facts about one tree.
 
     Attributes:
         tree: The tree.
@@ -239,7 +239,7 @@ class TreeFlow:
 
 
 class DataFlow:
-    """What is known about all trees of a document.
+    """The facts about all trees of a document.
 
     Args:
         document: The trees.

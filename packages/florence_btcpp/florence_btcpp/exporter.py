@@ -479,7 +479,7 @@ def _control(name: str, children: list[Element]) -> Element:
 
 @dataclass(frozen=True)
 class Exported:
-    """What came out of an export.
+    """The result of an export.
 
     Attributes:
         xml: The text of the file.

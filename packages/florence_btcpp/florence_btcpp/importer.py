@@ -33,7 +33,7 @@ MAX_NESTING = 40
 
 @dataclass(frozen=True)
 class Imported:
-    """What came out of an import.
+    """The result of an import.
 
     Attributes:
         files: The files to write: name -> text.

@@ -82,7 +82,7 @@ def registration(element: Element) -> str:
 
 @dataclass(frozen=True)
 class Ports:
-    """What is known about the ports of nodes.
+    """The known ports of nodes.
 
     Attributes:
         declarations: The skills of this installation, by name.

@@ -368,7 +368,7 @@ _PLAIN = (Kind.INTEGER, Kind.NUMBER)
 
 
 class Scope(Protocol):
-    """What is known about the names of a tree."""
+    """The names of a tree, as far as they are known."""
 
     def key(self, foreign: str) -> str | None:
         """Return our name of a key, None when the name is not a key (an enumeration value)."""

@@ -24,7 +24,7 @@ STATUS_NAMES: dict[int, str] = {
 
 @dataclass(frozen=True, slots=True)
 class MotorParameters(CheckedParameters):
-    """What can be set on the motor's node.
+    """The parameters of the motor's node.
 
     Attributes:
         device_index: Which Kinect, from 0.

@@ -18,7 +18,7 @@ _CHANGE_FORM_AFTER = 3
 
 
 class ChecksumForm(enum.Enum):
-    """What adds up to zero modulo 256, beside length, data and the checksum itself."""
+    """The forms of a checksum: what adds up to zero modulo 256, beside length, data and the checksum."""
 
     WITHOUT_HEADER = 0
     """The Create 1's manual."""

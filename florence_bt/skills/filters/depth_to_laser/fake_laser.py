@@ -71,7 +71,7 @@ class FakeLaserParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class _Rays:
-    """What depends on the camera only.
+    """The rays, as far as they depend on the camera only.
 
     Attributes:
         rise_per_metre: Shape (height,), metres upwards per metre of depth, of each row.

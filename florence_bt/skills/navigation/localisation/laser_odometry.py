@@ -47,7 +47,7 @@ which has to find the wheels that have just begun to slip (``python tools/locali
 
 
 class _Submap:
-    """How far it is to what some scans have met, around where the first one was taken."""
+    """A map of distances to what some scans have met, around where the first one was taken."""
 
     def __init__(self, middle: Pose2) -> None:
         self._middle = middle

@@ -44,7 +44,7 @@ Warn = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class MapDescription:
-    """What the YAML file of a map says.
+    """The contents of the YAML file of a map.
 
     Attributes:
         file: The YAML file.

@@ -34,7 +34,7 @@ MAX_SHOWN = 200
 
 @dataclass(frozen=True, slots=True)
 class MapServerParameters:
-    """Which map to publish.
+    """The map to publish, and where to save maps.
 
     Attributes:
         map_file: The YAML file of the map.

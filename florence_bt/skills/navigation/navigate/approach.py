@@ -37,7 +37,7 @@ _HALF_CIRCLE_RAD = 2.6
 
 @dataclass(frozen=True, slots=True)
 class ApproachGoal:
-    """Where to stand.
+    """The place to stand.
 
     Attributes:
         x: The person at the start, in front of the robot, metres.

@@ -25,7 +25,7 @@ from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, P
 
 @dataclass(frozen=True, slots=True)
 class ControllerParameters(CheckedParameters):
-    """How to follow a path.
+    """The parameters of following a path.
 
     Attributes:
         max_vel_x: m/s.
@@ -115,7 +115,7 @@ _PASSED_TOLERANCES = 1.6
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """What the controller says.
+    """The decision of the controller.
 
     Attributes:
         command: The velocity.

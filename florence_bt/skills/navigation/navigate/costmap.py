@@ -32,7 +32,7 @@ FREE_COST = 0
 
 @dataclass(frozen=True, slots=True)
 class SourceParameters(CheckedParameters):
-    """How one sensor counts in the costmaps; names as in costmap_2d.
+    """The weight of one sensor in the costmaps; names as in costmap_2d.
 
     Attributes:
         marking: Whether its beams mark.
@@ -52,7 +52,7 @@ class SourceParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class CostmapParameters(CheckedParameters):
-    """How costmaps are kept; names as in costmap_2d.
+    """The parameters of the costmaps; names as in costmap_2d.
 
     Attributes:
         footprint: x, y, x, y, ... of the corners in metres.

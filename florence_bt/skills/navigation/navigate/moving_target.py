@@ -9,7 +9,7 @@ CAMERA_GAP_S = 0.3
 
 
 class MovingTarget:
-    """Where the person is and how they walk, in the odometry frame.
+    """A person whose place and velocity are estimated, in the odometry frame.
 
     Args:
         velocity_time: The velocity is averaged over about this long, in seconds.

@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, Rob
 
 
 class PathDrive:
-    """From the start of the drive to its result.
+    """A drive along a path, from the start of the drive to its result.
 
     Args:
         path: Shape (n, 2), metres in the map frame.

@@ -26,7 +26,7 @@ _SHARES = 1.0, 0.5
 
 @dataclass(frozen=True, slots=True)
 class PeopleParameters(CheckedParameters):
-    """How to drive near people whom the user tracker sees.
+    """The parameters of driving near people whom the user tracker sees.
 
     Attributes:
         people_distance: The robot drives no nearer to somebody than this, between the middles, in metres: the
@@ -51,7 +51,7 @@ class PeopleParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class People:
-    """Where everybody is at one moment, in the odometry frame.
+    """The people at one moment, in the odometry frame.
 
     Attributes:
         rows: Shape (n, 5): x, y in metres, vx, vy in m/s, and how near the robot may come, in metres.

@@ -21,7 +21,7 @@ _REMEMBERED_S = 30.0
 
 
 class PeopleTracks:
-    """Everybody whom the tracker has seen lately. All places are in the odometry frame.
+    """The people whom the tracker has seen lately. All places are in the odometry frame.
 
     Args:
         parameters: How long to remember them.

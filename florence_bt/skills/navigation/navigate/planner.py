@@ -26,7 +26,7 @@ from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 
 @dataclass(frozen=True, slots=True)
 class PlannerParameters(CheckedParameters):
-    """How to plan.
+    """The parameters of the planner.
 
     Attributes:
         allow_unknown: Whether the way may lead over unknown cells, at the highest cost.

@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 
 
 class DriveState(enum.Enum):
-    """Where a drive stands."""
+    """The states of a drive."""
 
     PLANNING = "planning"
     CONTROLLING = "controlling"
@@ -24,7 +24,7 @@ class DriveState(enum.Enum):
 
 
 class DriveEvent(enum.Enum):
-    """What can happen to it."""
+    """The events of a drive."""
 
     PLAN_FOUND = "a plan was found"
     PLAN_LOST = "the newest plan fails"
@@ -88,7 +88,7 @@ _NEARER_M = 0.1
 
 
 class ProgressWatch:
-    """Whether the robot moves, and gets nearer to its goal.
+    """A watch that tells whether the robot moves, and gets nearer to its goal.
 
     Args:
         parameters: How far and how soon it has to.

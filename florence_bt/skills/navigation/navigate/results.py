@@ -245,7 +245,7 @@ def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outc
 
 @dataclass(frozen=True, slots=True)
 class BaseStop:
-    """What holds the base.
+    """The reason why the base is held.
 
     Codes that are neither of the two kinds below pass by themselves, such as a gyro that is calibrated.
 

@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
 
 @dataclass(frozen=True, slots=True)
 class SpinParameters(CheckedParameters):
-    """How to turn by an angle.
+    """The parameters of turning by an angle.
 
     Attributes:
         spin_max_speed: rad/s.

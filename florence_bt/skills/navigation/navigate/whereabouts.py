@@ -41,7 +41,7 @@ _ROUND_M, _HERE_M = 1.0, 0.8
 
 
 class Whereabouts:
-    """How likely somebody is in each cell of the map, from when they vanished on.
+    """The likelihood of somebody being in each cell of the map, from when they vanished on.
 
     They walk on about as fast as before, round the walls, and are not where the robot has looked since.
     All places are in the map frame.

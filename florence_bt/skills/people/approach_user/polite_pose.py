@@ -103,7 +103,7 @@ def _farthest_way(user: Pose2, robot: Pose2, safe_distance: float) -> float:
 
 
 class _Surroundings:
-    """Where the robot gets to near a person, and where it fits.
+    """The surroundings of a person: where the robot gets to near a person, and where it fits.
 
     Args:
         user: Where the person is, map frame.

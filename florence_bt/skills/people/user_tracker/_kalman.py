@@ -13,7 +13,7 @@ WALKING_SPEED = 0.7
 
 
 class ConstantVelocity:
-    """Where somebody is and how fast it moves.
+    """A Kalman filter for the place and velocity of somebody.
 
     Args:
         position: Shape (2,), metres.

@@ -15,7 +15,7 @@ from florence_bt.core.sensing import ColourImage, Posture
 
 
 class Opinion(Enum):
-    """What a source says of a proposal."""
+    """The opinions of a source on a proposal."""
 
     PERSON = "person"
     NOBODY = "nobody"
@@ -47,7 +47,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Who may be a person.
+    """A candidate for a person.
 
     Attributes:
         number: Of the track.
@@ -61,7 +61,7 @@ class Candidate:
 
 
 class EvidenceSource(Protocol):
-    """Whoever can be asked."""
+    """A source that can be asked for evidence."""
 
     def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
         """Tell what a picture says of a candidate; may take some ten milliseconds."""

@@ -22,7 +22,7 @@ _Sample = tuple[float, TrackedUser]
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Who is looked for.
+    """The person to look for.
 
     Attributes:
         user_id: The persistent id; 0 for anybody.

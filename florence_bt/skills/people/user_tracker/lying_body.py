@@ -41,7 +41,7 @@ Cell = tuple[int, int]
 
 
 class LyingBody:
-    """What pictures have shown of one body."""
+    """A lying body, as pictures have shown it."""
 
     def __init__(self) -> None:
         self._weight = 0.0

@@ -101,7 +101,7 @@ def _directions(camera: CameraModel, rotation: bytes) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class NetworkOutput:
-    """What the network says of every second pixel.
+    """The output of the network for every second pixel.
 
     Attributes:
         person: Shape (60, 80), probability that it shows a person.

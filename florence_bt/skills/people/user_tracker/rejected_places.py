@@ -32,7 +32,7 @@ away in the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on 
 
 @dataclass(frozen=True, slots=True)
 class CameraView:
-    """From where a picture was taken, and what stands there.
+    """The view of a camera: from where a picture was taken, and what stands there.
 
     Attributes:
         camera: Place and heading of the camera in the frame of the tracker.
@@ -66,7 +66,7 @@ def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> Cam
 
 @dataclass(slots=True)
 class _Place:
-    """Where somebody was seen.
+    """A place where somebody was seen.
 
     Attributes:
         x: In the frame of the tracker, metres.

@@ -16,7 +16,7 @@ view (REFERENCE 5.4). Nearby it cuts off heads."""
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """Somebody as they were seen at a moment.
+    """A person as they were seen at a moment.
 
     Attributes:
         time: Seconds.

@@ -14,7 +14,7 @@ from florence_bt.skills.navigation.navigate.state import RobotState
 
 @dataclass(frozen=True, slots=True)
 class FollowGoal:
-    """Whom to follow, and how.
+    """The person to follow, and how.
 
     Attributes:
         user_id: The persistent id of the person.
@@ -31,7 +31,7 @@ class FollowGoal:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """What the robot does in a cycle.
+    """The motion of the robot in a cycle.
 
     Attributes:
         command: The velocity.
