@@ -260,7 +260,7 @@ def readable(data: bytes) -> str | None:
 
 
 def _wide(data: bytes) -> tuple[str, str] | None:
-    """Name and codec of an encoding with two or four bytes for each character, None when it is another."""
+    """Return name and codec of an encoding with two or four bytes a character, None when it is another."""
     for mark, name, codec in _MARKS:
         if data.startswith(mark):
             return name, codec

@@ -271,7 +271,7 @@ class Executor:
         return missions.note_about(mission) if isinstance(missions, MissionFolders) else ""
 
     def version_of(self, mission: str) -> str:
-        """Fingerprint of a mission and of what it calls; empty when the missions come from no folders."""
+        """Compute the fingerprint of a mission with what it calls; empty if missions come from no folders."""
         missions = self._missions
         return missions.version_of(mission) if isinstance(missions, MissionFolders) else ""
 

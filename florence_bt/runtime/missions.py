@@ -129,7 +129,7 @@ class MissionFolders:
             return ReloadReport(held={**self.held, "the folders": f"cannot be read: {error}"})
 
     def version_of(self, name: str) -> str:
-        """Fingerprint of a mission and of everything that it calls, as in force now."""
+        """Compute the fingerprint of a mission and of everything that it calls, as in force now."""
         known = self._known_versions.get(name)
         if known is None:
             names = [name, *sorted(_called_by(self.library, name))]

@@ -88,7 +88,7 @@ def status_text(
         tree: Its ASCII tree.
         now: The clock's time, for the duration of a running mission.
         warnings: What else people should know, beside the run.
-        accepted: Date and time (UTC) at which the run was accepted, empty to leave it away.
+        accepted: Date and time (UTC) at which the run was accepted, empty to leave it out.
     """
     notes = [f"warning: {warning}" for warning in warnings]
     if run is None:

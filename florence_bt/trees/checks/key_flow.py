@@ -218,7 +218,7 @@ class KeyFlow:
 
     def _if(self, node: model.If, before: Written, observer: ReadObserver | None) -> Flow:
         if not node.memory:
-            # Decided again with every tick: what one branch wrote the other may read.
+            # Decided again at every tick: one branch may read what the other wrote.
             branches = [node.then, *([node.otherwise] if node.otherwise is not None else [])]
             state = before
             for branch in branches * 2:
@@ -307,7 +307,7 @@ class KeyFlow:
         """Return the state when any of some nodes begins that are done at the same time, again and again."""
         state, children = before, tuple(children)
         while True:
-            # What one of them writes the others may read.
+            # Each may read what the others write.
             touched = state.maybe
             for child in children:
                 touched |= self.follow(child, state).touched

@@ -60,7 +60,7 @@ class KeyChecks:
         start = sum(self._bits[name] for name in dict.fromkeys(there))
         self._check_outputs(self._flow.follow(self._mission.tree, Written(start, start), self).success)
         if known and not self._mission.findings:
-            # What is read by a wrong name, or where nothing can be read, is not said to be read by nobody.
+            # A key that is read under a wrong name, or in an unreadable part, is not reported as unread.
             read = {reference.key for reference in self._wanted()}
             self._check_read_at_all(read | set(self._mission.outputs))
 
@@ -100,7 +100,7 @@ class KeyChecks:
         elif not before.surely & bit:
             message = f"the key {key!r} may have no value here: not every path writes it"
             self._findings.warning(reference.position, message)
-        # Said once on each way.
+        # Reported once on each path.
         return before.plus(bit)
 
     def _lines_that_write(self, key: str) -> list[int]:

@@ -124,7 +124,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
     check_structure(mission, analysis, notes)
     keys = KeyChecks(mission, analysis, notes)
     if has_errors(mission.findings):
-        # What could not be read may be what writes a key first, or what can fail.
+        # A part that could not be read may be the one that writes a key first, or that can fail.
         keys.check_names()
     else:
         ReachChecks(mission, analysis, notes).check()

@@ -203,7 +203,7 @@ def _offending_text(line: str, start: int, message: str) -> str:
         return line[start : start + 1]  # one byte, whatever stands round it
     match = _OFFENDING.match(line, start)
     text = match[0].rstrip() if match else line[start : start + 1]
-    # What the message itself quotes stands there as a whole, whatever signs are in it.
+    # A text that the message itself quotes is taken as a whole, whatever signs are in it.
     in_message = [quoted for quoted in _QUOTED.findall(message) if line.startswith(quoted, start)]
     return max((text, *in_message), key=len)
 

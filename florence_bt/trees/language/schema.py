@@ -296,7 +296,7 @@ class NodeSchemas:
     def node(self) -> Schema:
         """Make the schema of a node."""
         properties = {**self._kinds(), **self._skills(), **self._modifiers()}
-        # A word that is not known is said to be unknown, and nothing else is made of it.
+        # An unknown word is reported as unknown, and as nothing else.
         known: Schema = {"propertyNames": {"enum": list(properties)}}
         return {
             "title": "a node",

@@ -200,7 +200,7 @@ class _Checker:
             items = self._silently(near.right)
             alike = items is not None and items.item is kind
             return syntax.Binary("in", operand, near.right, near.position) if alike else None
-        # A constant is held against what is none; a key against what is on its other side.
+        # A constant is compared with a term that is none, a key with what is on its other side.
         constant = isinstance(operand, syntax.Constant)
         to_left = not isinstance(near.left, syntax.Constant) if constant else behind
         held = near.left if to_left else near.right
