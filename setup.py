@@ -10,7 +10,7 @@ DATA = ("maps", "hotspots", "urdf", "config")
 
 
 def data_files() -> list[tuple[str, list[str]]]:
-    """The files for ``share``: what ROS wants to know of a package, and the data folders."""
+    """List the files for ``share``: what ROS wants to know of a package, and the data folders."""
     found = [
         ("share/ament_index/resource_index/packages", ["resource/florence_bt"]),
         (str(SHARE), ["package.xml"]),

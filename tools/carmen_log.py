@@ -41,7 +41,7 @@ class Record:
 
 
 def read_log(path: Path) -> list[Record]:
-    """The scans of a log.
+    """Read the scans of a log.
 
     The line ODOM before each FLASER tells the raw odometry in the frame of the reference: relative to the
     reference of the scan before.
@@ -88,7 +88,7 @@ def _scan(ranges: NDArray[np.float32], stamp: float) -> LaserScan:
 
 
 def thinned(records: Sequence[Record], every: float) -> list[Record]:
-    """What a slow laser would have seen: a scan after so many metres of way."""
+    """Return what a slow laser would have seen: a scan after so many metres of way."""
     kept, motion, way = [records[0]], Pose2(), 0.0
     for before, record in pairwise(records):
         motion = motion @ record.motion
@@ -100,7 +100,7 @@ def thinned(records: Sequence[Record], every: float) -> list[Record]:
 
 
 def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyGrid:
-    """The map that some scans make at their reference poses."""
+    """Build a map from scans at their reference poses."""
     places = np.array([(record.reference.x, record.reference.y) for record in records])
     low, high = places.min(axis=0) - MARGIN_M, places.max(axis=0) + MARGIN_M
     columns, rows = np.ceil((high - low) / resolution).astype(int)
@@ -125,7 +125,7 @@ def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyG
 
 
 class Counts:
-    """How many points lie in each cell; those of many scans are counted at once."""
+    """The number of points in each cell; those of many scans are counted at once."""
 
     def __init__(self, rows: int, columns: int) -> None:
         self._rows, self._columns = rows, columns
@@ -141,7 +141,7 @@ class Counts:
             self.total()
 
     def total(self) -> NDArray[np.float64]:
-        """Shape (rows, columns)."""
+        """Return the total, shape (rows, columns)."""
         if self._waiting:
             self._total += np.bincount(np.concatenate(self._waiting), minlength=len(self._total))
             self._waiting.clear()

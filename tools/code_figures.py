@@ -21,7 +21,7 @@ FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 def code_lines(source: str, tree: ast.Module) -> set[int]:
-    """The numbers of the lines that hold code."""
+    """Return the numbers of the lines that hold code."""
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type not in LAYOUT and token.type != tokenize.COMMENT:
@@ -30,7 +30,7 @@ def code_lines(source: str, tree: ast.Module) -> set[int]:
 
 
 def _docstring_lines(tree: ast.Module) -> Iterator[int]:
-    """Docstrings, and the strings that follow an assignment to document it."""
+    """Yield the lines of docstrings, and of the strings that follow an assignment to document it."""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         for statement in body if isinstance(body, list) else ():
@@ -39,7 +39,7 @@ def _docstring_lines(tree: ast.Module) -> Iterator[int]:
 
 
 def imported(path: Path, root: Path, tree: ast.Module) -> set[str]:
-    """Names of modules, and of what is in them, that a module imports."""
+    """Return names of modules, and of what is in them, that a module imports."""
     names: set[str] = set()
     package = path.parent.relative_to(root.parent).parts
     for node in ast.walk(tree):

@@ -33,7 +33,7 @@ PROPOSALS = 12
 
 @dataclass(frozen=True, slots=True)
 class Looked:
-    """What was said of one proposal.
+    """The opinion on one proposal.
 
     Attributes:
         opinion: Of the detector.
@@ -45,19 +45,19 @@ class Looked:
 
 
 def colour_image(pixels: NDArray[np.uint8]) -> ColourImage:
-    """A picture as the detector wants it."""
+    """Make a picture as the detector wants it."""
     rows, columns = pixels.shape[:2]
     return ColourImage(0.0, "", CameraModel(columns, rows, columns, columns, columns / 2, rows / 2), pixels)
 
 
 def region_of(box: Box, pixels: NDArray[np.uint8]) -> Region:
-    """A box in pixels as a region."""
+    """Convert a box in pixels to a region."""
     rows, columns = pixels.shape[:2]
     return Region(box[0] / columns, box[1] / rows, box[2] / columns, box[3] / rows)
 
 
 def proposals(pixels: NDArray[np.uint8], count: int, seed: int = 1) -> list[Region]:
-    """Regions of the shape of somebody upright, anywhere in a picture."""
+    """Propose regions of the shape of somebody upright, anywhere in a picture."""
     rows, columns = pixels.shape[:2]
     draw = np.random.default_rng(seed)
     found = []

@@ -104,7 +104,7 @@ class Shown:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What became of the ids in one encounter.
+    """The fate of the ids in one encounter.
 
     Attributes:
         shirts: One of ``SHIRTS``.
@@ -126,7 +126,7 @@ class Judged:
 
 
 def encounter(seed: int) -> Encounter:
-    """Two people by seed: where they walk, how fast, and in which shirts."""
+    """Make two people by seed: where they walk, how fast, and in which shirts."""
     rng = np.random.default_rng((seed, 41))
     shirts = SHIRTS[seed % len(SHIRTS)]
     turns = bool(seed // len(SHIRTS) % 2)
@@ -141,7 +141,7 @@ def encounter(seed: int) -> Encounter:
 
 
 def _robot_and_routes(flat: Flat, manner: str, rng: Random) -> tuple[Pose2, Sequence[Route]] | None:
-    """A free place for the robot with two free routes before it, None when none was found."""
+    """Find a free place for the robot with two free routes before it, None when none was found."""
     space = free_space_of(flat)
     for _ in range(_TRIES):
         room = flat.rooms[int(rng.integers(len(flat.rooms)))]
@@ -157,7 +157,7 @@ def _robot_and_routes(flat: Flat, manner: str, rng: Random) -> tuple[Pose2, Sequ
 
 
 def _routes(middle: Point, manner: str, rng: Random) -> list[Route]:
-    """The first and the last point of both routes, such that two who are equally fast never touch."""
+    """Return the first and the last point of both routes, such that two who are equally fast never touch."""
     heading, half = float(rng.uniform(-math.pi, math.pi)), float(rng.uniform(0.8, 2.0))
     at = Pose2(*middle, heading)
     if manner == "cross":
@@ -178,7 +178,7 @@ def _routes(middle: Point, manner: str, rng: Random) -> list[Route]:
 
 
 def _is_free(space: FreeSpace, route: Route, robot: Pose2) -> bool:
-    """Whether nothing is in the way, the robot neither."""
+    """Tell whether nothing is in the way, including the robot."""
     points = np.linspace(*route, 40)
     away = np.hypot(points[:, 0] - robot.x, points[:, 1] - robot.y)
     return bool(away.min() > 0.9) and all(space.clearance_at(x, y) >= _BODY_M for x, y in points.tolist())
@@ -210,7 +210,7 @@ def _shirt(hue: float, rng: Random) -> Colour:
 
 
 def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
-    """What the robot sees of an encounter through the simulated Kinect, five times a second."""
+    """Yield what the robot sees of an encounter through the simulated Kinect, five times a second."""
     world = SimulatedWorld(given.flat, people=given.people, start=given.robot, seed=seed)
     mount = robot_frames().lookup(BASE_FRAME, CAMERA_FRAME)
     kinect = KinectSensor(world, mount, seed=seed)
@@ -293,13 +293,13 @@ def judge(given: Encounter, shown: Iterable[Shown]) -> Judged:
 
 
 def judge_seed(seed: int) -> Judged:
-    """The encounter of a seed."""
+    """Judge the encounter of a seed."""
     given = encounter(seed)
     return judge(given, pictures(given, seed))
 
 
 def report(judged: Sequence[Judged]) -> str:
-    """All results as Markdown."""
+    """Write all results as Markdown."""
     head = ("shirts", "robot", "minutes", "crossings in view", "meetings in view", "tracked", "id switches")
     rows = []
     for shirts, robot in itertools.product(SHIRTS, ROBOTS):

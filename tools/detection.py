@@ -67,14 +67,14 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What was found in one picture: the people, and the detections that are nobody."""
+    """The findings in one picture: the people, and the detections that are nobody."""
 
     people: tuple[Seen, ...]
     wrong: int
 
 
 def truth_of(picture: Picture) -> Truth:
-    """Who is where in a picture of a simulated home, in its robot frame."""
+    """Return who is where in a picture of a simulated home, in its robot frame."""
     robot = picture.robot.inverse()
     people = [(spec, robot.apply(spec.pose.x, spec.pose.y)) for spec in picture.people]
     shown = [
@@ -102,7 +102,7 @@ def judge(truth: Truth, found: Sequence[Detection]) -> Judged:
 
 
 def kind_of(spec: PersonSpec) -> str:
-    """The row of the table that a person belongs to."""
+    """Return the row of the table that a person belongs to."""
     if spec.aid != "none":
         return f"with a {spec.aid}"
     if spec.posture == "lying":
@@ -115,7 +115,7 @@ def kind_of(spec: PersonSpec) -> str:
 
 
 def judge_home(seed: int, count: int, *, empty: bool) -> list[Judged]:
-    """The pictures of a home."""
+    """Judge the pictures of a home."""
     known = KnownObstacles(laser_map(generated_flat(seed)))
     pictures = pictures_of_home(seed, count, scenes=SCENES, width=320, bent=False, empty=empty)
     return [
@@ -125,7 +125,7 @@ def judge_home(seed: int, count: int, *, empty: bool) -> list[Judged]:
 
 
 def judge_recording(folder: Path) -> tuple[list[Judged], list[Judged]]:
-    """The pictures of a recording with people, and those without.
+    """Judge the pictures of a recording with people, and those without.
 
     Raises:
         FlorenceError: The folder is not a recording, or its labels cannot be used.
@@ -138,13 +138,13 @@ def judge_recording(folder: Path) -> tuple[list[Judged], list[Judged]]:
 
 
 def recall(people: Iterable[Seen]) -> str:
-    """How many of some people were found, as a cell of the table."""
+    """Write how many of some people were found, as a cell of the table."""
     found = [each.error is not None for each in people]
     return f"{100 * sum(found) / len(found):.0f} % of {len(found)}" if found else ""
 
 
 def rows(people: Sequence[Seen]) -> Iterator[tuple[str, ...]]:
-    """A row for each kind and hiding."""
+    """Yield a row for each kind and hiding."""
     kinds = sorted({each.kind for each in people})
     for name, low, high in HIDDEN:
         mine = [each for each in people if low <= each.shown < high]
@@ -155,7 +155,7 @@ def rows(people: Sequence[Seen]) -> Iterator[tuple[str, ...]]:
 
 
 def report(full: Sequence[Judged], empty: Sequence[Judged]) -> str:
-    """All results as Markdown."""
+    """Write all results as Markdown."""
     people = [each for judged in full for each in judged.people]
     errors = sorted(each.error for each in people if each.error is not None)
     right = [each.posture_right for each in people if each.error is not None]
@@ -175,7 +175,7 @@ def report(full: Sequence[Judged], empty: Sequence[Judged]) -> str:
 
 
 def of_recordings(folders: Sequence[Path]) -> str:
-    """The report on recordings."""
+    """Write the report on recordings."""
     judged = [judge_recording(folder) for folder in folders]
     return report(
         [each for full, _ in judged for each in full], [each for _, empty in judged for each in empty]
@@ -183,7 +183,7 @@ def of_recordings(folders: Sequence[Path]) -> str:
 
 
 def of_homes(given: argparse.Namespace) -> str:
-    """The report on generated homes."""
+    """Write the report on generated homes."""
     seeds = range(given.first, given.first + given.homes)
     with ProcessPoolExecutor(given.jobs) as pool:
         full = pool.map(partial(judge_home, count=given.pictures, empty=False), seeds)

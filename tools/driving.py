@@ -161,7 +161,7 @@ class Round:
 
 
 def row_of(home: str, people: int, drives: Sequence[DrivenGoal]) -> list[str]:
-    """A line of the table."""
+    """Write a line of the table."""
     good = [drive for drive in drives if drive.reached]
     ratios = sorted(drive.driven / drive.shortest for drive in good)
     return [

@@ -71,7 +71,7 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the samples of a run say.
+    """The verdict on the samples of a run.
 
     Attributes:
         over: The person came to the end of the walk; a robot in a door can block it.
@@ -147,7 +147,7 @@ class Trial:
 def _home_and_walk(
     home: str, seed: int, world: Path | None, world_seed: int | None, length_m: float
 ) -> tuple[Flat, LedWalk]:
-    """Where somebody leads the robot, and how; of generated homes without room for it the next is taken."""
+    """Choose where and how somebody leads the robot; a generated home without room is replaced."""
     generated = home == "generated"
     own = generated and world_seed is None
     home_seeds = [seed + 1000 * number for number in range(_TRIES)] if own else [world_seed]
@@ -213,7 +213,7 @@ def trigger(rig: Rig, walk: LedWalk) -> MissionRun:
 
 
 def watch(rig: Rig, walk: LedWalk, run: MissionRun) -> list[Sample]:
-    """The truth from when the leader sets off, to ``AFTER_S`` after the walk or until it is blocked."""
+    """Record the truth from the leader's start to ``AFTER_S`` after the walk, or until it is blocked."""
     rig.clock.advance_to(walk.leader.wait)
     alone = route_length(walk.leader) / walk.leader.speed
     limit = rig.clock.now() + 2.0 * alone + sum(walk.leader.pauses) + SPARE_S
@@ -233,7 +233,7 @@ def watch(rig: Rig, walk: LedWalk, run: MissionRun) -> list[Sample]:
 
 
 def route_length(spec: PersonSpec) -> float:
-    """How long the way of somebody who walks is, metres."""
+    """Return how long the way of somebody who walks is, metres."""
     points = [(spec.pose.x, spec.pose.y), *spec.route]
     return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
@@ -294,7 +294,7 @@ def page(trials: Sequence[Trial], command: str) -> str:
 
 
 def summary(home: str, trials: Sequence[Trial]) -> list[str]:
-    """The runs of one home as a line of the table."""
+    """Write the runs of one home as a line of the table."""
     verdicts = [trial.verdict for trial in trials]
     return [
         HOMES[home],

@@ -59,7 +59,7 @@ COARSE_SICK = Scanner(math.radians(90.0), 181, 20.0)
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What makes it hard.
+    """The conditions that make a drive hard.
 
     Attributes:
         noise: Standard deviation of way and turn from scan to scan, as a part of them.
@@ -78,7 +78,7 @@ class Conditions:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Somewhere to drive.
+    """A place to drive.
 
     Attributes:
         name: For people.
@@ -94,14 +94,14 @@ class Place:
 
 
 def home(seed: int) -> Place:
-    """A generated home; some of its furniture was moved after the map was made."""
+    """Generate a home; some of its furniture was moved after the map was made."""
     flat = generated_flat(seed)
     now = dataclasses.replace(flat, mapped=flat.solids)
     return Place(f"home {seed}", laser_map(flat), laser_map(now), HOKUYO)
 
 
 def corridors(seed: int) -> Place:
-    """A ring of four bare corridors, 45 by 22 m, 1.8 to 2.4 m wide; only doors tell how far along one is."""
+    """Make a ring of four bare corridors, 45 by 22 m, 1.8 to 2.4 m wide, whose only landmarks are doors."""
     random, cells = np.random.default_rng(seed), np.full((620, 1060), -1, np.int8)
 
     def clear(x0: float, y0: float, x1: float, y1: float) -> None:
@@ -126,7 +126,7 @@ def corridors(seed: int) -> Place:
 
 
 def _doors(start: float, end: float, random: np.random.Generator) -> Iterator[tuple[float, float]]:
-    """Where along a wall doors are, 4 to 14 m apart, and how far they are set back, metres."""
+    """Return where along a wall doors are, 4 to 14 m apart, and how far they are set back, metres."""
     at = start + random.uniform(3.0, 9.0)
     while at < end - 3.0:
         yield at, float(random.uniform(0.1, 0.2))
@@ -134,13 +134,13 @@ def _doors(start: float, end: float, random: np.random.Generator) -> Iterator[tu
 
 
 def mapped(path: Path) -> Place:
-    """A building of which there is a map (YAML)."""
+    """Load a building of which there is a map (YAML)."""
     grid = load_map(path)
     return Place(path.stem, grid, grid, SICK)
 
 
 def drive(place: Place, conditions: Conditions, scans: int, seed: int) -> list[Record]:
-    """The log of a drive from goal to goal.
+    """Make the log of a drive from goal to goal.
 
     Args:
         place: Where.
@@ -163,7 +163,7 @@ def drive(place: Place, conditions: Conditions, scans: int, seed: int) -> list[R
 
 
 def _told(motion: Pose2, conditions: Conditions, random: np.random.Generator) -> Pose2:
-    """What the odometry says of a motion along an arc."""
+    """Return what the odometry says of a motion along an arc."""
     way = math.copysign(math.hypot(motion.x, motion.y), motion.x)
     error = conditions.noise * random.standard_normal(3)
     way_told = conditions.way_scale * way * (1.0 + error[0])
@@ -265,7 +265,7 @@ class _People:
         self._headings = random.uniform(-math.pi, math.pi, count)
 
     def walk(self) -> None:
-        """For the time of a scan."""
+        """Walk for the time of a scan."""
         way = PERSON_SPEED * SCAN_PERIOD_S
         there = self.places + way * np.stack([np.cos(self._headings), np.sin(self._headings)], axis=1)
         corner = np.array([self._grid.origin.x, self._grid.origin.y])

@@ -113,7 +113,7 @@ class Search:
 
 
 def searched(records: Sequence[Record], followed: Followed) -> Search:
-    """How long it took to find a robot of which nobody knew, at the first record, where it was."""
+    """Return how long it took to find a robot of which nobody knew, at the first record, where it was."""
     steps = np.array([0.0, *(math.hypot(each.motion.x, each.motion.y) for each in records[1:])])
     way = np.cumsum(steps)
     right = (followed.metres < FOUND_M) & (followed.radians < FOUND_RAD)
@@ -128,7 +128,7 @@ def searched(records: Sequence[Record], followed: Followed) -> Search:
 
 
 def unknown_starts(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int) -> list[Search]:
-    """Starts all over the log at places of which nobody tells."""
+    """Start all over the log at places of which nobody tells."""
     random = np.random.default_rng(seed)
     searches = []
     for number in range(count):
@@ -139,7 +139,7 @@ def unknown_starts(grid: OccupancyGrid, records: Sequence[Record], seed: int, co
 
 
 def kidnapped(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int) -> list[Search]:
-    """Somebody carries the robot elsewhere: two stretches of the log are joined."""
+    """Have somebody carry the robot elsewhere: two stretches of the log are joined."""
     random = np.random.default_rng(seed)
     places = np.array([(each.reference.x, each.reference.y) for each in records])
     # In a small place not as far.
@@ -218,7 +218,7 @@ def found_row(name: str, of_places: Sequence[Sequence[Search]]) -> tuple[str, ..
 
 
 def of_log(path: Path, seeds: Sequence[int]) -> str:
-    """All results on a recorded log as Markdown."""
+    """Write all results on a recorded log as Markdown."""
     records = read_log(path)
     half = len(records) // 2
     grid, of_half = build_map(records), build_map(records[:half])

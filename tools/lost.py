@@ -41,7 +41,7 @@ _TRIES = 1000
 
 @dataclass(frozen=True, slots=True)
 class LostRun:
-    """What came of one robot.
+    """The outcome of one lost robot.
 
     Attributes:
         case: One of :data:`CASES`.
@@ -77,7 +77,7 @@ class Places:
         self._places = np.stack([x[columns], y[rows]], axis=1)
 
     def away(self, here: Pose2, least: float, most: float = math.inf) -> Pose2:
-        """A pose so many metres away from another one."""
+        """Choose a pose so many metres away from another one."""
         for _ in range(_TRIES):
             x, y = self._places[int(self._random.integers(len(self._places)))].tolist()
             pose = Pose2(x, y, float(self._random.uniform(-math.pi, math.pi)))
@@ -121,7 +121,7 @@ def _let_go_on(rig: Rig, over: Callable[[], bool], until: float) -> None:
 
 
 def rows_of(runs: Sequence[LostRun]) -> list[list[str]]:
-    """Lines of the table, one for each case."""
+    """Write the lines of the table, one for each case."""
     rows = []
     for case in CASES:
         of_case = [run for run in runs if run.case == case]

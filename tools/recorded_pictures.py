@@ -47,7 +47,7 @@ _AS_SIMULATED: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Who is where in a picture.
+    """The people in a picture, and where they are.
 
     Attributes:
         camera: Where the camera is in the robot frame, metres.
@@ -61,7 +61,7 @@ class Truth:
 
 
 class PersonEntry(Entry):
-    """Somebody in a scene: x metres ahead of the robot's middle, y to the left."""
+    """A person in a scene: x metres ahead of the robot's middle, y to the left."""
 
     x: Finite
     y: Finite
@@ -91,7 +91,7 @@ class LabelsEntry(Entry):
 
 
 def recorded_pictures(folder: Path) -> Iterator[tuple[DepthImage, Transform3, Truth]]:
-    """The pictures of a recording that have labels.
+    """Yield the pictures of a recording that have labels.
 
     Yields:
         The picture, what takes its points to the robot frame, and who is where. Pictures in no scene are left

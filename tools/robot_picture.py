@@ -60,7 +60,7 @@ class Shape:
 
 
 def shapes_of(robot: RobotDescription, frames: TransformBuffer) -> Iterator[Shape]:
-    """Every visible part of a robot."""
+    """Yield every visible part of a robot."""
     root = ElementTree.fromstring(robot.urdf_text)
     colours = {
         str(material.get("name")): _colour(material)
@@ -156,7 +156,7 @@ def _arrows(axes: Any, frames: TransformBuffer, right: int, up: int) -> None:
 
 
 def _surface(shape: ElementTree.Element) -> NDArray[np.float64]:
-    """Points on a box, cylinder or sphere, shape (n, 3)."""
+    """Return points on a box, cylinder or sphere, shape (n, 3)."""
     if shape.tag == "box":
         half = np.array([float(word) for word in str(shape.get("size")).split()]) / 2.0
         return half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)

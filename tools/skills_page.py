@@ -32,7 +32,7 @@ Beside its own codes every skill can fail with:
 
 
 def skills_page(declarations: Mapping[str, SkillDeclaration]) -> str:
-    """The page in Markdown.
+    """Write the page in Markdown.
 
     Args:
         declarations: The skills by name.

@@ -13,7 +13,7 @@ BUILD = Path(__file__).resolve().parents[1] / "build"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of Markdown."""
+    """Write a Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
@@ -32,7 +32,7 @@ def write_runs(name: str, head: Sequence[str], rows: Iterable[Sequence[str]]) ->
 
 
 def milliseconds(ordered: Sequence[float], share: float) -> str:
-    """The value below which a share of some seconds lies, e.g. ``12 ms``."""
+    """Return the value below which a share of some seconds lies, e.g. ``12 ms``."""
     place = max(0, math.ceil(share * len(ordered)) - 1)
     return f"{1000.0 * ordered[place]:.0f} ms"
 

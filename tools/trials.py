@@ -174,21 +174,21 @@ def run_trial(
 
 
 def _people_in(situation: str, flat: Flat, rng: np.random.Generator) -> list[PersonSpec]:
-    """Who is at home; the first is the user."""
+    """Choose who is at home; the first is the user."""
     if situation == "nobody":
         return []
     return company_in(flat, rng) if situation == "company" else [person_in(situation, flat, rng)]
 
 
 def _is_polite(end: Closeness, best: BestCase | None) -> bool:
-    """Whether the robot stands before a person as it should, as near as can be."""
+    """Tell whether the robot stands before a person as it should, as near as can be."""
     nearest = best.distance if best is not None else None
     # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
     return end.polite_at(POLITE_DISTANCE_M if nearest is None else nearest)
 
 
 def _met(ends: Mapping[str, Closeness], best_cases: Mapping[str, BestCase]) -> str:
-    """Before whom the robot stands, empty without people: somebody else may have come nearer meanwhile."""
+    """Tell before whom the robot stands, empty without people: others may have come nearer meanwhile."""
     return min(
         ends,
         key=lambda name: (not _is_polite(ends[name], best_cases[name]), ends[name].distance),
@@ -203,12 +203,12 @@ def _description(spec: PersonSpec) -> str:
 
 
 def _is_false(found: Pose2, people: Sequence[PersonSpec]) -> bool:
-    """Whether somebody was found where nobody has ever been."""
+    """Tell whether somebody was found where nobody has ever been."""
     return all(_distance_to_places((found.x, found.y), spec) > NEAR_M for spec in people)
 
 
 def _distance_to_places(point: tuple[float, float], spec: PersonSpec) -> float:
-    """How far a point is from where a person is, or from the way that they walk; metres."""
+    """Return how far a point is from where a person is, or from the way that they walk; metres."""
     points = [(spec.pose.x, spec.pose.y), *spec.route]
     return min(_distance_to_leg(point, a, b) for a, b in zip(points, points[1:] or points, strict=False))
 

@@ -47,7 +47,7 @@ class WakeTimer:
 
 
 def bad_duration(duration: Any) -> Result | None:
-    """The failure of a node whose duration is not a number of seconds >= 0, or None."""
+    """Return the failure of a node whose duration is not a number of seconds >= 0, or None."""
     number = isinstance(duration, (int, float)) and not isinstance(duration, bool)
     if number and 0.0 <= duration < float("inf"):
         return None

@@ -37,7 +37,7 @@ class Title:
 
 @dataclass(slots=True)
 class Annotations:
-    """What is written on one node.
+    """The notes on one node.
 
     Attributes:
         origin: What it was built from; None for a part of what a node of a mission became.
@@ -53,7 +53,7 @@ class Annotations:
 
 
 def annotations_of(node: Behaviour) -> Annotations:
-    """The annotations of a node, to be read and written; empty at first."""
+    """Return the annotations of a node, to be read and written; empty at first."""
     found: Annotations | None = node.__dict__.get("annotations")
     if found is None:
         found = node.__dict__["annotations"] = Annotations()
@@ -61,7 +61,7 @@ def annotations_of(node: Behaviour) -> Annotations:
 
 
 def shown_name(node: Behaviour) -> str:
-    """The name of a node for dumps: with the value of its key when it has been started."""
+    """Return the name of a node for dumps: with the value of its key when it has been started."""
     title = annotations_of(node).title
     if title is None or node.status is Status.INVALID:
         return node.name

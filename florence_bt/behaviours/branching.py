@@ -17,7 +17,7 @@ from florence_bt.core.outcome import Result, failure
 
 
 class Branching(Stepping):
-    """What they have in common: the child that is done, and the end with its status."""
+    """A composite that does one child and ends with its status."""
 
     def __init__(self, name: str, context: TreeContext, children: list[Behaviour]) -> None:
         super().__init__(name, children)
@@ -37,7 +37,7 @@ class Branching(Stepping):
         self.feedback_message = ""
 
     def branch_steps(self) -> Steps:
-        """The branch, and its status; nothing to do is a success."""
+        """Tick the branch, and end with its status; nothing to do is a success."""
         self.current_child = self.branch
         if self.branch is None:
             return Status.SUCCESS

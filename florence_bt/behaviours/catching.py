@@ -68,7 +68,7 @@ class OnFailure(Branching):
         return (yield from self.branch_steps())
 
     def extend_reason(self, why: Why) -> Why:
-        """The failure of a handler, with the one that it was to deal with."""
+        """Extend the failure of a handler by the one that it was to deal with."""
         if self._caught is None or self._caught.reason in why.reason:
             return why
         return replace(why, reason=f"{why.reason}{EARLIER}{shortened(self._caught.reason)})")

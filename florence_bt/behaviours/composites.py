@@ -26,7 +26,7 @@ class Selector(PyTreesSelector):
 
 
 class _Reactive(Stepping):
-    """What the composites without memory share: all children but the last are conditions that are watched."""
+    """A composite without memory: all children but the last are conditions that are watched."""
 
     goes_on: Status
     """The status of a child after which the next one follows."""

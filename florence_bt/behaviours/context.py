@@ -24,7 +24,7 @@ EndedHook = Callable[[str, str, Result], None]
 
 
 def _ignore(*_: Any) -> None:
-    """No subscriber."""
+    """Do nothing, as there is no subscriber."""
 
 
 def _at_once(callback: Callable[[], None]) -> None:
@@ -66,7 +66,7 @@ class OpenRun:
 
 @dataclass(slots=True)
 class Pause:
-    """Whether the run is paused; shared by every context of one run.
+    """The pause of a run; shared by every context of one run.
 
     Attributes:
         active: No node may be ticked and no skill started.
@@ -77,7 +77,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class TreeContext:
-    """What the nodes of one run's tree share.
+    """The context that the nodes of one run's tree share.
 
     Attributes:
         clock: The clock of every time-out, pause and deadline.
@@ -110,7 +110,7 @@ class TreeContext:
     watching: list[Callable[[], None]] = field(default_factory=list)
 
     def with_keys(self, keys: KeyStore) -> TreeContext:
-        """The same context for a called mission, which has its own keys."""
+        """Return the same context for a called mission, which has its own keys."""
         return replace(self, keys=keys)
 
     def start(self, path: str, skill: str, inputs: Mapping[str, Any]) -> OpenRun:
@@ -135,7 +135,7 @@ class TreeContext:
         return entry
 
     def poll(self, entry: OpenRun) -> Result | None:
-        """The result of a run, or None; the first time there is one the run is no longer kept."""
+        """Return the result of a run, or None; the first time there is one the run is no longer kept."""
         result = _result_of(entry)
         if result is not None and entry in self.runs:
             self.runs.remove(entry)
@@ -146,7 +146,7 @@ class TreeContext:
         return result
 
     def holder(self, skill: str) -> OpenRun | None:
-        """The run that uses what a skill needs for itself; None when nothing keeps it from starting."""
+        """Return the run that uses what a skill needs for itself; None when it can start."""
         needed = self.declarations[skill].resources
         for entry in tuple(self.runs) if needed else ():
             free = entry.suspended and entry.end_reported
@@ -185,7 +185,7 @@ class TreeContext:
                 self._look_at_suspended(entry)
 
     def still_ending(self) -> list[OpenRun]:
-        """The runs that were cancelled for a pause and have not reported their end."""
+        """Return the runs that were cancelled for a pause and have not reported their end."""
         return [entry for entry in self.runs if entry.suspended and not entry.end_reported]
 
     def resume(self) -> None:

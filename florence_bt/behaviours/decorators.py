@@ -61,7 +61,7 @@ class PreparedDecorator(Decorator):
             yield self
 
     def gate(self) -> bool:
-        """Whether the child may be ticked now; when not, the node has ended with a result of its own."""
+        """Tell whether the child may be ticked now; when not, the node has ended with a result of its own."""
         if self.status is Status.RUNNING:
             return True
         self.feedback_message = ""
@@ -106,7 +106,7 @@ class Invert(PreparedDecorator):
         self._code = code
 
     def update(self) -> Status:
-        """The opposite of the child's status."""
+        """Return the opposite of the child's status."""
         if self.decorated.status is Status.FAILURE:
             return Status.SUCCESS
         if self.decorated.status is Status.SUCCESS:
@@ -120,7 +120,7 @@ class ForceSuccess(Decorator):
     """Succeeds when its child is done, whichever way."""
 
     def update(self) -> Status:
-        """RUNNING as long as the child is, then SUCCESS."""
+        """Return RUNNING as long as the child is, then SUCCESS."""
         return Status.RUNNING if self.decorated.status is Status.RUNNING else Status.SUCCESS
 
 
@@ -177,7 +177,7 @@ class CallMission(PreparedDecorator):
         return None
 
     def update(self) -> Status:
-        """The status of the called mission; on success its outputs are copied."""
+        """Return the status of the called mission; on success its outputs are copied."""
         if self.decorated.status is Status.SUCCESS:
             try:
                 for output, key in self._outputs.items():
@@ -242,7 +242,7 @@ class StartGuard(PreparedDecorator):
         return None
 
     def update(self) -> Status:
-        """The status of the child."""
+        """Return the status of the child."""
         return self.decorated.status
 
     def _skipped(self, why: str) -> Result:
@@ -301,7 +301,7 @@ class While(PreparedDecorator):
         return False
 
     def update(self) -> Status:
-        """The status of the child, or FAILURE when its last step ended the condition and it goes on."""
+        """Return the child's status, or FAILURE if its last step ended the condition and it goes on."""
         if self.decorated.status is Status.RUNNING:
             self.result = self.problem()
             if self.result is not None:
@@ -316,7 +316,7 @@ class While(PreparedDecorator):
             self._end_watch = None
 
     def problem(self) -> Result | None:
-        """The failure when the condition does not hold now, or has no value."""
+        """Return the failure when the condition does not hold now, or has no value."""
         try:
             if self._condition.holds(self._context.keys):
                 return None
@@ -377,7 +377,7 @@ class Cooldown(PreparedDecorator):
         return failure(COOLING_DOWN, done)
 
     def update(self) -> Status:
-        """The status of the child; a success is remembered."""
+        """Return the status of the child; a success is remembered."""
         if self.decorated.status is Status.SUCCESS and not self._goes_on:
             self._last_success = self._context.clock.now()
         if self._spot is not None and self.decorated.status is Status.SUCCESS:
@@ -417,11 +417,11 @@ class Once(PreparedDecorator):
         return self._why
 
     def prepare(self) -> Result | None:
-        """The result of the first time."""
+        """Return the result of the first time."""
         return self._remembered
 
     def update(self) -> Status:
-        """The status of the child; the first result is remembered."""
+        """Return the status of the child; the first result is remembered."""
         why = explain(self.decorated)
         if why is not None:
             self._why = why

@@ -33,7 +33,7 @@ Evaluate = Callable[[KeyStore], Any]
 
 
 def pose_part(pose: Evaluate, part: str) -> Evaluate:
-    """``x``, ``y`` (metres) or ``yaw`` (radians) of a pose."""
+    """Return ``x``, ``y`` (metres) or ``yaw`` (radians) of a pose."""
 
     def evaluate(keys: KeyStore) -> float:
         value = pose(keys)
@@ -45,7 +45,7 @@ def pose_part(pose: Evaluate, part: str) -> Evaluate:
 
 
 def operation(name: str, *operands: Evaluate) -> Evaluate:
-    """One of :data:`OPERATORS`, on operands that are all evaluated first."""
+    """Compile one of :data:`OPERATORS`, on operands that are all evaluated first."""
     function = OPERATORS[name]
 
     def evaluate(keys: KeyStore) -> Any:
@@ -62,7 +62,7 @@ def operation(name: str, *operands: Evaluate) -> Evaluate:
 
 
 def junction(decisive: bool, left: Evaluate, right: Evaluate) -> Evaluate:
-    """``and`` and ``or``: the right side is evaluated only when the left does not decide.
+    """Compile ``and`` and ``or``: the right side is evaluated only when the left does not decide.
 
     Args:
         decisive: The value of the left side that decides: True for ``or``, False for ``and``.
@@ -94,7 +94,7 @@ class CompiledExpression:
     shown: Mapping[str, Callable[[Any], str]] = field(default_factory=dict, compare=False)
 
     def resolve(self, keys: KeyStore) -> Any:
-        """The value now.
+        """Return the value now.
 
         Raises:
             ValueProblem: A key has no value, or the expression has none; the message names the expression.
@@ -105,7 +105,7 @@ class CompiledExpression:
             raise BadExpression(f"{self.text} has no value: {error}") from None
 
     def holds(self, keys: KeyStore) -> bool:
-        """Whether the condition is true now.
+        """Tell whether the condition is true now.
 
         Raises:
             ValueProblem: As :meth:`resolve`, also when the value is neither true nor false.
@@ -116,17 +116,17 @@ class CompiledExpression:
         return value
 
     def with_values(self, keys: KeyStore) -> str:
-        """The values of its keys for people, such as ``x is 5, room is kitchen``; empty without keys."""
+        """Return the keys' values for people, e.g. ``x is 5, room is kitchen``; empty without keys."""
         return self.text_of(keys.peek(self.keys))
 
     def text_of(self, values: Sequence[Any]) -> str:
-        """The values of its keys for people, as they were when they were looked up."""
+        """Return the values of its keys for people, as they were when they were looked up."""
         return ", ".join(
             f"{key} is {self._show(key, value)}" for key, value in zip(self.keys, values, strict=True)
         )
 
     def denial(self, keys: KeyStore, *, wanted: bool = True) -> str:
-        """A sentence that says that the condition is not as wanted, with the values behind it."""
+        """Write a sentence that says that the condition is not as wanted, with the values behind it."""
         values = self.with_values(keys)
         verb = "does not hold" if wanted else "holds"
         return f"{self.text} {verb}{f' ({values})' if values else ''}"
@@ -139,26 +139,26 @@ class CompiledExpression:
 
 
 def invert(value: Any) -> bool:
-    """True for false and false for true."""
+    """Return True for false and false for true."""
     return not _truth(value)
 
 
 def distance(start: Any, end: Any) -> float:
-    """Metres between two poses, in a straight line."""
+    """Return the metres between two poses, in a straight line."""
     if not isinstance(start, Pose2) or not isinstance(end, Pose2):
         raise TypeError("two poses are needed")
     return _finite(start.distance_to(end))
 
 
 def bearing(start: Any, end: Any) -> float:
-    """How far a robot at one pose turns to look at another, radians in (-pi, pi], counter-clockwise."""
+    """Return a robot's turn from one pose to look at another, radians in (-pi, pi], counter-clockwise."""
     if not isinstance(start, Pose2) or not isinstance(end, Pose2):
         raise TypeError("two poses are needed")
     return _finite(start.bearing_to(end.x, end.y))
 
 
 def equal(left: Any, right: Any) -> bool:
-    """Whether two values of one kind are the same, numbers up to a billionth."""
+    """Tell whether two values of one kind are the same, numbers up to a billionth."""
     if isinstance(left, (bool, str, Pose2, tuple)) or isinstance(right, (bool, str, Pose2, tuple)):
         if type(left) is not type(right):
             raise TypeError("two values of one kind are needed")
@@ -167,7 +167,7 @@ def equal(left: Any, right: Any) -> bool:
 
 
 def item_of(items: Any, index: Any) -> Any:
-    """An item of a list, counted from 0."""
+    """Return an item of a list, counted from 0."""
     known = _items(items)
     if isinstance(index, bool) or not isinstance(index, int):
         raise TypeError("a whole number is needed")
@@ -177,17 +177,17 @@ def item_of(items: Any, index: Any) -> Any:
 
 
 def less(left: Any, right: Any) -> bool:
-    """Whether a number is smaller than another, and not the same up to a billionth."""
+    """Tell whether a number is smaller than another, and not the same up to a billionth."""
     return _number(left) < _number(right) and not _same(left, right)
 
 
 def at_most(left: Any, right: Any) -> bool:
-    """Whether a number is smaller than another or the same."""
+    """Tell whether a number is smaller than another or the same."""
     return _number(left) <= _number(right) or _same(left, right)
 
 
 def _numeric(function: Callable[..., Any]) -> Callable[..., Any]:
-    """An operator on numbers whose result must be a finite number."""
+    """Make an operator on numbers whose result must be a finite number."""
 
     def compute(*operands: Any) -> Any:
         return _finite(function(*(_number(operand) for operand in operands)))

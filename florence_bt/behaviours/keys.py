@@ -27,7 +27,7 @@ class ValueProblem(FlorenceError):
     """The code of the failure."""
 
     def as_result(self) -> Result:
-        """The failure of the node that wanted the value."""
+        """Return the failure of the node that wanted the value."""
         return failure(self.code, str(self))
 
 
@@ -89,7 +89,7 @@ class KeyStore:
         self._kinds = kinds
 
     def shown(self, key: str, value: Any) -> str:
-        """A value for people, with the unit of the key that holds it."""
+        """Return a value for people, with the unit of the key that holds it."""
         return readable(value, self._kinds().get(key) if self._kinds is not None else None)
 
     def reset(self, values: Mapping[str, Any]) -> None:
@@ -132,12 +132,12 @@ class KeyStore:
         return end
 
     def peek(self, keys: Iterable[str]) -> tuple[Any, ...]:
-        """The values of some keys, :data:`NOTHING` where a key has none."""
+        """Return the values of some keys, :data:`NOTHING` where a key has none."""
         get = self._values.get
         return tuple([get(key, NOTHING) for key in keys])
 
     def read(self, key: str) -> Any:
-        """The value of a key.
+        """Return the value of a key.
 
         Raises:
             MissingKey: Nothing has written the key.
@@ -184,7 +184,7 @@ class KeyStore:
         return iter(self._values)
 
     def as_dict(self) -> dict[str, Any]:
-        """A copy of all keys and values, for dumps and journals."""
+        """Copy all keys and values, for dumps and journals."""
         return dict(self._values)
 
 
@@ -200,7 +200,7 @@ class ValueSource(Protocol):
     """A value that is known only when the mission runs."""
 
     def resolve(self, keys: KeyStore) -> Any:
-        """The value now.
+        """Return the value now.
 
         Raises:
             ValueProblem: It needs a key that has no value, or cannot be computed.
@@ -218,7 +218,7 @@ class KeyReference:
     key: str
 
     def resolve(self, keys: KeyStore) -> Any:
-        """The key's value now."""
+        """Return the key's value now."""
         return keys.read(self.key)
 
 
@@ -233,7 +233,7 @@ class TextTemplate:
     parts: tuple[str | ValueSource, ...]
 
     def resolve(self, keys: KeyStore) -> str:
-        """The text with the values of its keys."""
+        """Return the text with the values of its keys."""
         return "".join(p if isinstance(p, str) else readable(p.resolve(keys)) for p in self.parts)
 
 
@@ -252,7 +252,7 @@ class PoseFromParts:
     yaw: Any
 
     def resolve(self, keys: KeyStore) -> Pose2:
-        """The pose in the map frame."""
+        """Return the pose in the map frame."""
         x, y, yaw = (float(resolve(part, keys)) for part in (self.x, self.y, self.yaw))
         return Pose2(x, y, yaw)
 
@@ -268,12 +268,12 @@ class ListFromItems:
     items: tuple[Any, ...]
 
     def resolve(self, keys: KeyStore) -> tuple[Any, ...]:
-        """The list."""
+        """Return the list."""
         return tuple(resolve(item, keys) for item in self.items)
 
 
 def resolve(value: Any, keys: KeyStore) -> Any:
-    """A literal as it is; a value source as it stands now.
+    """Resolve a value: a literal as it is, a value source as it stands now.
 
     Raises:
         ValueProblem: A key that is needed has no value, or the value cannot be computed.
@@ -282,12 +282,12 @@ def resolve(value: Any, keys: KeyStore) -> Any:
 
 
 def is_source(value: Any) -> bool:
-    """Whether a value is a :class:`ValueSource`; asking the protocol itself takes ten times as long."""
+    """Tell whether a value is a :class:`ValueSource`; asking the protocol itself takes ten times as long."""
     return hasattr(value, "resolve")
 
 
 def readable(value: Any, kind: Kind | None = None) -> str:
-    """A value for people, short and the same every time; with its unit when its kind is given."""
+    """Write a value for people, short and the same every time; with its unit when its kind is given."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)) and kind is not None and kind in SHOWN_UNITS:

@@ -34,7 +34,7 @@ class Fail(Behaviour):
         self._code = code
 
     def update(self) -> Status:
-        """FAILURE with the reason."""
+        """Return FAILURE with the reason."""
         try:
             self.result = failure(self._code, readable(resolve(self._reason, self._context.keys)))
         except ValueProblem as error:
@@ -59,7 +59,7 @@ class KeyWriter(Behaviour):
         self._values = dict(values)
 
     def update(self) -> Status:
-        """SUCCESS with the keys written."""
+        """Return SUCCESS with the keys written."""
         keys = self._context.keys
         try:
             given = {key: resolve(value, keys) for key, value in self._values.items()}

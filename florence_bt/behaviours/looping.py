@@ -20,7 +20,7 @@ from florence_bt.core.outcome import Result, failure
 
 
 class Loop(Branching):
-    """What all loops share: a number of rounds, and the number of the round in a key."""
+    """A loop: a number of rounds, and the number of the round in a key."""
 
     def __init__(
         self,
@@ -133,7 +133,7 @@ class Retry(Loop):
         self._last, self._exhausted = None, False
 
     def goes_on(self, status: Status) -> bool:
-        """Whether a failure is worth another attempt."""
+        """Tell whether a failure is worth another attempt."""
         if status is Status.SUCCESS:
             if self.round > 1:
                 self.feedback_message = f"attempt {self._of_all(self.round)} succeeded"
@@ -170,7 +170,7 @@ class Repeat(Loop):
     """
 
     def goes_on(self, status: Status) -> bool:
-        """Whether there is another round."""
+        """Tell whether there is another round."""
         if status is not Status.SUCCESS or self.round >= self.rounds:
             return False
         self.feedback_message = f"round {self._of_all(self.round + 1)}"
@@ -246,7 +246,7 @@ class ForEach(Branching):
         return Status.SUCCESS
 
     def _goes_on(self, status: Status) -> bool:
-        """Whether the next item follows."""
+        """Tell whether the next item follows."""
         if status is Status.SUCCESS:
             return not self._first_success
         self._last = explain(self.child)

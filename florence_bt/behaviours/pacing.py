@@ -59,7 +59,7 @@ class Wait(Behaviour):
             self._timer.start(duration)
 
     def update(self) -> Status:
-        """RUNNING until the pause is over."""
+        """Return RUNNING until the pause is over."""
         if self.result is not None:
             self.feedback_message = self.result.reason
             return Status.FAILURE
@@ -109,7 +109,7 @@ class Timeout(PreparedDecorator):
         self._timer.start(self._seconds)
 
     def update(self) -> Status:
-        """The child's status, or FAILURE when the time is over and it still runs."""
+        """Return the child's status, or FAILURE when the time is over and it still runs."""
         if self.decorated.status is Status.RUNNING and self._timer.fired:
             leaf = _running_leaf(self.decorated)
             doing = f"{leaf.name}: {leaf.feedback_message}" if leaf.feedback_message else leaf.name
@@ -129,7 +129,7 @@ class Timeout(PreparedDecorator):
 
 
 def _running_leaf(node: Behaviour) -> Behaviour:
-    """What goes on; the tip of a parallel is its last branch, which may have ended."""
+    """Return what goes on; the tip of a parallel is its last branch, which may have ended."""
     while child := next((child for child in node.children if child.status is Status.RUNNING), None):
         node = child
     return node

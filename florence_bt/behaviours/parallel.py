@@ -31,7 +31,7 @@ class CountingParallel(Stepping):
         self.fail = fail
 
     def steps(self) -> Steps:
-        """Every branch that is not done; then count."""
+        """Tick every branch that is not done, then count."""
         if self.status is not Status.RUNNING:
             self.halt_all()
             self.current_child = None

@@ -37,7 +37,7 @@ class ResourceLock:
         self._waiting = False
 
     def acquire(self) -> bool:
-        """Whether the skill may start now; else its resources are waited for."""
+        """Tell whether the skill may start now; else wait for its resources."""
         holder = self._context.holder(self._skill)
         if holder is None:
             self.release()
@@ -164,12 +164,12 @@ class RunSkill(Behaviour):
             self._start_again(self._entry)
 
     def _conditions_above(self) -> Iterator[Any]:
-        """The conditions that composites above watch for what is below."""
+        """Yield the conditions that composites above watch for what is below."""
         for node in self._above():
             yield from getattr(node, "watched", ())
 
     def _above(self) -> Iterator[Behaviour]:
-        """The nodes above this one; those of a clean-up beside the tree end with the clean-up."""
+        """Yield the nodes above this one; those of a clean-up beside the tree end with the clean-up."""
         node: Behaviour = self
         while node.parent is not None and node in node.parent.children:
             node = node.parent
@@ -184,7 +184,7 @@ class RunSkill(Behaviour):
         self._entry.on_resume = self._on_resume
 
     def _complete_inputs(self) -> dict[str, Any] | None:
-        """What the skill is started with; None when it cannot be started, with the reason in the result."""
+        """Return the skill's inputs; None when it cannot be started, with the reason in the result."""
         try:
             inputs = {name: resolve(value, self._context.keys) for name, value in self.inputs.items()}
         except ValueProblem as error:

@@ -28,7 +28,7 @@ class Stepping(Composite):
 
     @abstractmethod
     def steps(self) -> Steps:
-        """One tick: see :data:`Steps`."""
+        """Take one tick: see :data:`Steps`."""
 
     def tick(self) -> Iterator[Behaviour]:
         """Tick the children one after the other, as py_trees does."""

@@ -28,7 +28,7 @@ class _Answer:
     inputs: Mapping[str, Any] | None = None
 
     def tells_the_same(self, other: _Answer) -> bool:
-        """Whether the tree goes on in the same way with another answer."""
+        """Tell whether the tree goes on in the same way with another answer."""
         codes = [each.result.code if each.result is not None else "" for each in (self, other)]
         return self.status is other.status and codes[0] == codes[1]
 
@@ -84,7 +84,7 @@ class ConditionAction(InCondition):
             super().initialise()
 
     def update(self) -> Status:
-        """The status of the run, or of the one that stands."""
+        """Return the status of the run, or of the one that stands."""
         if self._answer is not None:
             return self._show(self._answer)
         inputs = self._entry.inputs if self._entry is not None else None
@@ -156,7 +156,7 @@ class WatchedSkill(InCondition):
         return self._answer is not None and (self._due or self._asking)
 
     def _conditions_above(self) -> Iterator[Any]:
-        """None: a question waits for no other."""
+        """Return none: a question waits for no other."""
         return iter(())
 
     def initialise(self) -> None:
@@ -172,7 +172,7 @@ class WatchedSkill(InCondition):
             super().initialise()
 
     def update(self) -> Status:
-        """The answer that is kept; RUNNING before the first one."""
+        """Return the answer that is kept; RUNNING before the first one."""
         if self._answer is None:
             status = super().update()
             if status is not Status.RUNNING:

@@ -182,7 +182,7 @@ class Spot:
         self._kept = None
 
     def recall(self) -> Any:
-        """What was found here when it still stands, else None."""
+        """Return what was found here when it still stands, else None."""
         if self._kept is None or not self.replays:
             return None
         session, found = self._kept
@@ -190,7 +190,7 @@ class Spot:
 
 
 def acts(node: Behaviour) -> bool:
-    """Whether an action runs at or below a node that runs, and not only a question or a pause."""
+    """Tell whether an action runs at or below a node that runs, and not only a question or a pause."""
     if not node.children:
         return not getattr(node, "only_asks", False)
     return any(child.status is Status.RUNNING and acts(child) for child in node.children)

@@ -41,7 +41,7 @@ class ExtendsReason(Protocol):
     """A decorator that adds to the reason of its child, such as a retry."""
 
     def extend_reason(self, why: Why) -> Why:
-        """The child's failure with what this node knows about it."""
+        """Extend the child's failure by what this node knows about it."""
 
 
 @runtime_checkable
@@ -77,7 +77,7 @@ class Because:
     by_code: Mapping[str, TextTemplate] = field(default_factory=dict)
 
     def extend_reason(self, why: Why) -> Why:
-        """The failure with the author's reason, if there is one for its code."""
+        """Replace the reason of a failure by the author's, if there is one for its code."""
         template = self.by_code.get(why.code, self.always)
         if template is None:
             return why
@@ -88,7 +88,7 @@ class Because:
 
 
 def path_of(node: Behaviour) -> str:
-    """The names from the root down to a node, joined with ``/``."""
+    """Return the names from the root down to a node, joined with ``/``."""
     names = [node.name]
     while node.parent is not None:
         node = node.parent
@@ -145,7 +145,7 @@ def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
 
 
 def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) -> Why:
-    """The cause of a selector: that of the last branch, and in short why the others failed."""
+    """Find the cause of a selector: that of the last branch, and in short why the others failed."""
     why = _why(last, known)
     others: dict[str, list[str]] = {}
     for child in takewhile(lambda child: child is not last, selector.children):
@@ -158,7 +158,7 @@ def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) ->
 
 
 def _summary(names: list[str], reason: str, last: str) -> str:
-    """Branches with one reason; a reason that the last branch gives anyway is not said again."""
+    """Summarise branches with one reason, which is left out if the last branch gives it anyway."""
     branches = ", ".join(dict.fromkeys(names))
     if reason in (last, last.split(EARLIER)[0]):
         return f"{branches} too"
@@ -172,5 +172,5 @@ def _why(child: Behaviour, known: dict[Behaviour, Why]) -> Why:
 
 
 def shortened(reason: str) -> str:
-    """A reason as it stands beside others."""
+    """Shorten a reason that stands beside others."""
     return reason if len(reason) <= SHORT_REASON else f"{reason[: SHORT_REASON - 3]}..."

@@ -13,7 +13,7 @@ _SWITCHES = {"override": True, "release": False}
 
 
 def main() -> None:
-    """Entry point of the command."""
+    """Run the command."""
     words = sys.argv[1:]
     if len(words) == 1 and words[0] in _SWITCHES:
         sys.exit(_switch_override(_SWITCHES[words[0]]))

@@ -130,7 +130,7 @@ def key_values(pairs: list[str]) -> dict[str, str]:
 
 
 def _split_by_the_shell(pairs: list[str], index: int) -> ConfigError:
-    """A value with blanks that was typed without quotes, so that the shell made several arguments of it."""
+    """Make the error for a value with blanks but no quotes, which the shell split into several arguments."""
     pieces = takewhile(lambda piece: "=" not in piece, pairs[index:])
     name, _, first = pairs[index - 1].partition("=")
     meant = f"{name}={shlex.quote(' '.join((first, *pieces)))}"

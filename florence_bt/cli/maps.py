@@ -15,7 +15,7 @@ app.add_typer(maps, name="map", rich_help_panel="The robot")
 
 @maps.callback()
 def _group() -> None:
-    """Maps: save the published one."""
+    """Save the published map."""
 
 
 @maps.command(epilog=f"Example: florence map save maps/home.yaml --image-format png\n\n{EXIT_CODES}")

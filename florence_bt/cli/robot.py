@@ -94,7 +94,7 @@ app.add_typer(kinect, name="kinect", rich_help_panel="The robot")
 
 @kinect.callback()
 def _group() -> None:
-    """The Kinect: record what it sees."""
+    """Record what the Kinect sees."""
 
 
 @kinect.command(epilog=f"Example: florence kinect record --folder kitchen --seconds 3\n\n{EXIT_CODES}")

@@ -13,7 +13,7 @@ from florence_bt.cli.exit_codes import FAILED, OK
 
 
 class PolicyChoice(StrEnum):
-    """What to do when another mission is running."""
+    """The policies for when another mission is running."""
 
     reject = "reject"
     queue = "queue"

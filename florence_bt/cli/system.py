@@ -151,5 +151,5 @@ def up(
 
 
 def _absolute(path: Path | None) -> str | None:
-    """A path that other processes can use, too."""
+    """Make a path that other processes can use, too."""
     return str(path.absolute()) if path else None

@@ -70,7 +70,7 @@ def explain_flow(
 
 
 def _without_comments(line: str) -> str:
-    """The line with quotes round every text in which a comment begins."""
+    """Put quotes round every text in which a comment begins."""
     for _ in range(line.count("#")):
         sign = _swallowing_comment(line)
         entry = _Entry.at(line, sign) if sign is not None else None
@@ -79,7 +79,7 @@ def _without_comments(line: str) -> str:
 
 
 def _colon(entry: _Entry, before: str, beside: Collection[str]) -> tuple[str, tuple[str, ...]]:
-    """A text with a colon, or a comma that is missing before the next key."""
+    """Explain a text with a colon, or a missing comma before the next key."""
     last = _LAST_WORD.search(before)
     value = before[: last.start()] if last is not None else ""
     if last is None or not value:
@@ -108,7 +108,7 @@ class _Entry:
 
     @classmethod
     def at(cls, line: str, index: int) -> _Entry | None:
-        """The innermost entry round a place; None when it is outside brackets."""
+        """Return the innermost entry round a place; None when it is outside brackets."""
         opened: list[int] = []
         for place, sign in _signs(line[:index]):
             if sign in _CLOSING:
@@ -125,11 +125,11 @@ class _Entry:
         return cls(line, start, _end_of_value(line, start, item=key is None))
 
     def in_quotes(self) -> str:
-        """The line with the value in quotes."""
+        """Return the line with the value in quotes."""
         return f"{self.line[: self.start].lstrip()}{quoted(self._value)}{self.line[self.end :].rstrip()}"
 
     def with_comma_after(self, length: int) -> str:
-        """The line with a comma after so many characters of the value."""
+        """Return the line with a comma after so many characters of the value."""
         place = self.start + length
         return f"{self.line[:place].rstrip().lstrip()}, {self.line[place:].strip()}"
 
@@ -139,7 +139,7 @@ class _Entry:
 
 
 def quoted(value: str) -> str:
-    """A text in the quotes of YAML that need nothing changed inside, if there are any."""
+    """Put a text in the quotes of YAML that need nothing changed inside, if there are any."""
     value = _bare(value.strip())
     if '"' not in value and "\\" not in value:
         return f'"{value}"'
@@ -147,14 +147,14 @@ def quoted(value: str) -> str:
 
 
 def _bare(value: str) -> str:
-    """A text without quotes that end too soon; typographic ones go too."""
+    """Take off quotes that end too soon, also typographic ones."""
     if value[:1] in ("\N{LEFT DOUBLE QUOTATION MARK}", "\N{DOUBLE LOW-9 QUOTATION MARK}"):
         return value[1:].rstrip("\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}")
     return value
 
 
 def _signs(text: str) -> Iterator[tuple[int, str]]:
-    """The signs of YAML with their places, without what stands in quotes."""
+    """Yield the signs of YAML with their places, without what stands in quotes."""
     quote, begins = "", True
     for index, sign in enumerate(text):
         if quote:
@@ -167,7 +167,7 @@ def _signs(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _end_of_value(line: str, start: int, *, item: bool) -> int:
-    """Where a value ends: at the next entry, or before the bracket that closes the table or list."""
+    """Return where a value ends: at the next entry, or before the bracket that closes the table or list."""
     depth = 0
     for place, sign in _signs(line[start:]):
         if sign in _CLOSING:
@@ -182,7 +182,7 @@ def _end_of_value(line: str, start: int, *, item: bool) -> int:
 
 
 def _swallowing_comment(line: str) -> int | None:
-    """Where a comment begins that takes the closing bracket with it."""
+    """Return where a comment begins that takes the closing bracket with it."""
     opened, before = 0, ""
     for place, sign in _signs(line):
         if sign == "#" and before in (" ", "\t") and opened > 0:

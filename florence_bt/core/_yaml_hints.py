@@ -85,7 +85,7 @@ def explain(lines: list[str], line: int, column: int, problem: str, beside: Coll
 
 
 def _on_its_own_line(line: str, column: int, beside: Collection[str]) -> Hint | None:
-    """A key that stands in the line of another one, as in ``run: goto_room with: {...}``."""
+    """Find a key that stands in the line of another one, as in ``run: goto_room with: {...}``."""
     match = _KEY.match(line)
     for found in _WORD_AND_COLON.finditer(line, match.start("value")) if match else ():
         if match and found["word"] in beside and found.start() < column <= found.end() + 1:
@@ -104,7 +104,7 @@ def _begins_with_quote(before: str) -> bool:
 
 
 def _begins_with_sign(line: str, column: int) -> Hint | None:
-    """A text such as ``> all the rest`` or ``- a dash``, whose first sign means something in YAML."""
+    """Find a text such as ``> all the rest`` or ``- a dash``, whose first sign means something in YAML."""
     match = _KEY.match(line)
     if match is None or match["value"][0] not in _SIGNS or column > match.start("value") + 4:
         return None
@@ -113,7 +113,7 @@ def _begins_with_sign(line: str, column: int) -> Hint | None:
 
 
 def _begins_with_bracket(before: str) -> bool:
-    """Whether a list or a table between brackets ended just before, as in ``name: [draft] a round``."""
+    """Tell whether a list or a table between brackets ended just before, as in ``name: [draft] a round``."""
     value = before.partition(": ")[2].strip()
     brackets = [char for char in value if char in "[]{}"]
     closed: list[str] = []
@@ -135,7 +135,7 @@ def _after_a_bracket(line: str, bracket: str, after: str) -> Hint:
 
 
 def _whole_in_quotes(before: str, after: str) -> tuple[str, ...]:
-    """A text whose quotes end too soon, such as ``'it's over'``, in the other quotes."""
+    """Put a text whose quotes end too soon, such as ``'it's over'``, in the other quotes."""
     value = (before.partition(": ")[2] + after).strip()
     quote = "'" if value[0] == '"' else '"'
     inside = value[1:-1] if value.endswith(value[0]) else value
@@ -143,7 +143,7 @@ def _whole_in_quotes(before: str, after: str) -> tuple[str, ...]:
 
 
 def _colon(lines: list[str], line: int, column: int, words: str) -> Hint:
-    """A colon too many in a text, or one too few in the line above."""
+    """Explain a colon too many in a text, or one too few in the line above."""
     match = _KEY.match(lines[line - 1])
     if match and column - 1 >= match.start("value"):
         problem = "text with a colon needs quotes"
@@ -161,7 +161,7 @@ def _colon(lines: list[str], line: int, column: int, words: str) -> Hint:
 
 
 def _indentations(lines: list[str], line: int) -> tuple[str, ...]:
-    """How many spaces the lines above have, those with nearly as many first."""
+    """Return how many spaces the lines above have, those with nearly as many first."""
     wrong, dashed = _indent(lines[line - 1]), lines[line - 1].lstrip(" ").startswith("- ")
     seen: dict[int, int] = {}
     for number in range(line - 1, max(0, line - 50), -1):

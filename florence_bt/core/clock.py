@@ -26,7 +26,7 @@ class Clock(Protocol):
     """Time in seconds that never runs backwards, and callbacks at given moments."""
 
     def now(self) -> float:
-        """Seconds since an arbitrary but fixed moment."""
+        """Return the seconds since an arbitrary but fixed moment."""
 
     def call_at(self, when: float, callback: Callback) -> Timer:
         """Call back once at ``when`` (at once, but never inside this call, when that has passed)."""
@@ -97,7 +97,7 @@ class ManualClock:
         self._queue: list[tuple[float, int, ManualTimer]] = []
 
     def now(self) -> float:
-        """The time that was set by hand, in seconds."""
+        """Return the time that was set by hand, in seconds."""
         return self._now
 
     def call_at(self, when: float, callback: Callback) -> ManualTimer:
@@ -107,7 +107,7 @@ class ManualClock:
         return timer
 
     def next_time(self) -> float | None:
-        """The moment of the next waiting callback, or None."""
+        """Return the moment of the next waiting callback, or None."""
         while self._queue and self._queue[0][2].callback is None:
             heapq.heappop(self._queue)
         return self._queue[0][0] if self._queue else None

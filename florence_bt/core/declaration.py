@@ -86,7 +86,7 @@ SHOWN_UNITS: Mapping[Kind, tuple[str, float]] = {
 
 
 def number_text(value: float, kind: Kind) -> str:
-    """A number (SI units) for people: ``600 s``, short and the same every time."""
+    """Write a number (SI units) for people: ``600 s``, short and the same every time."""
     unit, size = SHOWN_UNITS.get(kind, ("", 1.0))
     return f"{value * size:.6g} {unit}".rstrip()
 
@@ -137,7 +137,7 @@ class Port:
         return self.default is REQUIRED
 
     def problem_with(self, value: Any) -> str | None:
-        """Why a value (in SI units) does not fit, or None when it does."""
+        """Tell why a value (in SI units) does not fit, or None when it does."""
         wrong_type = not isinstance(value, self.kind.python_types) or (
             isinstance(value, bool) and self.kind is not Kind.BOOLEAN
         )
@@ -215,7 +215,7 @@ class SkillDeclaration:
     groups: tuple[CodeGroup, ...] = ()
 
     def problems_with(self, inputs: Mapping[str, Any]) -> list[str]:
-        """Everything that is wrong with a set of inputs (SI units); empty when they fit."""
+        """Return everything that is wrong with a set of inputs (SI units); empty when they fit."""
         problems = [f"{self.name} has no input {name!r}" for name in inputs if name not in self.inputs]
         for name, port in self.inputs.items():
             if name in inputs:
@@ -227,5 +227,5 @@ class SkillDeclaration:
         return problems
 
     def complete(self, inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """The inputs with the defaults of those that were not given."""
+        """Return the inputs with the defaults of those that were not given."""
         return {name: inputs.get(name, port.default) for name, port in self.inputs.items()}

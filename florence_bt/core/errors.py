@@ -127,17 +127,17 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
 
 
 def spelling(name: str) -> str:
-    """A name without what people write in other ways: capitals, and what stands between its words."""
+    """Strip a name of what people write differently: capitals, and what stands between its words."""
     return _BETWEEN_WORDS.sub("", name).lower()
 
 
 def close_matches(wanted: str, names: Iterable[str]) -> list[str]:
-    """The names that look like ``wanted``, best first, at most three."""
+    """Return the names that look like ``wanted``, best first, at most three."""
     return difflib.get_close_matches(wanted, _neighbours(wanted, names), n=3)
 
 
 def _neighbours(wanted: str, names: Iterable[str]) -> list[str]:
-    """At most :data:`MAX_COMPARED` of the names, in alphabetical order: a comparison is slow."""
+    """Return at most :data:`MAX_COMPARED` names, in alphabetical order: a comparison is slow."""
     known = sorted(names)
     first = max(0, bisect(known, wanted.lower()) - MAX_COMPARED // 2) if len(known) > MAX_COMPARED else 0
     return known[first : first + MAX_COMPARED]

@@ -21,7 +21,7 @@ def normalize_angle(angle: float) -> float:
 
 
 def angle_difference(to: float, start: float) -> float:
-    """The shortest turn from ``start`` to ``to``, in (-pi, pi], counter-clockwise positive."""
+    """Return the shortest turn from ``start`` to ``to``, in (-pi, pi], counter-clockwise positive."""
     return normalize_angle(to - start)
 
 
@@ -54,7 +54,7 @@ class Pose2:
         )
 
     def inverse(self) -> Pose2:
-        """The transform the other way round."""
+        """Return the inverse transform."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, normalize_angle(-self.yaw))
 
@@ -64,19 +64,19 @@ class Pose2:
         return self.x + c * x - s * y, self.y + s * x + c * y
 
     def distance_to(self, other: Pose2) -> float:
-        """Straight distance between the two positions in metres."""
+        """Return the straight distance between the two positions in metres."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, x: float, y: float) -> float:
-        """Direction of a point as seen from here, relative to the heading, in (-pi, pi]."""
+        """Return the direction of a point as seen from here, relative to the heading, in (-pi, pi]."""
         return normalize_angle(math.atan2(y - self.y, x - self.x) - self.yaw)
 
     def is_finite(self) -> bool:
-        """Whether no number of the pose is NaN or infinite."""
+        """Tell whether no number of the pose is NaN or infinite."""
         return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
 
     def is_within_limits(self) -> bool:
-        """Whether it is finite, at most 10 km away on each axis and turned by 1000 turns at most."""
+        """Tell whether it is finite, at most 10 km away on each axis and turned by 1000 turns at most."""
         return (
             abs(self.x) <= MAX_DISTANCE_M and abs(self.y) <= MAX_DISTANCE_M and abs(self.yaw) <= MAX_ANGLE_RAD
         )
@@ -95,11 +95,11 @@ class Twist2:
     angular: float = 0.0
 
     def is_zero(self) -> bool:
-        """Whether this is exactly standstill."""
+        """Tell whether this is exactly standstill."""
         return self.linear == 0.0 and self.angular == 0.0
 
     def slowed_to(self, speed: float, turning: float = math.inf) -> Twist2:
-        """The same arc, driven no faster than some speed, m/s, and turning speed, rad/s."""
+        """Return the same arc, no faster than a speed, m/s, and a turning speed, rad/s."""
         limits = ((speed, abs(self.linear)), (turning, abs(self.angular)))
         share = min((1.0, *(most / value for most, value in limits if value)))
         return Twist2(self.linear * share, self.angular * share)

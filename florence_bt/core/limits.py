@@ -33,13 +33,13 @@ class Limits:
     below: bool = False
 
     def admits(self, value: float) -> bool:
-        """Whether a value is within the limits."""
+        """Tell whether a value is within the limits."""
         high_enough = self.low < value if self.above else self.low <= value
         low_enough = value < self.high if self.below else value <= self.high
         return high_enough and low_enough
 
     def __str__(self) -> str:
-        """For people, e.g. ``above 0`` or ``0 to 99``."""
+        """Write the limits for people, e.g. ``above 0`` or ``0 to 99``."""
         if self.low == -math.inf:
             return "a finite number"
         if self.high == math.inf:
@@ -115,14 +115,14 @@ def check_order(parameters: Any, *pairs: tuple[str, str], equal: bool = False) -
 
 
 def _example(parameters: Any, name: str) -> str:
-    """A field with its default, if it has one."""
+    """Return a field with its default, if it has one."""
     default = type(parameters).__dataclass_fields__[name].default
     return name if default is dataclasses.MISSING else f"{name}: {default}"
 
 
 @functools.cache
 def _rules_of(cls: type) -> dict[str, Limits | tuple[Any, ...]]:
-    """The limits, or the choices, of each field that has some."""
+    """Return the limits, or the choices, of each field that has some."""
     rules: dict[str, Limits | tuple[Any, ...]] = {}
     for name, hint in typing.get_type_hints(cls, include_extras=True).items():
         for part in (hint, *typing.get_args(hint)):

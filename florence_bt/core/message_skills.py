@@ -143,5 +143,5 @@ class _WaitRun(BaseRun):
 
 
 def _differ(one: Result, other: Result) -> bool:
-    """Whether two answers differ in more than their words."""
+    """Tell whether two answers differ in more than their words."""
     return (one.code, one.outputs) != (other.code, other.outputs)

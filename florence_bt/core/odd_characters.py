@@ -47,13 +47,13 @@ class OddCharacter:
 
 
 def named(char: str) -> str:
-    """A character for people: ``U+00A0 (no-break space)``."""
+    """Name a character for people: ``U+00A0 (no-break space)``."""
     name = "byte order mark" if char == _BYTE_ORDER_MARK else unicodedata.name(char, "").lower()
     return f"U+{ord(char):04X}" + (f" ({name})" if name else "")
 
 
 def odd_characters(text: str) -> Iterator[OddCharacter]:
-    """The odd characters of a text that has no quotes, in their order; typographic quotes only round it."""
+    """Yield the odd characters of an unquoted text in order; of typographic quotes only outer ones."""
     around = len(text) > 2 and text[-1] in _QUOTES.get(text[0], "") and '"' not in text
     if around:
         problem = f"the quote {named(text[0])} is none for YAML but part of the text"
@@ -66,7 +66,7 @@ def odd_characters(text: str) -> Iterator[OddCharacter]:
 
 
 def needs_quotes(text: str) -> bool:
-    """Whether a text that is written to a file needs quotes, because it has odd characters that are meant."""
+    """Tell whether a text needs quotes in a file, because it has odd characters that are meant."""
     return any(odd_characters(text))
 
 

@@ -58,12 +58,12 @@ LASTING_CODES = frozenset({"no_skill", "bad_input", "bad_output", "bad_expressio
 
 
 def success(**outputs: Any) -> Result:
-    """A successful end with the given outputs."""
+    """Make a successful end with the given outputs."""
     return Result(Outcome.SUCCEEDED, outputs=outputs)
 
 
 def failure(code: str, reason: str, *, server_code: int = 0, **outputs: Any) -> Result:
-    """A failed end.
+    """Make a failed end.
 
     Args:
         code: The name that the skill declares for this failure.
@@ -75,5 +75,5 @@ def failure(code: str, reason: str, *, server_code: int = 0, **outputs: Any) -> 
 
 
 def cancelled(reason: str = "cancelled on request") -> Result:
-    """The end of a run that was cancelled."""
+    """Make the end of a run that was cancelled."""
     return Result(Outcome.CANCELLED, "cancelled", reason)

@@ -19,7 +19,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def share_folder(package: Path = PACKAGE) -> Path:
-    """The folder that has ``maps``, ``hotspots``, ``urdf`` and ``config``.
+    """Return the folder that has ``maps``, ``hotspots``, ``urdf`` and ``config``.
 
     Args:
         package: The folder of the package.
@@ -39,7 +39,7 @@ def share_folder(package: Path = PACKAGE) -> Path:
 
 
 def find_data(kind: str, name: str) -> Path:
-    """A file that comes with Florence.
+    """Find a file that comes with Florence.
 
     Args:
         kind: The folder: maps, hotspots, urdf or config.

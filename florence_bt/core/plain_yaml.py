@@ -38,7 +38,7 @@ _MAX_PASSES = 20
 
 
 class EmptyFile(ConfigError):
-    """There is nothing in the file, or only comments."""
+    """The file is empty, or holds only comments."""
 
 
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
@@ -111,11 +111,11 @@ class YamlMapping:
     position: Position
 
     def get(self, key: str) -> YamlNode | None:
-        """The value of a key, None when it is not there."""
+        """Return the value of a key, None when it is not there."""
         return next((value for name, value in self.entries if name.text == key), None)
 
     def key(self, name: str) -> YamlScalar | None:
-        """The key itself, for its position."""
+        """Return the key itself, for its position."""
         return next((key for key, _ in self.entries if key.text == name), None)
 
 
@@ -164,7 +164,7 @@ def parse_yaml(
 
 
 def _as_meant(text: str, path: Path, problems: list[ConfigError]) -> str:
-    """The text with what was probably meant in place of its odd characters, each of which is a problem."""
+    """Replace odd characters by what was probably meant; each of them is a problem."""
     for _ in range(_MAX_PASSES):
         found = list(islice(_odd_characters(text), MAX_PROBLEMS))
         problems += [_odd_error(text, each, path) for each in found if each.problem]
@@ -176,7 +176,7 @@ def _as_meant(text: str, path: Path, problems: list[ConfigError]) -> str:
 
 
 def _odd_characters(text: str) -> Iterator[OddCharacter]:
-    """The odd characters outside quotes and comments up to where the text is no YAML."""
+    """Yield the odd characters outside quotes and comments up to where the text is no YAML."""
     try:
         for event in yaml.parse(text, Loader=_LOADER):
             if isinstance(event, yaml.ScalarEvent) and not event.style:
@@ -190,12 +190,12 @@ def _odd_characters(text: str) -> Iterator[OddCharacter]:
 
 
 def _index(mark: Any) -> int:
-    """How many characters stand before a mark."""
+    """Count the characters before a mark."""
     return int(mark.index)
 
 
 def _odd_before(text: str, index: int) -> Iterator[OddCharacter]:
-    """The odd characters in the line where the text is no YAML, up to the word that stands there."""
+    """Yield the odd characters in the line where the text is no YAML, up to the word that stands there."""
     begin, rest = text.rfind("\n", 0, index) + 1, _WORD.match(text, index)
     end = rest.end() if rest is not None else index
     without_quotes = _IN_QUOTES.sub(lambda match: " " * len(match[0]), text[begin:end])
@@ -229,12 +229,12 @@ def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path, beside: Collec
 
 
 def _colon_is_missing(error: yaml.MarkedYAMLError) -> bool:
-    """Whether a line has no colon; the library looks for it up to the next line, and complains there."""
+    """Tell whether a line has no colon; the library looks for it up to the next line, and complains there."""
     return bool(error.problem) and "could not find expected ':'" in str(error.problem)
 
 
 def _end_of(text: str) -> Position:
-    """The place behind the last character that is not white space."""
+    """Return the place behind the last character that is not white space."""
     lines = LINE_BREAK.split(text.rstrip())
     return Position(len(lines), len(lines[-1]) + 1)
 
@@ -330,7 +330,7 @@ class _Composer:
             yield key, value
 
     def _note(self, error: ConfigError) -> None:
-        """Something that is wrong and can be passed over."""
+        """Note something that is wrong and can be passed over."""
         if self._problems is None:
             raise error
         if len(self._problems) == MAX_PROBLEMS:

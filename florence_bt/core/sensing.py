@@ -55,15 +55,15 @@ class LaserScan:
         return self.stamp + self.time_increment * (len(self.ranges) - 1) / 2
 
     def angles(self) -> NDArray[np.float64]:
-        """Angle of every beam, shape (n,), radians."""
+        """Return the angle of every beam, shape (n,), radians."""
         return _angles(self.angle_min, self.angle_increment, len(self.ranges))
 
     def directions(self) -> NDArray[np.float64]:
-        """Cosine and sine of every beam's angle, shape (n, 2); read-only."""
+        """Return the cosine and sine of every beam's angle, shape (n, 2); read-only."""
         return _directions(self.angle_min, self.angle_increment, len(self.ranges))
 
     def valid(self) -> NDArray[np.bool_]:
-        """Which ranges are measurements: finite and range_min <= r < range_max, shape (n,)."""
+        """Tell which ranges are measurements: finite and range_min <= r < range_max, shape (n,)."""
         return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges < self.range_max)
 
 
@@ -73,7 +73,7 @@ def _angles(angle_min: float, angle_increment: float, count: int) -> NDArray[np.
 
 @lru_cache(maxsize=16)
 def _directions(angle_min: float, angle_increment: float, count: int) -> NDArray[np.float64]:
-    """Of the beams of a scan; a sensor always has the same ones."""
+    """Return the directions of a scan's beams, which are always the same for a sensor."""
     angles = _angles(angle_min, angle_increment, count)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     directions.setflags(write=False)
@@ -137,7 +137,7 @@ class ColourImage:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the base believes to be, dead-reckoned.
+    """The pose and velocity of the base, dead-reckoned.
 
     Attributes:
         stamp: Seconds.
@@ -173,14 +173,14 @@ class OccupancyGrid:
     cells: NDArray[np.int8]
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
-        """(row, column) of a point in the map frame; may lie outside the grid."""
+        """Return the (row, column) of a point in the map frame; may lie outside the grid."""
         return (
             int(np.floor((y - self.origin.y) / self.resolution)),
             int(np.floor((x - self.origin.x) / self.resolution)),
         )
 
     def upright(self) -> OccupancyGrid:
-        """The same map on cells along the axes of the map frame: itself when the origin's yaw is zero.
+        """Return the same map on cells along the axes of the map frame: itself when the origin's yaw is zero.
 
         A cell has the value of the old one under its centre, unknown outside. No occupied cell is lost; walls
         may become a cell thicker. Places are exact to half a cell.
@@ -202,11 +202,11 @@ class OccupancyGrid:
         return OccupancyGrid(self.resolution, Pose2(float(x), float(y), 0.0), cells)
 
     def contains(self, row: int, column: int) -> bool:
-        """Whether the cell lies in the grid."""
+        """Tell whether the cell lies in the grid."""
         return 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
 
     def problem_with_place(self, x: float, y: float, slack: float = 0.0) -> str | None:
-        """Why nobody can be sent to, or be believed at, a place: the map knows nothing of it.
+        """Tell why a place is no goal and no pose to believe in: the map knows nothing of it.
 
         Args:
             x: Metres, frame of the map.
@@ -234,18 +234,18 @@ class OccupancyGrid:
         return f"outside the map ({span_x}, {span_y})"
 
     def is_occupied(self, x: float, y: float) -> bool:
-        """Whether a place (metres, frame of the map) is probably occupied; outside of the grid it is not."""
+        """Tell whether a place (metres, map frame) is probably occupied; outside of the grid it is not."""
         row, column = self.cell_of(x, y)
         return self.contains(row, column) and bool(self.cells[row, column] > OCCUPIED // 2)
 
 
 def upright_size(columns: int, rows: int, yaw: float) -> tuple[int, int]:
-    """Columns and rows that a map of a turned origin has when it is made :meth:`OccupancyGrid.upright`."""
+    """Return the columns and rows of a map with a turned origin once made :meth:`OccupancyGrid.upright`."""
     return (columns, rows) if yaw == 0.0 else _upright_frame(columns, rows, _turn(yaw))[1]
 
 
 def _turn(yaw: float) -> NDArray[np.float64]:
-    """From the axes of cells to those of the map frame, for rows of coordinates on the left."""
+    """Return the turn from cell axes to those of the map frame, for coordinate rows on the left."""
     c, s = np.cos(yaw), np.sin(yaw)
     return np.array([[c, s], [-s, c]])
 
@@ -253,7 +253,7 @@ def _turn(yaw: float) -> NDArray[np.float64]:
 def _upright_frame(
     columns: int, rows: int, turn: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], tuple[int, int]]:
-    """The lowest corner (x, y) in cells, and the columns and rows from there that hold a turned map."""
+    """Return the lowest corner (x, y) in cells, and the columns and rows to hold a turned map."""
     corners = np.array([[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]]) @ turn
     # A hair less: a map turned by a right angle shall not get an empty row.
     low = np.floor(corners.min(axis=0) + 1e-6)
@@ -291,7 +291,7 @@ class TrackedUser:
     confidence: float = 1.0
 
     def moved_by(self, frame: Pose2) -> TrackedUser:
-        """The same in the frame in which its present frame has this pose."""
+        """Return the same in the frame in which its present frame has this pose."""
         x, y = frame.apply(self.x, self.y)
         vx, vy = Pose2(0.0, 0.0, frame.yaw).apply(self.vx, self.vy)
         return replace(self, x=x, y=y, vx=vx, vy=vy)

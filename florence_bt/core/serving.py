@@ -19,7 +19,7 @@ from florence_bt.core.skill import Inputs, Skill, SkillRun
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Served:
-    """What all have in common.
+    """A served skill.
 
     Attributes:
         skill: The declaration.
@@ -56,7 +56,7 @@ class ServedByClock(Served):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServedByNode(Served):
-    """What actions and services have in common.
+    """A skill that a node serves as an action or service.
 
     Attributes:
         component: The part of the rig that performs the skill.

@@ -27,7 +27,7 @@ class SettingsReader:
     def mapping(
         self, source: YamlNode, names: Collection[str], needed: Sequence[str] = ()
     ) -> dict[str, YamlNode]:
-        """The values of a mapping by key.
+        """Read the values of a mapping by key.
 
         Args:
             source: The part of the file.
@@ -45,7 +45,7 @@ class SettingsReader:
         return {key.text: value for key, value in source.entries}
 
     def values(self, entries: Mapping[str, YamlNode], readers: Mapping[str, ValueReader]) -> dict[str, Any]:
-        """The typed values of a mapping by key.
+        """Read the typed values of a mapping by key.
 
         Args:
             entries: What :meth:`mapping` found.
@@ -54,26 +54,26 @@ class SettingsReader:
         return {name: readers[name](value, name) for name, value in entries.items()}
 
     def sequence(self, source: YamlNode, name: str) -> tuple[YamlNode, ...]:
-        """The items of a list."""
+        """Read the items of a list."""
         if not isinstance(source, YamlSequence):
             raise self.error(f"{name} must be a list", source)
         return source.items
 
     def text(self, source: YamlNode, name: str) -> str:
-        """A text that is not empty."""
+        """Read a text that is not empty."""
         if not isinstance(source, YamlScalar) or not source.text.strip():
             raise self.error(f"{name} must be text", source, valid=[f"{name}: ..."])
         return source.text
 
     def choice(self, source: YamlNode, name: str, known: Collection[str]) -> str:
-        """One of the texts that are known."""
+        """Read one of the texts that are known."""
         text = self.text(source, name)
         if text not in known:
             raise self.error(f"the {name} {text!r} does not exist", source, valid=closest_first(text, known))
         return text
 
     def number(self, source: YamlNode, name: str, valid: Iterable[str] = ()) -> float:
-        """A finite number; ``valid`` is what would have worked."""
+        """Read a finite number; ``valid`` is what would have worked."""
         text = source.text if isinstance(source, YamlScalar) else ""
         try:
             number = float(text)
@@ -84,6 +84,6 @@ class SettingsReader:
         return number
 
     def error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:
-        """The error to raise about a part of the file."""
+        """Make the error to raise about a part of the file."""
         position = source.position
         return ConfigError(problem, file=self.file, line=position.line, column=position.column, valid=valid)

@@ -26,7 +26,7 @@ class SkillRun(Protocol):
         """What the run does now, for people; steady while nothing new happens."""
 
     def poll(self) -> Result | None:
-        """The result, or None while the run goes on. Never blocks."""
+        """Return the result, or None while the run goes on. Never blocks."""
 
     def cancel(self) -> None:
         """Ask for the end. Idempotent, and takes effect in every state, also before acceptance."""
@@ -58,7 +58,7 @@ class WakingSkill(Skill, Protocol):
 
 
 class Phase(enum.Enum):
-    """Where a run stands between its start and its result."""
+    """The phases of a run between its start and its result."""
 
     PENDING = "pending"
     """The goal was sent; the server has not answered."""
@@ -74,7 +74,7 @@ class Phase(enum.Enum):
 
 
 class Event(enum.Enum):
-    """What can happen to a run."""
+    """The events of a run."""
 
     ACCEPTED = "accepted"
     CANCEL = "cancel"
@@ -131,7 +131,7 @@ class BaseRun:
         return self._feedback
 
     def poll(self) -> Result | None:
-        """The result, or None while the run goes on."""
+        """Return the result, or None while the run goes on."""
         return self.result
 
     def set_feedback(self, text: str) -> None:
@@ -184,14 +184,14 @@ class FinishedRun:
         return self._result.reason
 
     def poll(self) -> Result:
-        """The result."""
+        """Return the result."""
         return self._result
 
     def cancel(self) -> None:
-        """Nothing is left to cancel."""
+        """Do nothing: nothing is left to cancel."""
 
     def on_change(self, callback: Callable[[], None]) -> None:
-        """Nothing will change."""
+        """Do nothing: nothing will change."""
 
 
 class MissingSkill:

@@ -29,7 +29,7 @@ _OFF_M = 0.08
 
 
 def with_tables(grid: OccupancyGrid) -> OccupancyGrid:
-    """The map with the places between the legs of tables and chairs occupied, too.
+    """Return the map with the places between the legs of tables and chairs occupied, too.
 
     Each leg belongs to one piece of furniture; of several rectangles with the same leg the smallest counts,
     as chairs stand around tables.
@@ -59,7 +59,7 @@ def _fill(cells: NDArray[np.int8], grid: OccupancyGrid, corner: Point, side: Poi
 
 
 def _legs(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """The middles of the small occupied pieces of a map, shape (n, 2), metres."""
+    """Return the middles of the small occupied pieces of a map, shape (n, 2), metres."""
     from scipy import ndimage
 
     labels, count = ndimage.label(grid.cells > OCCUPIED // 2, np.ones((3, 3)))
@@ -76,7 +76,7 @@ def _legs(grid: OccupancyGrid) -> NDArray[np.float64]:
 
 
 def _rectangles(legs: NDArray[np.float64]) -> list[tuple[Point, Point, Point]]:
-    """Three corners of each rectangle, the one between the other two first; metres."""
+    """Return three corners of each rectangle, the one between the other two first; metres."""
     if len(legs) < 4:
         return []
     from scipy.spatial import cKDTree
@@ -106,7 +106,7 @@ def _rectangles(legs: NDArray[np.float64]) -> list[tuple[Point, Point, Point]]:
 
 
 def _is_rectangle(corners: NDArray[np.float64]) -> bool:
-    """Whether four points, in order round it, are the corners of a rectangle of the size of a table."""
+    """Tell whether four points, in order round it, are the corners of a rectangle of the size of a table."""
     first, second, third, fourth = (math.dist(corners[at], corners[at - 1]) for at in range(4))
     diagonals = math.dist(corners[0], corners[2]), math.dist(corners[1], corners[3])
     pairs = (first, third), (second, fourth), diagonals, (diagonals[0], math.hypot(first, second))

@@ -41,7 +41,7 @@ _KINDS = (
 
 
 def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
-    """The bytes of a regular file.
+    """Read the bytes of a regular file.
 
     Args:
         path: The file; a link to a regular file is followed.
@@ -123,7 +123,7 @@ def refuse_to_replace(file: Path) -> None:
 
 
 def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
-    """The text of a file.
+    """Decode the text of a file.
 
     Args:
         data: UTF-8, with or without a byte order mark.
@@ -156,7 +156,7 @@ def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
 
 
 def _no_utf8(data: bytes, until: bytes, path: Path) -> ConfigError:
-    """What is wrong with a file in another encoding.
+    """Say what is wrong with a file in another encoding.
 
     Args:
         data: The whole file.
@@ -180,7 +180,7 @@ def _no_utf8(data: bytes, until: bytes, path: Path) -> ConfigError:
 
 
 def _at(before: str, path: Path, problem: str, *valid: str) -> ConfigError:
-    """An error at the place that comes after some text."""
+    """Make an error at the place that comes after some text."""
     lines = LINE_BREAK.split(before)
     return ConfigError(problem, file=path, line=len(lines), column=len(lines[-1]) + 1, valid=valid)
 
@@ -220,7 +220,7 @@ _C1 = re.compile(rb"[\x80-\x9f]")
 
 
 def encoding_of(data: bytes) -> str | None:
-    """The encoding of a file that is not UTF-8.
+    """Return the encoding of a file that is not UTF-8.
 
     Args:
         data: The whole file.
@@ -240,7 +240,7 @@ def encoding_of(data: bytes) -> str | None:
 
 
 def readable(data: bytes) -> str | None:
-    """A file as people should see it, with replacement characters for what cannot be read.
+    """Decode a file as people should see it, with replacement characters for what cannot be read.
 
     Args:
         data: The whole file.
@@ -260,7 +260,7 @@ def readable(data: bytes) -> str | None:
 
 
 def _wide(data: bytes) -> tuple[str, str] | None:
-    """Name and codec of an encoding with two or four bytes for each character, None when it is another."""
+    """Return name and codec of an encoding with two or four bytes a character, None when it is another."""
     for mark, name, codec in _MARKS:
         if data.startswith(mark):
             return name, codec

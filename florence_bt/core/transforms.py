@@ -34,12 +34,12 @@ class Transform3:
 
     @staticmethod
     def identity() -> Transform3:
-        """The transform that changes nothing."""
+        """Return the transform that changes nothing."""
         return Transform3(np.eye(3), np.zeros(3))
 
     @staticmethod
     def from_xyz_rpy(xyz: Iterable[float], rpy: Iterable[float]) -> Transform3:
-        """From an offset and fixed-axis roll, pitch, yaw, as in URDF."""
+        """Make a transform from an offset and fixed-axis roll, pitch, yaw, as in URDF."""
         roll, pitch, yaw = rpy
         cr, sr = math.cos(roll), math.sin(roll)
         cp, sp = math.cos(pitch), math.sin(pitch)
@@ -55,7 +55,7 @@ class Transform3:
 
     @staticmethod
     def from_quaternion(xyz: Iterable[float], quaternion: tuple[float, float, float, float]) -> Transform3:
-        """From an offset and a quaternion (x, y, z, w) of any length but zero."""
+        """Make a transform from an offset and a quaternion (x, y, z, w) of any length but zero."""
         x, y, z, w = np.array(quaternion, float) / math.sqrt(sum(q * q for q in quaternion))
         rotation = np.array(
             [
@@ -68,11 +68,11 @@ class Transform3:
 
     @staticmethod
     def from_pose2(pose: Pose2) -> Transform3:
-        """A motion in the plane z = 0."""
+        """Make a transform from a motion in the plane z = 0."""
         return Transform3.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
 
     def quaternion(self) -> tuple[float, float, float, float]:
-        """The rotation as a unit quaternion (x, y, z, w) with w >= 0."""
+        """Return the rotation as a unit quaternion (x, y, z, w) with w >= 0."""
         m = self.rotation
         # The largest of the four squares keeps the division well conditioned (Shepperd's method).
         squares = np.array(
@@ -103,7 +103,7 @@ class Transform3:
         )
 
     def inverse(self) -> Transform3:
-        """The transform the other way round."""
+        """Return the inverse transform."""
         return Transform3(self.rotation.T, -self.rotation.T @ self.translation)
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,7 +111,7 @@ class Transform3:
         return points @ self.rotation.T + self.translation
 
     def to_pose2(self) -> Pose2:
-        """The part in the plane: x, y and the heading of the child's x axis."""
+        """Return the part in the plane: x, y and the heading of the child's x axis."""
         return Pose2(
             float(self.translation[0]),
             float(self.translation[1]),
@@ -203,7 +203,7 @@ class TransformBuffer:
         return refused
 
     def agrees(self, parent: str, child: str, stamp: float, pose: Pose2) -> bool:
-        """Whether the samples of a moving frame say the same of a moment, to 2 cm and 2 degrees.
+        """Tell whether the samples of a moving frame say the same of a moment, to 2 cm and 2 degrees.
 
         Of a moment of which there is no sample they say nothing else.
         """
@@ -218,7 +218,7 @@ class TransformBuffer:
         return mine.distance_to(pose) <= SAME_PLACE_M and turned <= SAME_HEADING_RAD
 
     def is_own(self, child: str) -> bool:
-        """Whether a node of Florence publishes a frame."""
+        """Tell whether a node of Florence publishes a frame."""
         return child in self._own
 
     def _take_over(self, parent: str, child: str, kind: Mapping[str, tuple[str, Any]]) -> str | None:
@@ -273,7 +273,7 @@ class TransformBuffer:
         return None
 
     def _line_above(self, frame: str) -> list[str]:
-        """A frame, its parent, the parent of that, and so on."""
+        """Return a frame, its parent, the parent of that, and so on."""
         line = [frame]
         while (link := self._static.get(line[-1]) or self._moving.get(line[-1])) is not None:
             if link[0] in line:
@@ -286,16 +286,16 @@ class TransformBuffer:
         self._moving.clear()
 
     def latest_stamp(self, child: str) -> float | None:
-        """The time of the newest sample of a moving frame, None when it was never seen."""
+        """Return the time of the newest sample of a moving frame, None when it was never seen."""
         known = self._moving.get(child)
         return known[1][-1][0] if known else None
 
     def frames(self) -> tuple[str, ...]:
-        """The names of all child frames."""
+        """Return the names of all child frames."""
         return tuple(sorted({*self._static, *self._moving}))
 
     def lookup(self, target: str, source: str, stamp: float | None = None) -> Transform3:
-        """The transform that takes points of ``source`` to ``target``.
+        """Return the transform that takes points of ``source`` to ``target``.
 
         Args:
             target: The frame to express points in.
@@ -324,11 +324,11 @@ class TransformBuffer:
         )
 
     def lookup_pose(self, target: str, source: str, stamp: float | None = None) -> Pose2:
-        """As :meth:`lookup`, the planar part only."""
+        """Return the planar part of :meth:`lookup`."""
         return self.lookup(target, source, stamp).to_pose2()
 
     def _chain(self, frame: str, stamp: float | None, last: str | None = None) -> dict[str, Transform3]:
-        """Every ancestor of a frame with the transform to it, nearest first, up to ``last``."""
+        """Return every ancestor of a frame with the transform to it, nearest first, up to ``last``."""
         chain = {frame: Transform3.identity()}
         here, so_far = frame, Transform3.identity()
         while here != last:
@@ -359,7 +359,7 @@ def _second_parent(child: str, known: str, parent: str) -> str:
 
 
 def _same(one: tuple[str, Transform3], other: tuple[str, Transform3]) -> bool:
-    """Whether two static transforms say the same."""
+    """Tell whether two static transforms say the same."""
     return (
         one[0] == other[0]
         and np.allclose(one[1].rotation, other[1].rotation)

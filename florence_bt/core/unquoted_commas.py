@@ -38,7 +38,7 @@ class UnquotedComma:
 
 
 def unquoted_commas(table: YamlMapping) -> Iterator[UnquotedComma]:
-    """The texts of a table that fell apart, in the order of the file.
+    """Yield the texts of a table that fell apart, in the order of the file.
 
     A key without a colon behind a text in quotes, behind a list or at the beginning is none.
     """
@@ -58,7 +58,7 @@ def unquoted_commas(table: YamlMapping) -> Iterator[UnquotedComma]:
 
 
 def _without_colon(key: YamlScalar, value: YamlNode) -> bool:
-    """Whether a key stands in a table without the colon, so that its empty value begins at its end."""
+    """Tell whether a key stands in a table without the colon, so that its empty value begins at its end."""
     if key.quoted or not isinstance(value, YamlScalar) or value.quoted or value.text:
         return False
     end = key.position.column + len(key.text)

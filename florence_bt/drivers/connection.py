@@ -23,7 +23,7 @@ LONGEST_BACK_OFF = 10
 
 
 class ReadableDevice(Protocol[T_co]):
-    """What can be read and closed: a serial port, a socket, a source of frames."""
+    """A device that can be read and closed: a serial port, a socket, a source of frames."""
 
     def read(self, timeout_s: float) -> T_co | None:
         """Wait for the next item; see :class:`DeviceReader`."""

@@ -9,7 +9,7 @@ FREQUENCY_TOLERANCE = 0.05
 
 
 def is_off(rate: float, expected: float) -> bool:
-    """Whether a rate lies outside of the window around the expected one."""
+    """Tell whether a rate lies outside of the window around the expected one."""
     return abs(rate - expected) > FREQUENCY_TOLERANCE * expected
 
 
@@ -29,7 +29,7 @@ class FrequencyMeter:
         self._forget(now)
 
     def rate(self, now: float) -> float:
-        """Arrivals a second; 0 when fewer than two lie in the window.
+        """Return the arrivals per second; 0 when fewer than two lie in the window.
 
         The mean distance between the arrivals counts, so that a steady 10 Hz reads 10.0 at any moment; a
         gap since the last one longer than that mean pulls the rate down.

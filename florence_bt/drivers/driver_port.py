@@ -22,7 +22,7 @@ class ByteDriver(Protocol):
         """Do what is due and return the bytes to send."""
 
     def next_deadline(self) -> float | None:
-        """When :meth:`poll` must be called at the latest, or None."""
+        """Return when :meth:`poll` must be called at the latest, or None."""
 
     def shutdown(self) -> bytes:
         """Stop, and return the bytes that leave the device safe."""

@@ -78,7 +78,7 @@ class TcpPort:
             raise DeviceLost(f"{self.name} went away: {error}; check the cable and the power") from error
 
     def set_rts(self, level: bool) -> bool:
-        """A network has no modem lines: always False."""
+        """Return False: a network has no modem lines."""
         return False
 
     def close(self) -> None:

@@ -30,7 +30,7 @@ Key = tuple[Path, Position]
 
 @dataclass(frozen=True, slots=True)
 class NodeCoverage:
-    """What was seen of a node.
+    """The coverage of a node.
 
     Attributes:
         title: Its name.
@@ -53,7 +53,7 @@ class NodeCoverage:
 
 @dataclass(frozen=True, slots=True)
 class MissionCoverage:
-    """What was seen of a mission.
+    """The coverage of a mission.
 
     Attributes:
         name: Its name.
@@ -101,11 +101,11 @@ class Share:
         return 100.0 * self.seen / self.total if self.total else 100.0
 
     def __add__(self, other: Share) -> Share:
-        """Both together."""
+        """Add two shares."""
         return Share(self.seen + other.seen, self.total + other.total)
 
     def __str__(self) -> str:
-        """Such as ``23/24``."""
+        """Write the share, such as ``23/24``."""
         return f"{self.seen}/{self.total}"
 
 
@@ -136,7 +136,7 @@ class Coverage:
                 self._add_call(call, play.record.outcomes)
 
     def report(self, declarations: Mapping[str, SkillDeclaration]) -> list[MissionCoverage]:
-        """What was seen of each tested mission, by name."""
+        """Report what was seen of each tested mission, by name."""
         reports = [
             MissionCoverage(
                 mission.name,
@@ -197,7 +197,7 @@ class Coverage:
 
 
 def total_of(reports: Iterable[MissionCoverage]) -> Share:
-    """Nodes and outcomes of several missions together: the figure that a minimum is held against."""
+    """Add up the nodes and outcomes of several missions, to be held against a minimum."""
     total = Share(0, 0)
     for report in reports:
         total = total + report.outcomes_seen
@@ -205,7 +205,7 @@ def total_of(reports: Iterable[MissionCoverage]) -> Share:
 
 
 def coverage_text(reports: Iterable[MissionCoverage], *, codes: bool = False) -> str:
-    """The coverage for people: a table, then what no test has seen.
+    """Write the coverage for people: a table, then what no test has seen.
 
     Args:
         reports: The missions.

@@ -91,11 +91,11 @@ class MissionMap:
         self._shorten()
 
     def uses(self) -> list[Place]:
-        """The nodes that run a skill."""
+        """Return the nodes that run a skill."""
         return [place for place in self.places.values() if place.skill is not None]
 
     def find(self, path: str) -> Place:
-        """The node of a path; one that is not in the tree is made up from its names."""
+        """Return the node of a path; one that is not in the tree is made up from its names."""
         return self.places.get(path) or made_up_place(path)
 
     def _add(self, node: Behaviour, above: Segments, shown_above: str, near: Origin | None = None) -> None:
@@ -148,14 +148,14 @@ class MissionMap:
 
 
 def _has_twin(node: Behaviour) -> bool:
-    """Whether a node is the first of several of one name; the compiler numbers the others."""
+    """Tell whether a node is the first of several of one name; the compiler numbers the others."""
     beside = node.parent.children if node.parent is not None else []
     return any(other.name == f"{node.name} (2)" for other in beside)
 
 
 def _shorter(shown: str, missions: Collection[str]) -> tuple[str, ...]:
-    """What may stand for a path, the best first: the last name, with a called mission before it, with any
-    name above it, with the one right above it too, and all of it.
+    """Return what may stand for a path, the best first: the last name, with a called mission before it, with
+    any name above it, with the one right above it too, and all of it.
     """
     *above, last = shown.split("/")
     above.reverse()
@@ -166,7 +166,7 @@ def _shorter(shown: str, missions: Collection[str]) -> tuple[str, ...]:
 
 
 def made_up_place(path: str) -> Place:
-    """A node of which only the path is known."""
+    """Make up a node of which only the path is known."""
     segments = tuple(frozenset({_plain(name)}) for name in path.split("/"))
     return Place(path, path, path, segments, None, (), MAX_INDEX, None, None, True)
 
@@ -186,7 +186,7 @@ def map_mission(
 
 @cache
 def all_declarations() -> Mapping[str, SkillDeclaration]:
-    """Every declared skill; read once."""
+    """Return every declared skill; read once."""
     return collect_declarations()
 
 
@@ -199,7 +199,7 @@ class MissionMaps:
     def of(
         self, mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
     ) -> MissionMap:
-        """The map of a mission.
+        """Return the map of a mission.
 
         Raises:
             ConfigError: The mission has errors.
@@ -234,7 +234,7 @@ class Pattern:
         return sum("*" not in name for name in names), sum(len(name.replace("*", "")) for name in names)
 
     def matches(self, place: Place) -> bool:
-        """Whether the pattern matches a node."""
+        """Tell whether the pattern matches a node."""
         return _matches(self.parts, place.segments)
 
 
@@ -257,13 +257,13 @@ def read_pattern(text: str) -> Pattern:
 
 
 def matching(pattern: str, places: Iterable[Place]) -> list[Place]:
-    """The nodes that a pattern means, in order."""
+    """Return the nodes that a pattern means, in order."""
     read = read_pattern(pattern)
     return [place for place in places if read.matches(place)]
 
 
 def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
-    """The paths that look like a pattern that matches no place, in their short form, the closest first."""
+    """Return the short forms of paths that resemble a pattern without a match, the closest first."""
     places = list(places)
     wanted = [_plain(name) for name in pattern.strip("/").split("/") if "*" not in name] or [""]
 
@@ -281,7 +281,7 @@ def _alike(name: str, written: frozenset[str]) -> float:
 
 @lru_cache(maxsize=100_000)
 def _matches(parts: tuple[re.Pattern[str] | None, ...], segments: Segments) -> bool:
-    """Whether a list of name patterns covers a path exactly; works from the left with all open positions."""
+    """Tell whether name patterns cover a path exactly, from the left with all open positions."""
     open_at = {0}
     for part in parts:
         if part is None:
@@ -300,14 +300,14 @@ def _name_pattern(name: str) -> re.Pattern[str]:
 
 
 def _plain(name: str) -> str:
-    """A name as it is compared: lower case, underscores and slashes as spaces."""
+    """Return a name as it is compared: lower case, underscores and slashes as spaces."""
     return " ".join(name.replace("_", " ").replace("/", " ").lower().split())
 
 
 def unmatched(
     text: str, places: MissionMap, skills: Collection[str], *, skills_only: bool, what: str = ""
 ) -> ConfigError:
-    """The error for a pattern that matches nothing.
+    """Make the error for a pattern that matches nothing.
 
     Args:
         text: The pattern.
@@ -338,7 +338,7 @@ def unmatched(
 
 
 def _named_like(text: str, places: MissionMap) -> list[str]:
-    """The skill, or the called mission, whose name looks like this; either may be mocked."""
+    """Return the skill, or the called mission, whose name looks like this; either may be mocked."""
     nodes = [place.origin.node for place in places.places.values() if place.origin is not None]
     missions = [node.mission.text for node in nodes if isinstance(node, model.CallMission)]
     names = dict.fromkeys([*missions, *(place.skill for place in places.uses() if place.skill)])

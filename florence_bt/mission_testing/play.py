@@ -136,7 +136,7 @@ class Play:
     # ---- what it did ----------------------------------------------------------------------------------
 
     def trace(self, pattern: str = "**", *, inner: bool = False) -> str:
-        """What the nodes did, a line for each change of a status: ``4.2 s  look_for_user: SUCCESS``.
+        """Show what the nodes did, a line for each change of a status: ``4.2 s  look_for_user: SUCCESS``.
 
         Args:
             pattern: Which nodes.
@@ -145,7 +145,7 @@ class Play:
         return trace_text(self.changes(pattern, inner=inner))
 
     def changes(self, pattern: str = "**", *, inner: bool = False) -> list[StatusChange]:
-        """The changes that the lines of a trace are about; arguments as of :meth:`trace`."""
+        """Return the changes that the lines of a trace are about; arguments as of :meth:`trace`."""
         read = read_pattern(pattern)
         return [
             change
@@ -154,12 +154,12 @@ class Play:
         ]
 
     def calls(self, pattern: str = "**") -> list[SkillCall]:
-        """The starts of skills by nodes that a pattern means, in order."""
+        """Return the starts of skills by nodes that a pattern means, in order."""
         read = read_pattern(pattern)
         return [c for c in self._all_calls if c.run_id == self.run.run_id and read.matches(c.place)]
 
     def inputs(self, pattern: str = "**") -> list[dict[str, Any]]:
-        """The inputs of those calls, in SI units."""
+        """Return the inputs of those calls, in SI units."""
         return [dict(call.inputs) for call in self.calls(pattern)]
 
     @property
@@ -170,7 +170,7 @@ class Play:
     # ---- what a test expects of it --------------------------------------------------------------------
 
     def assert_status(self, status: str) -> Self:
-        """The run has this status."""
+        """Assert that the run has this status."""
         wanted = status.upper()
         if wanted not in RunStatus.__members__:
             raise ConfigError(f"{status!r} is not a status of a run", valid=RunStatus.__members__)
@@ -179,14 +179,14 @@ class Play:
         return self
 
     def assert_succeeded(self, **outputs: Any) -> Self:
-        """The run ended well, with these outputs among its outputs."""
+        """Assert that the run ended well, with these outputs among its outputs."""
         self.assert_status("SUCCEEDED")
         return self.assert_outputs(outputs)
 
     def assert_failed(
         self, code: str | None = None, reason: str | None = None, leaf: str | None = None
     ) -> Self:
-        """The run failed.
+        """Assert that the run failed.
 
         Args:
             code: With this code.
@@ -197,12 +197,12 @@ class Play:
         return self.assert_why(code, reason, leaf)
 
     def assert_stopped(self, reason: str | None = None) -> Self:
-        """The run was stopped, with a reason that contains this."""
+        """Assert that the run was stopped, with a reason that contains this."""
         self.assert_status("STOPPED")
         return self.assert_why(reason=reason)
 
     def assert_why(self, code: str | None = None, reason: str | None = None, leaf: str | None = None) -> Self:
-        """The cause of the end is this; arguments as of :meth:`assert_failed`."""
+        """Assert that the cause of the end is this; arguments as of :meth:`assert_failed`."""
         if code is not None and self.code != code:
             reason = f"; the reason: {self.reason}" if self.reason else ""
             self.fail(f"the code is {self.code!r}, not {code!r}{reason}")
@@ -216,12 +216,12 @@ class Play:
         return self
 
     def assert_outputs(self, outputs: Mapping[str, Any]) -> Self:
-        """The mission gave these outputs; texts are read with their units."""
+        """Assert that the mission gave these outputs; texts are read with their units."""
         kinds = {name: port.kind for name, port in self.places.outputs.items()}
         return self._assert_values("output", outputs, self.outputs, kinds)
 
     def assert_keys(self, keys: Mapping[str, Any]) -> Self:
-        """The keys of the mission have these values; texts are read with their units."""
+        """Assert that the keys of the mission have these values; texts are read with their units."""
         return self._assert_values("key", keys, self.keys, self.places.prospects.kinds)
 
     def assert_called(
@@ -233,7 +233,7 @@ class Play:
         inputs: Mapping[str, Any] | None = None,
         **more: Any,
     ) -> Self:
-        """A skill was started.
+        """Assert that a skill was started.
 
         Args:
             pattern: The skill, or the nodes that start it.
@@ -253,19 +253,19 @@ class Play:
         return self
 
     def assert_not_called(self, *patterns: str) -> Self:
-        """None of these skills or nodes was started."""
+        """Assert that none of these skills or nodes was started."""
         for pattern in patterns:
             self.assert_called(pattern, times=0)
         return self
 
     def assert_order(self, *patterns: str) -> Self:
-        """Calls of these skills or nodes came in this order; others may have come between."""
+        """Assert that calls of these skills or nodes came in this order; others may have come between."""
         return self.assert_calls(patterns)
 
     def assert_calls(
         self, wanted: Sequence[str | tuple[str, Mapping[str, Any]]], *, only: bool = False
     ) -> Self:
-        """Calls came in this order.
+        """Assert that calls came in this order.
 
         Args:
             wanted: Patterns, or patterns with inputs.
@@ -285,15 +285,15 @@ class Play:
         return self
 
     def assert_tree(self, expected: str) -> Self:
-        """The tree as ASCII text is this. When no line of it is marked ``[ ]``, nodes that were not reached
-        are left out of the comparison.
+        """Assert that the ASCII text of the tree is this. When no line of it is marked ``[ ]``, nodes that
+        were not reached are left out of the comparison.
         """
         wanted = _lines(expected)
         whole = any(line.lstrip().startswith("[ ]") for line in wanted)
         return self._assert_text("tree", wanted, _lines(self.tree) if whole else _visited(self.tree))
 
     def assert_trace(self, expected: str, pattern: str = "**", *, inner: bool = False) -> Self:
-        """The trace is this; arguments as of :meth:`trace`. Its lines may name nodes by patterns.
+        """Assert that the trace is this; arguments as of :meth:`trace`. Its lines may name nodes by patterns.
 
         Raises:
             ConfigError: A line is not a line of a trace, or names no node of the mission.
@@ -308,7 +308,7 @@ class Play:
         return self._assert_text("trace", aligned(wanted, actual, places), [str(each) for each in actual])
 
     def assert_duration(self, duration: float | str, *, at_most: bool = False) -> Self:
-        """The run took this long (seconds, or text such as ``3 s``), to the millisecond; or at most that."""
+        """Assert that the run took this long (seconds, or e.g. ``3 s``), to the millisecond, or at most."""
         seconds = read_duration(duration)
         if self.duration is None:
             self.fail(f"{self.run.mission} has not ended")
@@ -321,7 +321,7 @@ class Play:
     def _find_call(
         self, calls: list[SkillCall], start: int, pattern: str, inputs: Mapping[str, Any], only: bool
     ) -> int | None:
-        """The number of the next call that fits; the very next one when there may be no others."""
+        """Return the number of the next call that fits; the very next one when there may be no others."""
         read = read_pattern(pattern)
         for number in range(start, min(len(calls), start + 1) if only else len(calls)):
             if read.matches(calls[number].place) and self.fits(calls[number], inputs):
@@ -366,7 +366,7 @@ class Play:
     # ---- helpers --------------------------------------------------------------------------------------
 
     def check_pattern(self, pattern: str) -> list[Place]:
-        """The nodes that a pattern means.
+        """Return the nodes that a pattern means.
 
         Raises:
             ConfigError: It means none; the error lists the closest ones.
@@ -378,7 +378,7 @@ class Play:
         return found
 
     def fits(self, call: SkillCall, wanted: Mapping[str, Any]) -> bool:
-        """Whether a call has these inputs (others may be there beside).
+        """Tell whether a call has these inputs (others may be there beside).
 
         Raises:
             ConfigError: The skill has no such input, or the value is of another kind.
@@ -392,7 +392,7 @@ class Play:
         return True
 
     def call_text(self, call: SkillCall) -> str:
-        """One line about a call."""
+        """Write one line about a call."""
         ports = self._declarations[call.skill].inputs
         inputs = ", ".join(f"{n}={format_value(v, ports[n].kind)}" for n, v in call.inputs.items())
         end = "still runs"
@@ -404,7 +404,7 @@ class Play:
         return f"{start:>10}  {call.place.short}{skill}({inputs}): {end}"
 
     def report(self) -> str:
-        """The tree, the calls and what broke, for messages."""
+        """Write the tree, the calls and what broke, for messages."""
         calls = "\n".join(self.call_text(call) for call in self.calls()) or "      none"
         broken = "".join(f"\n\nan exception came out of the tree:\n{text}" for text in self.record.broken)
         tree = "\n".join(_visited(self.tree)) or "(no node was reached)"
@@ -422,7 +422,7 @@ class Play:
 
 
 def _visited(tree: str) -> list[str]:
-    """The lines of a dump without the nodes that were not reached."""
+    """Return the lines of a dump without the nodes that were not reached."""
     return [line.rstrip() for line in tree.splitlines() if not line.lstrip().startswith("[ ]")]
 
 
@@ -439,5 +439,5 @@ def _inputs_text(inputs: Mapping[str, Any]) -> str:
 
 
 def _lines(text: str) -> list[str]:
-    """The lines of an expected text without blank ones at its ends."""
+    """Return the lines of an expected text without blank ones at its ends."""
     return [line.rstrip() for line in text.strip("\n").rstrip().splitlines()]

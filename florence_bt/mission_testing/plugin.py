@@ -72,7 +72,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 
 def looks_like_scenarios(path: Path) -> bool:
-    """Whether a YAML file in a folder is meant to hold scenarios; one that cannot be read counts too."""
+    """Tell whether a YAML file in a folder is meant to hold scenarios; one that cannot be read counts too."""
     from florence_bt.core.errors import ConfigError
     from florence_bt.core.text_files import read_bytes
 
@@ -89,7 +89,7 @@ class ScenarioModule(pytest.File):
     """A scenario file."""
 
     def collect(self) -> Iterable[pytest.Item]:
-        """One test for each scenario, and one for the file when something is wrong with it."""
+        """Yield a test for each scenario, and one for the file when something is wrong with it."""
         from florence_bt.mission_testing.scenarios.scenario_file import read_scenarios
         from florence_bt.trees.checks.report import Excerpts, report_full
 
@@ -129,18 +129,18 @@ class ScenarioItem(pytest.Item):
             raise ScenarioError(problem)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """The message alone; where in Florence it was raised is of no use."""
+        """Return the message alone; where in Florence it was raised is of no use."""
         if isinstance(excinfo.value, ScenarioError):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Where it stands."""
+        """Return where it stands."""
         return self.path, self._line - 1, self.name
 
 
 def _play(scenario: Scenario, config: pytest.Config) -> Callable[[], str]:
-    """What plays a scenario and says what does not hold."""
+    """Return a function that plays a scenario and says what does not hold."""
 
     def play() -> str:
         from florence_bt.mission_testing.scenarios.scenario import run_scenario
@@ -171,7 +171,7 @@ def _coverage(config: pytest.Config) -> Coverage:
 
 
 def _coverage_report(config: pytest.Config) -> tuple[str, str]:
-    """The coverage as a text, and what is wrong with it; empty when not wanted or nothing was played."""
+    """Return the coverage as text, and what is wrong with it; empty if not wanted or nothing was played."""
     wanted, least = config.getoption("florence_coverage"), config.getoption("florence_min_coverage")
     if (not wanted and least is None) or _COVERAGE not in config.stash:
         return "", ""
@@ -206,7 +206,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 @pytest.fixture
 def florence(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stage]:
-    """Runs missions with mocked skills on a clock that is moved by hand."""
+    """Run missions with mocked skills on a clock that is moved by hand."""
     from florence_bt.mission_testing.stage import Stage
 
     folders: Sequence[Path] = request.config.getini("florence_missions")

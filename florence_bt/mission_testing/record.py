@@ -46,7 +46,7 @@ class StatusChange:
     new: str
 
     def __str__(self) -> str:
-        """Such as ``4.2 s  look_for_user: SUCCESS``."""
+        """Write the change, such as ``4.2 s  look_for_user: SUCCESS``."""
         return f"{seconds_text(self.time)}  {self.place.short}: {self.new}"
 
 
@@ -95,7 +95,7 @@ class NodeRecord:
                 self.outcomes.update((path, STOPPED) for path in running)
 
     def changes(self) -> list[StatusChange]:
-        """Every change so far, by tick and then in the order of the tree."""
+        """Return every change so far, by tick and then in the order of the tree."""
         self._close_tick()
         return self._changes
 
@@ -126,12 +126,12 @@ class NodeRecord:
 
 
 def trace_text(changes: Iterable[StatusChange]) -> str:
-    """One line for each change; equal runs give equal texts."""
+    """Write one line for each change; equal runs give equal texts."""
     return "\n".join(str(change) for change in changes)
 
 
 def seconds_text(seconds: float) -> str:
-    """Such as ``4.2 s``; to the millisecond, without trailing zeros."""
+    """Write seconds, such as ``4.2 s``; to the millisecond, without trailing zeros."""
     return f"{round(seconds, 3) + 0.0:.3f}".rstrip("0").rstrip(".") + " s"
 
 
@@ -150,12 +150,12 @@ class TraceLine:
     status: str
 
     def fits(self, change: StatusChange) -> bool:
-        """Whether a change is what the line says."""
+        """Tell whether a change is what the line says."""
         near = abs(change.time - self.seconds) <= _SLACK_S
         return near and change.new == self.status and read_pattern(self.node).matches(change.place)
 
     def shown(self, places: Iterable[Place]) -> str:
-        """The line as a trace would show it, when it means one node; else as it was written."""
+        """Return the line as a trace would show it, when it means one node; else as it was written."""
         found = matching(self.node, places)
         name = found[0].short if len(found) == 1 else self.node
         return f"{seconds_text(self.seconds)}  {name}: {self.status}"
@@ -178,15 +178,15 @@ def read_line(text: str) -> TraceLine:
 
 
 def same_trace(wanted: Sequence[TraceLine], actual: Sequence[StatusChange]) -> bool:
-    """Whether a run did what the lines say, and nothing else."""
+    """Tell whether a run did what the lines say, and nothing else."""
     return len(wanted) == len(actual) and all(map(TraceLine.fits, wanted, actual))
 
 
 def aligned(
     wanted: Sequence[TraceLine], actual: Sequence[StatusChange], places: Iterable[Place]
 ) -> list[str]:
-    """The expected lines, written as in the actual trace where they agree, so that a difference shows only
-    what differs.
+    """Return the expected lines, written as in the actual trace where they agree, so that a difference shows
+    only what differs.
     """
     places = list(places)
     lines, rest = [], list(actual)

@@ -126,7 +126,7 @@ class Stage:
         return self._board.add(pattern, script)
 
     def defaults(self, mocks: Mapping[str, Script] | None = None, /, **more: Script) -> None:
-        """Mocks that are used when none of :meth:`mock` matches; a mission need not use them."""
+        """Add mocks that are used when none of :meth:`mock` matches; a mission need not use them."""
         for pattern, script in {**(mocks or {}), **more}.items():
             self._board.add(pattern, script, default=True)
 
@@ -299,7 +299,7 @@ class Stage:
     # ---- inside ---------------------------------------------------------------------------------------
 
     def places_of(self, mission: str) -> MissionMap:
-        """The nodes of a mission.
+        """Return the nodes of a mission.
 
         Raises:
             ConfigError: There is no such mission, or it has errors.
@@ -324,7 +324,7 @@ class Stage:
             self._maps = MissionMaps()
 
     def _readable(self, mission: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """The inputs with poses in every form of tests; what is wrong with them is reported later."""
+        """Return the inputs with poses in every form of tests; what is wrong with them is reported later."""
         ports = self.library.get(mission).inputs
         given = dict(inputs)
         for name, value in inputs.items():

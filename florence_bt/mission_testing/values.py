@@ -18,7 +18,7 @@ _PAIR = re.compile(r"\s*(\w+)\s*[:=]\s*(.+?)\s*")
 
 
 def read_duration(value: Any, what: str = "a duration") -> float:
-    """Seconds from ``3 s``, ``2 min`` or a plain number of seconds.
+    """Read seconds from ``3 s``, ``2 min`` or a plain number of seconds.
 
     Raises:
         ConfigError: It is not a duration of zero or more.
@@ -31,7 +31,7 @@ def read_duration(value: Any, what: str = "a duration") -> float:
 
 
 def read_limit(limit: float | str) -> float:
-    """Seconds from what :func:`read_duration` reads, or from ``1 day``.
+    """Read seconds from what :func:`read_duration` reads, or from ``1 day``.
 
     Raises:
         ConfigError: It is neither.
@@ -121,7 +121,7 @@ def _pose_parts(value: Any) -> Mapping[str, Any] | None:
 
 
 def same(expected: Any, actual: Any) -> bool:
-    """Whether a value is what was expected; lengths, angles and the like may differ by rounding."""
+    """Tell whether a value is what was expected; lengths, angles and the like may differ by rounding."""
     if isinstance(expected, Pose2) and isinstance(actual, Pose2):
         turned = abs(normalize_angle(expected.yaw - actual.yaw))
         return same(expected.x, actual.x) and same(expected.y, actual.y) and turned < 1e-6

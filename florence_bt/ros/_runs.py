@@ -41,7 +41,7 @@ GIVE_UP_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Deadlines(CheckedParameters):
-    """How long each state of a run may last, in seconds.
+    """The time limits of the states of a run, in seconds.
 
     Attributes:
         accept_s: From the start to the server's answer to the goal, the search for the server included;
@@ -61,7 +61,7 @@ class Channel(Protocol):
     """The way to the other process, for one run."""
 
     def server_is_there(self) -> bool:
-        """Whether the other process has been discovered."""
+        """Tell whether the other process has been discovered."""
 
     def send(self) -> None:
         """Send the goal, request or command; the answer comes later."""
@@ -74,17 +74,17 @@ class GoalChannel(Channel, Protocol):
     """The way to an action server, for one goal; the answers to ``stop`` come to ``stop_answered``."""
 
     def goals_server_is_there(self) -> bool:
-        """Whether a server is there that was there when the goal was accepted, not only a newer one."""
+        """Tell whether a server is there that was there when the goal was accepted, not only a newer one."""
 
     def servers(self) -> int:
-        """How many servers of this name have been discovered: each of them receives the goal."""
+        """Return how many servers of this name have been discovered: each of them receives the goal."""
 
     def feedback(self) -> str:
-        """The newest feedback on the goal, for people; empty when there is nothing new."""
+        """Return the newest feedback on the goal, for people; empty when there is nothing new."""
 
 
 class RemoteRun(BaseRun):
-    """What these runs have in common: the search for the other process, the state, and the end.
+    """A run in another process: the search for the other process, the state, and the end.
 
     Attributes:
         sent: Whether the goal, request or command is out.
@@ -107,7 +107,7 @@ class RemoteRun(BaseRun):
         self._stop_with(cancelled())
 
     def finished(self, result: Result) -> None:
-        """The other process reported the end; the first result stays."""
+        """Take the end that the other process reported; the first result stays."""
         for timer in (self._deadline, self._look):
             if timer is not None:
                 timer.cancel()
@@ -275,7 +275,7 @@ class PublicationRun(RemoteRun):
 
 
 class StopAnswer(enum.Enum):
-    """What a server may answer to the request to stop a goal (REFERENCE 10, cancel message)."""
+    """The answers of a server to the request to stop a goal (REFERENCE 10, cancel message)."""
 
     PROMISED = "it will end"
     REFUSED = "it goes on"
@@ -416,7 +416,7 @@ class ActionRun(RemoteRun):
             self._stop.begin()
 
     def accepted(self) -> None:
-        """The server accepted the goal."""
+        """Note that the server accepted the goal."""
         self._accepted = True
         self._over = False
         if self.phase in (Phase.PENDING, Phase.PENDING_CANCEL):
@@ -431,7 +431,7 @@ class ActionRun(RemoteRun):
         self.set_feedback(f"running {self._label}")
 
     def rejected(self) -> None:
-        """The server refused the goal."""
+        """Note that the server refused the goal."""
         self._stop_duplicates()
         self._goal_is_over()
         if self.phase is Phase.PENDING_CANCEL:
@@ -440,7 +440,7 @@ class ActionRun(RemoteRun):
             self._finish(failure("rejected", f"{self._label} refused the goal; its log says why"))
 
     def stop_answered(self, answer: StopAnswer) -> None:
-        """The server answered the request to stop."""
+        """Take the server's answer to the request to stop."""
         self._refused = answer is StopAnswer.REFUSED
         if answer is StopAnswer.PROMISED or (answer is StopAnswer.OVER and self._promised):
             # rcl calls a goal that is just being cancelled terminated too: its result is the end.
@@ -453,13 +453,13 @@ class ActionRun(RemoteRun):
             self._finish(self._without_server("does not know the goal any more; was it restarted?"))
 
     def finished(self, result: Result) -> None:
-        """The goal came to its end."""
+        """Take the end of the goal."""
         self._stop_duplicates()
         self._goal_is_over()
         self._finish(result)
 
     def _stop_duplicates(self) -> None:
-        """A second server of the same name got the goal too; only the first answer of any comes here."""
+        """Stop the goal on further servers of the same name; only the first answer of any comes here."""
         if not self._over and self._goal.servers() > 1:
             self._channel.stop()
 
@@ -467,7 +467,7 @@ class ActionRun(RemoteRun):
         return not self._left_open()
 
     def _left_open(self) -> str:
-        """The goal of an older run that goes on, for people; empty when there is none."""
+        """Return the goal of an older run that goes on, for people; empty when there is none."""
         return next((run.open_goal for run in self._older if run.goal_left), "")
 
     def _watch(self) -> None:
@@ -525,7 +525,7 @@ class ActionRun(RemoteRun):
         self._set_deadline(self._clock.call_at(when, self._not_cancelled))
 
     def _cancel_age(self) -> float:
-        """Steady time since the end was asked for, in deadlines."""
+        """Return the steady time since the end was asked for, in deadlines."""
         return (self._steady.now() - self._cancel_asked) / self._deadlines.cancel_s
 
     def _not_cancelled(self) -> None:

@@ -46,7 +46,7 @@ class LatestMessages:
         node.on_destroy(self._subscription.destroy_when_not_in_use)
 
     def take(self) -> Iterator[Any]:
-        """The messages since the last call, the oldest first; at most as many as are kept."""
+        """Yield the messages since the last call, the oldest first; at most as many as are kept."""
         with self._subscription:
             for _ in range(self._depth):
                 taken = self._subscription.take_message(self._type, False)
@@ -87,16 +87,16 @@ class ActionClient:
         return f"{self.name}/_action/status"
 
     def server_is_ready(self) -> bool:
-        """Whether every part of a server has been discovered."""
+        """Tell whether every part of a server has been discovered."""
         services = (self._goals, self._results, self._cancels)
         return all(service.service_is_ready() for service in services) and self.servers() > 0
 
     def servers(self) -> int:
-        """How many servers of this name have been discovered."""
+        """Return how many servers of this name have been discovered."""
         return self._node.count_publishers(self._status_topic)
 
     def server_ids(self) -> set[bytes]:
-        """The ids of the discovered servers."""
+        """Return the ids of the discovered servers."""
         return {
             bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
         }
@@ -114,5 +114,5 @@ class ActionClient:
         return self._cancels.call_async(CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id)))
 
     def feedback(self) -> Iterator[Any]:
-        """The latest feedback messages since the last call, of any goal, the oldest first."""
+        """Return the latest feedback messages since the last call, of any goal, the oldest first."""
         return self._feedback.take()

@@ -75,7 +75,7 @@ class ActionSkill(RemoteSkill):
         node.before_leaving(self._goals_are_over)
 
     def server_is_there(self) -> bool:
-        """Whether a server has been discovered."""
+        """Tell whether a server has been discovered."""
         return bool(self._client.server_is_ready())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
@@ -88,11 +88,11 @@ class ActionSkill(RemoteSkill):
         return goal.run
 
     def goal_ids(self) -> set[str]:
-        """The ids of the goals of runs that go on."""
+        """Return the ids of the goals of runs that go on."""
         return {run.goal_id for run in self._runs if run.poll() is None}
 
     def _feedback_of(self, goal: UUID) -> str:
-        """What the newest feedback says about a goal; empty when nothing has come since the last question."""
+        """Return the newest feedback on a goal; empty when nothing has come since the last call."""
         news = ""
         if self._to_feedback is not None:
             for message in self._client.feedback():

@@ -16,7 +16,7 @@ NOT_MEASURED = (-1.0, *([0.0] * 8))
 
 
 def gyro_to_ros(rate: float, yaw: float, frame_id: str, stamp: float) -> Imu:
-    """A single-axis gyro as an Imu.
+    """Convert a single-axis gyro to an Imu.
 
     Args:
         rate: rad/s about z.
@@ -39,7 +39,7 @@ def gyro_to_ros(rate: float, yaw: float, frame_id: str, stamp: float) -> Imu:
 def joints_to_ros(
     names: Sequence[str], positions: Sequence[float], velocities: Sequence[float], stamp: float
 ) -> JointState:
-    """Joint positions in radians and their velocities in rad/s."""
+    """Convert joint positions in radians and their velocities in rad/s."""
     message = JointState(name=names, position=positions, velocity=velocities)
     message.header.stamp = stamp_to_ros(stamp)
     return message
@@ -58,7 +58,7 @@ def battery_to_ros(
     failed: bool,
     stamp: float,
 ) -> BatteryState:
-    """A battery.
+    """Convert the state of a battery.
 
     Args:
         voltage_v: Volts.

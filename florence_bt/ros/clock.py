@@ -85,7 +85,7 @@ class TimerQueue(ABC):
         return len(self._queue) - self._cancelled
 
     def forget_one(self) -> None:
-        """A waiting timer was cancelled; clear up when those are many."""
+        """Note that a waiting timer was cancelled; clear up when there are many."""
         self._cancelled += 1
         if self._cancelled > 32 and self._cancelled > len(self._queue) // 2:
             self._queue = [entry for entry in self._queue if entry[2].callback is not None]
@@ -163,7 +163,7 @@ class SteadyClock(TimerQueue):
         super().__init__(node, self.rcl_clock)
 
     def now(self) -> float:
-        """The time in seconds, on the same scale as rclpy's steady clock."""
+        """Return the time in seconds, on the same scale as rclpy's steady clock."""
         return time.monotonic()
 
 
@@ -220,25 +220,25 @@ class RosClock(TimerQueue):
         )
 
     def now(self) -> float:
-        """The time in seconds; it never goes back and never leaps."""
+        """Return the time in seconds; it never goes back and never leaps."""
         self.refresh()
         return self._update()[1]
 
     def ros_now(self) -> float:
-        """What the ROS clock says, in seconds, which is what messages are stamped with."""
+        """Return what the ROS clock says, in seconds, which is what messages are stamped with."""
         self.refresh()
         return self._update()[0]
 
     def stamp_of(self, when: float) -> float:
-        """The stamp of a moment, for a message that leaves."""
+        """Return the stamp of a moment, for a message that leaves."""
         return when + self._elapsed.offset
 
     def time_of(self, stamp: float) -> float:
-        """The moment that a stamp names, for a message that has come."""
+        """Return the moment that a stamp names, for a message that has come."""
         return stamp - self._elapsed.offset
 
     def ros_now_near(self, stamp: float, within_s: float) -> float:
-        """What the ROS clock says, or said last when a stamp is near that already.
+        """Return what the ROS clock says, or what it said last if a stamp is near that already.
 
         To ask for the simulated time of this moment would keep an idle process listening to the clock.
         """
@@ -247,7 +247,7 @@ class RosClock(TimerQueue):
         return self.ros_now()
 
     def arrival_time(self) -> float:
-        """The time of what a device has just sent; for the thread that reads it.
+        """Return the time of what a device has just sent; for the thread that reads it.
 
         The bytes of a simulated device overtake the message on ``/clock`` of their moment: a scan would be
         stamped earlier than it was taken. So the next message is waited for.
@@ -284,7 +284,7 @@ class RosClock(TimerQueue):
             source.listen()
 
     def was_asked(self) -> bool:
-        """Whether a timer runs, or the time was read since the last call of this."""
+        """Tell whether a timer runs, or the time was read since the last call of this."""
         asked, self._asked = self._asked, False
         return asked or self.waiting > 0 or self._others_wait()
 
@@ -294,7 +294,7 @@ class RosClock(TimerQueue):
         super().close()
 
     def _others_wait(self) -> bool:
-        """Whether a timer of rclpy runs on this clock beside ours, e.g. one of a third-party skill."""
+        """Tell whether a timer of rclpy runs on this clock beside ours, e.g. one of a third-party skill."""
         return any(
             timer is not self._timer
             and timer.clock.clock_type == ClockType.ROS_TIME

@@ -58,39 +58,39 @@ def _split(seconds: float) -> tuple[int, int]:
 
 
 def stamp_to_ros(seconds: float) -> TimeMsg:
-    """A moment, rounded to nanoseconds."""
+    """Convert a moment, rounded to nanoseconds."""
     whole, nanoseconds = _split(seconds)
     return TimeMsg(sec=whole, nanosec=nanoseconds)
 
 
 def stamp_from_ros(message: TimeMsg) -> float:
-    """A moment in seconds."""
+    """Convert a moment to seconds."""
     return float(message.sec) + float(message.nanosec) / NANO
 
 
 def duration_to_ros(seconds: float) -> DurationMsg:
-    """A length of time, rounded to nanoseconds."""
+    """Convert a length of time, rounded to nanoseconds."""
     whole, nanoseconds = _split(seconds)
     return DurationMsg(sec=whole, nanosec=nanoseconds)
 
 
 def duration_from_ros(message: DurationMsg) -> float:
-    """A length of time in seconds."""
+    """Convert a length of time to seconds."""
     return float(message.sec) + float(message.nanosec) / NANO
 
 
 def header_to_ros(frame_id: str, stamp: float) -> Header:
-    """A header."""
+    """Make a header."""
     return Header(stamp=stamp_to_ros(stamp), frame_id=frame_id)
 
 
 def frame_from_ros(frame_id: str) -> str:
-    """A frame's name without the leading slash of old software."""
+    """Return a frame's name without the leading slash of old software."""
     return frame_id.lstrip("/")
 
 
 def quaternion_from_yaw(yaw: float) -> Quaternion:
-    """A heading as a quaternion."""
+    """Convert a heading to a quaternion."""
     return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
 
 
@@ -100,26 +100,26 @@ def yaw_from_quaternion(q: Quaternion) -> float:
 
 
 def pose_to_ros(pose: Pose2) -> Pose:
-    """A pose in the plane z = 0."""
+    """Convert a pose in the plane z = 0."""
     message = Pose(orientation=quaternion_from_yaw(pose.yaw))
     message.position.x, message.position.y = float(pose.x), float(pose.y)
     return message
 
 
 def pose_from_ros(message: Pose) -> Pose2:
-    """The part of a pose that lies in the plane."""
+    """Return the part of a pose that lies in the plane."""
     return Pose2(message.position.x, message.position.y, yaw_from_quaternion(message.orientation))
 
 
 def pose_stamped_to_ros(pose: Pose2, frame_id: str, stamp: float) -> PoseStamped:
-    """A pose with its frame and moment."""
+    """Convert a pose with its frame and moment."""
     return PoseStamped(header=header_to_ros(frame_id, stamp), pose=pose_to_ros(pose))
 
 
 def pose_with_covariance_to_ros(
     pose: Pose2, covariance: Sequence[float], frame_id: str, stamp: float
 ) -> PoseWithCovarianceStamped:
-    """A pose with its uncertainty.
+    """Convert a pose with its uncertainty.
 
     Args:
         pose: The pose.
@@ -134,25 +134,25 @@ def pose_with_covariance_to_ros(
 
 
 def pose_array_to_ros(poses: Iterable[Pose2], frame_id: str, stamp: float) -> PoseArray:
-    """Many poses in one frame."""
+    """Convert many poses in one frame."""
     return PoseArray(header=header_to_ros(frame_id, stamp), poses=[pose_to_ros(pose) for pose in poses])
 
 
 def path_to_ros(poses: Iterable[Pose2], frame_id: str, stamp: float) -> PathMsg:
-    """A path."""
+    """Convert a path."""
     stamped = [pose_stamped_to_ros(pose, frame_id, stamp) for pose in poses]
     return PathMsg(header=header_to_ros(frame_id, stamp), poses=stamped)
 
 
 def twist_to_ros(twist: Twist2) -> Twist:
-    """A velocity in the plane."""
+    """Convert a velocity in the plane."""
     message = Twist()
     message.linear.x, message.angular.z = float(twist.linear), float(twist.angular)
     return message
 
 
 def twist_from_ros(message: Twist) -> Twist2:
-    """The part of a velocity that a differential drive can follow."""
+    """Return the part of a velocity that a differential drive can follow."""
     return Twist2(message.linear.x, message.angular.z)
 
 
@@ -163,7 +163,7 @@ def odometry_to_ros(
     pose_covariance: Sequence[float] = NO_COVARIANCE,
     twist_covariance: Sequence[float] = NO_COVARIANCE,
 ) -> OdometryMsg:
-    """Odometry of a base.
+    """Convert the odometry of a base.
 
     Args:
         odometry: Pose and velocity.
@@ -181,7 +181,7 @@ def odometry_to_ros(
 
 
 def odometry_from_ros(message: OdometryMsg) -> Odometry:
-    """Pose and velocity of a base."""
+    """Convert the pose and velocity of a base."""
     return Odometry(
         stamp_from_ros(message.header.stamp),
         pose_from_ros(message.pose.pose),
@@ -192,7 +192,7 @@ def odometry_from_ros(message: OdometryMsg) -> Odometry:
 def transform_to_ros(
     parent: str, child: str, stamp: float, transform: Transform3 | Pose2
 ) -> TransformStamped:
-    """A transform from a child to its parent frame."""
+    """Convert a transform from a child to its parent frame."""
     message = TransformStamped(header=header_to_ros(parent, stamp), child_frame_id=child)
     target = message.transform
     if isinstance(transform, Pose2):
@@ -206,7 +206,7 @@ def transform_to_ros(
 
 
 def transform_from_ros(message: TransformStamped) -> tuple[str, str, float, Transform3]:
-    """Parent, child, moment and transform.
+    """Return parent, child, moment and transform.
 
     Raises:
         FrameError: The rotation is not a quaternion, or a number is not finite.
@@ -228,7 +228,7 @@ def transform_from_ros(message: TransformStamped) -> tuple[str, str, float, Tran
 
 
 def planar_transform_from_ros(message: TransformStamped) -> tuple[str, str, float, Pose2]:
-    """Parent, child, moment and the part in the plane of a transform that was checked: much faster."""
+    """Return parent, child, moment and the part in the plane of a transform that was checked: much faster."""
     t, header = message.transform.translation, message.header
     return (
         frame_from_ros(header.frame_id),
@@ -248,7 +248,7 @@ def _covariance(values: Sequence[float]) -> list[float]:
 
 
 def scan_to_ros(scan: LaserScan) -> LaserScanMsg:
-    """A laser scan."""
+    """Convert a laser scan."""
     return LaserScanMsg(
         **_geometry_to_ros(scan),
         ranges=_to_array("f", scan.ranges, np.float32),
@@ -257,7 +257,7 @@ def scan_to_ros(scan: LaserScan) -> LaserScanMsg:
 
 
 def _geometry_to_ros(scan: LaserScan) -> dict[str, Any]:
-    """The fields that the messages of a scan have in common."""
+    """Return the fields that the messages of a scan have in common."""
     names = (
         "angle_min",
         "angle_max",
@@ -272,7 +272,7 @@ def _geometry_to_ros(scan: LaserScan) -> dict[str, Any]:
 
 
 def scan_from_ros(message: LaserScanMsg) -> LaserScan:
-    """A laser scan; its arrays share the message's memory."""
+    """Convert a laser scan; its arrays share the message's memory."""
     return LaserScan(
         stamp=stamp_from_ros(message.header.stamp),
         frame_id=frame_from_ros(message.header.frame_id),
@@ -288,7 +288,7 @@ def scan_from_ros(message: LaserScanMsg) -> LaserScan:
 
 
 def echoes_to_ros(scan: LaserScan, echoes: FloatArray, intensities: FloatArray) -> MultiEchoLaserScan:
-    """A laser scan with every echo of each beam.
+    """Convert a laser scan with every echo of each beam.
 
     Args:
         scan: The scan that the echoes belong to, n beams.
@@ -307,12 +307,12 @@ def _to_echoes(beams: FloatArray) -> list[LaserEcho]:
 
 
 def depth_to_ros(image: DepthImage) -> Image:
-    """A depth image in the encoding 32FC1, metres."""
+    """Convert a depth image to the encoding 32FC1, metres."""
     return _image_to_ros("32FC1", image.depth, np.float32, image.frame_id, image.stamp)
 
 
 def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
-    """A depth image from 32FC1 (metres) or 16UC1 (millimetres, 0 = nothing measured).
+    """Convert a depth image from 32FC1 (metres) or 16UC1 (millimetres, 0 = nothing measured).
 
     Raises:
         FrameError: Another encoding, or not as many bytes as the size says.
@@ -333,7 +333,7 @@ def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
 
 
 def colour_to_ros(image: ColourImage) -> Image:
-    """A colour image in the encoding rgb8."""
+    """Convert a colour image to the encoding rgb8."""
     return _image_to_ros("rgb8", image.pixels, np.uint8, image.frame_id, image.stamp)
 
 
@@ -347,7 +347,7 @@ _CHANNELS: dict[str, tuple[int, ...]] = {
 
 
 def colour_from_ros(message: Image, camera: CameraModel) -> ColourImage:
-    """A colour image from rgb8, rgba8, bgr8, bgra8 or mono8.
+    """Convert a colour image from rgb8, rgba8, bgr8, bgra8 or mono8.
 
     Raises:
         FrameError: Another encoding, or not as many bytes as the size says.
@@ -369,7 +369,7 @@ def colour_from_ros(message: Image, camera: CameraModel) -> ColourImage:
 
 
 def camera_info_to_ros(camera: CameraModel, frame_id: str, stamp: float) -> CameraInfo:
-    """A camera model without distortion."""
+    """Convert a camera model without distortion."""
     return CameraInfo(
         header=header_to_ros(frame_id, stamp),
         height=camera.height,
@@ -383,7 +383,7 @@ def camera_info_to_ros(camera: CameraModel, frame_id: str, stamp: float) -> Came
 
 
 def camera_model_from_ros(message: CameraInfo) -> CameraModel:
-    """A camera model; the distortion is left out.
+    """Convert a camera model; the distortion is left out.
 
     Raises:
         FrameError: The camera is not calibrated.
@@ -395,7 +395,7 @@ def camera_model_from_ros(message: CameraInfo) -> CameraModel:
 
 
 def grid_to_ros(grid: OccupancyGrid, frame_id: str, stamp: float) -> OccupancyGridMsg:
-    """A grid map."""
+    """Convert a grid map."""
     message = OccupancyGridMsg(header=header_to_ros(frame_id, stamp))
     message.info.map_load_time = stamp_to_ros(stamp)
     message.info.resolution = float(grid.resolution)
@@ -406,7 +406,7 @@ def grid_to_ros(grid: OccupancyGrid, frame_id: str, stamp: float) -> OccupancyGr
 
 
 def grid_from_ros(message: OccupancyGridMsg) -> OccupancyGrid:
-    """A grid map along the axes of its frame; where it was so already, its cells share the message's memory.
+    """Convert a grid map, turned to the axes of its frame; if not turned, it shares the message's memory.
 
     Raises:
         FrameError: The size does not fit the number of cells, or the resolution is not above zero.
@@ -421,14 +421,14 @@ def grid_from_ros(message: OccupancyGridMsg) -> OccupancyGrid:
 
 
 def _to_array(code: str, values: NDArray[Any], kind: type[np.generic]) -> array.array[Any]:
-    """The values as the kind of array that messages take without looking at each element."""
+    """Convert the values to the kind of array that messages take without looking at each element."""
     result = array.array(code)
     result.frombytes(np.ascontiguousarray(values, kind).tobytes())
     return result
 
 
 def _pixels(message: Image, kind: np.dtype[Any], channels: int) -> NDArray[Any]:
-    """The pixels of an image, shape (height, width) or (height, width, channels); without padding."""
+    """Return the pixels of an image, shape (height, width) or (height, width, channels); without padding."""
     row_bytes = message.width * channels * kind.itemsize
     if message.step < row_bytes or len(message.data) != message.step * message.height:
         raise FrameError(
@@ -445,7 +445,7 @@ NAMES = ("x", "y", "z", "rgb")
 
 
 def points_to_ros(points: NDArray[np.float32], frame_id: str, stamp: float) -> PointCloud2:
-    """Points of an image, which may hold NaN.
+    """Convert points of an image, which may hold NaN.
 
     Args:
         points: Shape (height, width, 3) of x, y, z in metres, or (height, width, 4) with the bits of
@@ -472,7 +472,7 @@ def points_to_ros(points: NDArray[np.float32], frame_id: str, stamp: float) -> P
 
 
 def millimetres_to_ros(millimetres: NDArray[np.uint16], frame_id: str, stamp: float) -> Image:
-    """A depth image in the encoding 16UC1: whole millimetres, 0 where nothing was measured."""
+    """Convert a depth image to the encoding 16UC1: whole millimetres, 0 where nothing was measured."""
     return _image_to_ros("16UC1", millimetres, np.uint16, frame_id, stamp)
 
 

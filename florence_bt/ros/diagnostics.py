@@ -13,7 +13,7 @@ from florence_bt.ros.conversions import stamp_to_ros
 def diagnostics_to_ros(
     found: Mapping[str, Diagnosis], node_name: str, hardware_id: str, stamp: float
 ) -> DiagnosticArray:
-    """One message for ``diagnostics``.
+    """Make one message for ``diagnostics``.
 
     Args:
         found: Diagnoses by what they are about.

@@ -20,13 +20,13 @@ CountedStep = Callable[[float, float], float]
 
 
 def machine_step(step: float, passed: float) -> float:
-    """How much time a step of the machine's clock is: what has passed by the steady one, if it was set."""
+    """Return the length of a step of the machine's clock; if it was set, what the steady one says."""
     tolerance = TOLERANCE_S + SLEW * passed
     return step if step >= 0.0 and abs(step - passed) <= tolerance else passed
 
 
 def simulated_step(step: float, passed: float) -> float:
-    """How much time a step of a simulated clock is: it may stand or run fast, but not go back or leap."""
+    """Return the length of a step of a simulated clock; it may stand or run fast, not go back or leap."""
     return step if 0.0 <= step <= max(MOST_STEP_S, MAX_SPEED * passed) else 0.0
 
 

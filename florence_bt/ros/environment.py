@@ -26,7 +26,7 @@ NETWORK = str(Path(__file__).with_name("network.xml"))
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """Who can reach our nodes.
+    """The reach of our nodes.
 
     Attributes:
         text: In words, for the log.

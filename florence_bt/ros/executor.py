@@ -102,4 +102,4 @@ class SpinLoop:
 
 
 def _nothing() -> None:
-    """What an interrupted executor does."""
+    """Do nothing, as an interrupted executor does."""

@@ -114,25 +114,25 @@ class FlorenceNode(Node):
         self.steady = self._steady
 
     def stamp(self, when: float | None = None) -> float:
-        """The stamp for a message, on the scale of the ROS clock: of now, or of a moment of ``timebase``."""
+        """Return a message's stamp on the scale of the ROS clock: of now, or of a ``timebase`` moment."""
         return self.ros_timebase.ros_now() if when is None else self.ros_timebase.stamp_of(when)
 
     def time_of(self, stamp: float) -> float:
-        """The moment of ``timebase`` that the stamp of a message names."""
+        """Return the moment of ``timebase`` that the stamp of a message names."""
         return self.ros_timebase.time_of(stamp)
 
     def timed(self, reading: S) -> S:
-        """A reading that has come in a message, with its moment of ``timebase`` in place of the stamp."""
+        """Return a reading from a message, with its moment of ``timebase`` in place of the stamp."""
         when = self.ros_timebase.time_of(reading.stamp)
         return reading if when == reading.stamp else replace(reading, stamp=when)  # type: ignore[type-var]
 
     def stamped(self, reading: S) -> S:
-        """A reading that goes into a message, with a stamp in place of its moment of ``timebase``."""
+        """Return a reading that goes into a message, with a stamp in place of its moment of ``timebase``."""
         stamp = self.ros_timebase.stamp_of(reading.stamp)
         return reading if stamp == reading.stamp else replace(reading, stamp=stamp)  # type: ignore[type-var]
 
     def get_clock(self) -> RclClock:
-        """The node's clock of rclpy; to be read at once: a kept one is not brought up to date."""
+        """Return the node's clock of rclpy; to be read at once: a kept one is not brought up to date."""
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
         return super().get_clock()
@@ -140,7 +140,7 @@ class FlorenceNode(Node):
     def create_timer(
         self, timer_period_sec: float, callback: Callable[[], None], *arguments: Any, **options: Any
     ) -> RclTimer:
-        """A timer of rclpy; on simulated time it runs also while the time is not read otherwise.
+        """Make a timer of rclpy; on simulated time it runs also while the time is not read otherwise.
 
         On a robot it runs by the steady clock: who sets the machine's clock does not hold it up.
         """
@@ -162,7 +162,7 @@ class FlorenceNode(Node):
         sift: Callable[[bytes], bool] | None = None,
         **options: Any,
     ) -> Subscription:
-        """A subscription of rclpy whose callback gets only messages that pass the check of their type.
+        """Make a subscription of rclpy whose callback gets only messages that pass the check of their type.
 
         A stamp must be near the present time of the node, except on a latched topic, whose last message may
         be old, and with ``judge_stamps=False``, where the stamps are of another clock than the node's.
@@ -254,7 +254,7 @@ class FlorenceNode(Node):
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Callable[..., Any], **options: Any
     ) -> Service:
-        """A service of rclpy that refuses requests which do not pass the check of their type.
+        """Make a service of rclpy that refuses requests which do not pass the check of their type.
 
         The answer to such a request, and to one whose callback fails, has the reason in the field that the
         type has for one (:data:`REASON_FIELDS`). Answers also reach a client that is discovered only later.
@@ -294,7 +294,7 @@ class FlorenceNode(Node):
             raise ConfigError(f"node {self.get_name()}: {error.problem}", valid=error.valid) from error
 
     def unknown_parameters(self) -> ConfigError | None:
-        """What is wrong with the names of the parameters that were given, when all were declared."""
+        """Return what is wrong with the names of the parameters that were given, when all were declared."""
         declared = [name for name in self.get_parameters_by_prefix("") if name not in _OWN_PARAMETERS]
         for name in self._given:
             if name in self.replaced_parameters:
@@ -342,10 +342,10 @@ class FlorenceNode(Node):
             self.health.count_failed(another)
 
     def on_failure(self, reason: str) -> None:
-        """A callback failed: stop what this node moves. Nodes that move something override this."""
+        """Stop what this node moves: a callback failed. Nodes that move something override this."""
 
     def on_refused(self, topic: str) -> None:
-        """A message of a topic was refused. Nodes that a wrong command must stop override this."""
+        """Note that a message of a topic was refused. Nodes that a wrong command must stop override this."""
 
     def on_close(self, callback: Callable[[], None]) -> None:
         """Call back when the node is closed, the latest first; servers and clients end themselves so."""
@@ -359,7 +359,7 @@ class FlorenceNode(Node):
         self._settled.append(settled)
 
     def may_leave(self) -> bool:
-        """Whether nothing of a closed node waits for an answer any more."""
+        """Tell whether nothing of a closed node waits for an answer any more."""
         return all(settled() for settled in self._settled)
 
     def on_destroy(self, callback: Callable[[], None]) -> None:
@@ -396,7 +396,7 @@ class FlorenceNode(Node):
         super().destroy_node()
 
     def missing(self) -> list[str]:
-        """What the node needs and does not find yet, for people; empty when it is ready to work."""
+        """Return what the node needs and does not find yet, for people; empty when it is ready to work."""
         return []
 
     def close(self) -> None:
@@ -466,7 +466,7 @@ def with_reason(answer: Any, reason: str) -> Any:
 
 
 def failed(answer_type: type, reason: str) -> Any:
-    """The answer of a service that did nothing: no field says success, and its own has the reason."""
+    """Return the answer of a service that did nothing: no field says success, and its own has the reason."""
     answer = with_reason(answer_type(), reason)
     for field, constant in FAILURES:
         if hasattr(answer_type, constant):

@@ -47,7 +47,7 @@ class NodeHealth:
         self._quiet_at = 0.0
 
     def count_refused(self, source: str, problem: str) -> None:
-        """A message was not used.
+        """Count a message that was not used.
 
         Args:
             source: Topic, service or action.
@@ -61,7 +61,7 @@ class NodeHealth:
         self._report_soon()
 
     def count_failed(self, error: Exception) -> None:
-        """A callback raised."""
+        """Count a callback that raised."""
         frames = traceback.extract_tb(error.__traceback__)
         source = f"{frames[-1].filename}:{frames[-1].lineno}" if frames else type(error).__name__
         self.failed[source] += 1

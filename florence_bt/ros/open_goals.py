@@ -31,7 +31,7 @@ class OpenGoal:
     goal_id: str
 
     def __str__(self) -> str:
-        """For people: the action and the beginning of the id."""
+        """Show for people the action and the beginning of the id."""
         return f"{self.action} (goal {self.goal_id[:8]})"
 
 
@@ -62,7 +62,7 @@ class OpenGoals:
         return tuple(self._clients)
 
     def open(self) -> list[OpenGoal]:
-        """The open goals; those of a server that went away are over."""
+        """Return the open goals; those of a server that went away are over."""
         return [
             OpenGoal(action, goal_id)
             for action, goal_ids in self._open.items()
@@ -71,7 +71,7 @@ class OpenGoals:
         ]
 
     def server_is_there(self, action: str) -> bool:
-        """Whether the server of an action has been discovered."""
+        """Tell whether the server of an action has been discovered."""
         return bool(self._clients[action].service_is_ready())
 
     def cancel(self, goal: OpenGoal) -> None:

@@ -84,7 +84,7 @@ def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced
 
 
 def to_parameter(value: Any) -> Any:
-    """A field's value as a ROS parameter holds it: tuples as lists, paths and enumerations as text."""
+    """Convert a field's value to a ROS parameter: tuples as lists, paths and enumerations as text."""
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, Path):
@@ -95,7 +95,7 @@ def to_parameter(value: Any) -> Any:
 
 
 def from_parameter(name: str, kind: Any, value: Any) -> Any:
-    """A ROS parameter's value as the field wants it.
+    """Convert a ROS parameter's value to what the field wants.
 
     Args:
         name: The parameter's name, for messages.
@@ -131,7 +131,7 @@ def _first_that_fits(name: str, choices: Sequence[Any], value: Any) -> Any:
 
 
 def _pairs_in(text: str) -> Any:
-    """The numbers of a polygon as Nav2 writes one, ``"[[0.2, 0.2], ...]"``, in turn; a text that is none."""
+    """Read a polygon's numbers in Nav2's form, ``"[[0.2, 0.2], ...]"``, in turn; else return the text."""
     try:
         pairs = ast.literal_eval(text)
         return [number for x, y in pairs for number in (x, y)]

@@ -37,7 +37,7 @@ class Beat(Protocol):
 
 
 def _no_beat(*, long_work: bool = False) -> None:
-    """Nobody watches this process."""
+    """Do nothing: nobody watches this process."""
 
 
 LEAVE_BUDGET_S = 2.0

@@ -14,4 +14,4 @@ class ServedSkill(Protocol):
         """Names the server for people."""
 
     def server_is_there(self) -> bool:
-        """Whether the server has been discovered."""
+        """Tell whether the server has been discovered."""

@@ -52,7 +52,7 @@ class ServiceSkill(RemoteSkill):
         super().__init__(f"service {node.resolve_service_name(name)}", "request", to_request)
 
     def server_is_there(self) -> bool:
-        """Whether a server has been discovered."""
+        """Tell whether a server has been discovered."""
         return bool(self._client.service_is_ready())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:

@@ -180,7 +180,7 @@ class SharedClock:
             self._message_came.notify_all()
 
     def _is_believed(self, now: Time) -> bool:
-        """Whether the time known goes on to this one, or for long enough nothing but other messages has."""
+        """Tell whether this time follows from the known one, or only others have come for long enough."""
         if self._time is None or not self.follows or _goes_on(self._time, now):
             return True
         before, self._suspect = self._suspect, now

@@ -56,7 +56,7 @@ class TopicSkill(RemoteSkill):
         node.create_subscription(status[0], status[1], self._on_status, qos)
 
     def server_is_there(self) -> bool:
-        """Whether the commands have a subscriber."""
+        """Tell whether the commands have a subscriber."""
         return bool(self._commands.get_subscription_count() > 0)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
@@ -106,7 +106,7 @@ class TopicCondition(MessageCondition):
         node.create_subscription(source[0], source[1], self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Whether the topic has a publisher."""
+        """Tell whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
 
 
@@ -136,7 +136,7 @@ class TopicPublication(RemoteSkill):
         super().__init__(f"topic {self._publisher.topic_name}", "message", to_message)
 
     def server_is_there(self) -> bool:
-        """Whether somebody listens."""
+        """Tell whether somebody listens."""
         return bool(self._publisher.get_subscription_count() > 0)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
@@ -167,7 +167,7 @@ class TopicWait(MessageWait):
         node.create_subscription(message_type, served.name, self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Whether the topic has a publisher."""
+        """Tell whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
 
 

@@ -54,12 +54,12 @@ class BadMessage(FlorenceError):
 
 
 def type_name(message_type: type) -> str:
-    """The key of a type in :data:`CHECKS`: ``nav_msgs/Odometry``, ``nav2_msgs/Spin_Goal``."""
+    """Return the key of a type in :data:`CHECKS`: ``nav_msgs/Odometry``, ``nav2_msgs/Spin_Goal``."""
     return f"{message_type.__module__.partition('.')[0]}/{message_type.__name__}"
 
 
 def problem_with(message: Any, now: Now | None = None) -> str | None:
-    """Why a message is not to be used, or None when it may be.
+    """Tell why a message is not to be used, or None when it may be.
 
     Args:
         message: A message, the request of a service or a goal.
@@ -136,7 +136,7 @@ def _stamp(name: str, stamp: Any, now: Now | None) -> None:
 
 
 def _moment(name: str) -> Check:
-    """A field that is a time of any age."""
+    """Make the check of a field that is a time of any age."""
 
     def check(message: Any, now: Now | None) -> None:
         stamp = getattr(message, name)
@@ -162,7 +162,7 @@ def _header(header: Any, now: Now | None) -> None:
 
 
 def _numbers(limit: float, unit: str, *names: str) -> Check:
-    """Fields whose absolute value is limited."""
+    """Make the check of fields whose absolute value is limited."""
 
     def check(message: Any, now: Now | None) -> None:
         for name in names:
@@ -172,12 +172,12 @@ def _numbers(limit: float, unit: str, *names: str) -> Check:
 
 
 def _range(name: str, low: float, high: float, unit: str) -> Check:
-    """A field between two values."""
+    """Make the check of a field between two values."""
     return lambda message, now: _between(name, getattr(message, name), low, high, unit)
 
 
 def _names(*names: str) -> Check:
-    """Fields that are names."""
+    """Make the check of fields that are names."""
 
     def check(message: Any, now: Now | None) -> None:
         for name in names:
@@ -187,7 +187,7 @@ def _names(*names: str) -> Check:
 
 
 def _all(*checks: Check) -> Check:
-    """Several checks, one after the other."""
+    """Combine several checks, one after the other."""
 
     def check(message: Any, now: Now | None) -> None:
         for each in checks:
@@ -309,7 +309,7 @@ def _pose_stamped(message: Any, now: Now | None) -> None:
 
 
 def _poses(name: str) -> Check:
-    """A field that is a list of poses, or a path."""
+    """Make the check of a field that is a list of poses, or a path."""
 
     def check(message: Any, now: Now | None) -> None:
         field = getattr(message, name)

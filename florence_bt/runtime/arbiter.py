@@ -10,7 +10,7 @@ from florence_bt.runtime.run_queue import RunQueue
 
 
 class Verdict(enum.Enum):
-    """What to do with a request."""
+    """The verdicts on a request."""
 
     START = "start"
     QUEUE = "queue"
@@ -27,7 +27,7 @@ class Decision:
 
 
 def name_of(run: MissionRun) -> str:
-    """A run for messages: mission, id and priority."""
+    """Name a run in messages: mission, id and priority."""
     return f"{run.mission} (run {run.run_id}, priority {run.request.priority})"
 
 

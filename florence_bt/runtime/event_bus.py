@@ -31,7 +31,7 @@ ACKNOWLEDGED = frozenset(
 
 
 class EventLog(Protocol):
-    """Where events are kept (the journal). None of its methods raises or waits for long."""
+    """The log that keeps events (the journal). None of its methods raises or waits for long."""
 
     @property
     def trouble(self) -> str:
@@ -44,10 +44,10 @@ class EventLog(Protocol):
         """Bring what was written so far to the disk, perhaps in the background."""
 
     def flush(self) -> None:
-        """As :meth:`commit`, and return when it is there."""
+        """Commit as :meth:`commit` does, and return when it is there."""
 
     def knows(self, run_id: str) -> bool:
-        """Whether an older process used this name for a run."""
+        """Tell whether an older process used this name for a run."""
 
 
 class NoLog:
@@ -59,13 +59,13 @@ class NoLog:
         """Forget the event."""
 
     def commit(self) -> None:
-        """Nothing to keep."""
+        """Do nothing: there is nothing to keep."""
 
     def flush(self) -> None:
-        """Nothing to keep."""
+        """Do nothing: there is nothing to keep."""
 
     def knows(self, run_id: str) -> bool:
-        """No."""
+        """Return False."""
         return False
 
 

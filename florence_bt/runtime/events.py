@@ -63,7 +63,7 @@ def plain(value: Any) -> Any:
 
 
 def seconds_text(start: float | None, end: float | None) -> str:
-    """A duration for people; empty when one end is missing."""
+    """Write a duration for people; empty when one end is missing."""
     if start is None or end is None:
         return ""
     seconds = end - start

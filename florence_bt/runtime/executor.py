@@ -129,7 +129,7 @@ class Executor:
         return tuple(self._queue)
 
     def find(self, run_id: str | None = None) -> MissionRun | None:
-        """The run with this id among the current, the queued and the last one; without an id the current
+        """Find the run with this id among the current, the queued and the last one; without an id the current
         run or else the last one.
         """
         candidates = [self.current, *self._queue, self.last]
@@ -147,7 +147,7 @@ class Executor:
         visited_only: bool = False,
         durations: bool = False,
     ) -> str:
-        """The ASCII tree of a run: live for the current one, its clean-ups included; the final one of others.
+        """Draw a run's ASCII tree: live for the current one, clean-ups included; the final one of others.
 
         Args:
             run: The run.
@@ -166,7 +166,7 @@ class Executor:
         return draw_rows(rows, colour=colour, visited_only=visited_only, durations=durations)
 
     def tip(self) -> str:
-        """The name of the node that the current run waits for, empty when nothing runs."""
+        """Return the name of the node that the current run waits for, empty when nothing runs."""
         return self._active.tip() if self._active is not None else ""
 
     @property
@@ -175,7 +175,7 @@ class Executor:
         return self._active.tree if self._active is not None else None
 
     def keys(self) -> KeyStore | None:
-        """The keys of the current run's mission, None when nothing runs."""
+        """Return the keys of the current run's mission, None when nothing runs."""
         return self._active.tree.keys if self._active is not None else None
 
     # ---- triggers -------------------------------------------------------------------------------------
@@ -257,26 +257,26 @@ class Executor:
         return missions.refresh() if isinstance(missions, MissionFolders) else ReloadReport()
 
     def findings_of(self, mission: Mission) -> list[Finding]:
-        """What the check says about a mission in force."""
+        """Return what the check says about a mission in force."""
         missions = self._missions
         if isinstance(missions, MissionFolders):
             return missions.findings_of(mission)
         return check(mission, missions, self._declarations)
 
     def warnings(self) -> list[str]:
-        """What people should know though missions run: edits that do not count, a journal in trouble."""
+        """Return what people should know though missions run: unused edits, a journal in trouble."""
         missions = self._missions
         held = missions.held if isinstance(missions, MissionFolders) else {}
         trouble = self._event_bus.log.trouble
         return [*(f"{name}: {reason}" for name, reason in held.items()), *([trouble] if trouble else [])]
 
     def note_about(self, mission: str) -> str:
-        """What a caller of a mission should know, e.g. that an edit of it is not used; mostly empty."""
+        """Return what callers of a mission should know, e.g. that an edit is not used; mostly empty."""
         missions = self._missions
         return missions.note_about(mission) if isinstance(missions, MissionFolders) else ""
 
     def version_of(self, mission: str) -> str:
-        """Fingerprint of a mission and of what it calls; empty when the missions come from no folders."""
+        """Compute the fingerprint of a mission with what it calls; empty if missions come from no folders."""
         missions = self._missions
         return missions.version_of(mission) if isinstance(missions, MissionFolders) else ""
 
@@ -375,7 +375,7 @@ class Executor:
         self._close(run, status, why)
 
     def environment(self) -> RunEnvironment:
-        """What runs work with here."""
+        """Return what runs work with here."""
         return RunEnvironment(
             self.library,
             self._skills,
@@ -462,7 +462,7 @@ class Executor:
         return run_id
 
     def _pausable(self, run_id: str | None, word: str) -> TreeRun:
-        """The run that may be paused or resumed."""
+        """Return the run that may be paused or resumed."""
         active = self._active
         if run_id is not None and any(run.run_id == run_id for run in self._queue):
             raise RequestRefused(

@@ -34,7 +34,7 @@ READINGS = 5
 
 @dataclass(frozen=True)
 class ReloadReport:
-    """What became of edited files.
+    """The outcome of edits of files.
 
     Attributes:
         changed: Missions that are new or different now.
@@ -54,7 +54,7 @@ class ReloadReport:
         return not self.held and not self.broken
 
     def text(self) -> str:
-        """The report for people, a line for each mission."""
+        """Write the report for people, a line for each mission."""
         lines = [f"{name}: reloaded" for name in self.changed]
         lines += [f"{name}: removed" for name in self.removed]
         lines += [f"{name}: {reason}" for name, reason in self.held.items()]
@@ -106,7 +106,7 @@ class MissionFolders:
         *,
         built_in: bool = True,
     ) -> MissionFolders:
-        """The missions of some folders, behind those that come with the package.
+        """Make the missions of some folders, behind those that come with the package.
 
         Args:
             folders: Mission folders; a later one shadows missions of the same name in an earlier one.
@@ -129,7 +129,7 @@ class MissionFolders:
             return ReloadReport(held={**self.held, "the folders": f"cannot be read: {error}"})
 
     def version_of(self, name: str) -> str:
-        """Fingerprint of a mission and of everything that it calls, as in force now."""
+        """Compute the fingerprint of a mission and of everything that it calls, as in force now."""
         known = self._known_versions.get(name)
         if known is None:
             names = [name, *sorted(_called_by(self.library, name))]
@@ -138,7 +138,7 @@ class MissionFolders:
         return known
 
     def note_about(self, name: str) -> str:
-        """What a caller of a mission should know about its version, empty when all is as in the files."""
+        """Return what callers should know about a mission's version, empty when it is as in the files."""
         if not self.held:
             return ""
         names = [name, *sorted(_called_by(self.library, name))]
@@ -154,14 +154,14 @@ class MissionFolders:
         return stamps
 
     def findings_of(self, mission: Mission) -> list[Finding]:
-        """What the check says about a mission in force; it is checked once as long as it stays."""
+        """Return what the check says about a mission in force; it is checked once as long as it stays."""
         known = self._checked.get(mission.name)
         if known is None or known[0] is not mission:
             known = self._checked[mission.name] = mission, check(mission, self.library, self._declarations)
         return known[1]
 
     def edited(self) -> bool:
-        """Whether a file is not as it was read; young ones are compared by their texts."""
+        """Tell whether a file is not as it was read; young ones are compared by their texts."""
         stamps = self._look()
         if stamps != self._stamps or any(_fingerprint(path) != self._prints[path] for path in self._young):
             return True
@@ -229,7 +229,7 @@ class MissionFolders:
         return dict(sorted(held.items()))
 
     def _culprits(self, before: MissionLibrary, new: MissionLibrary, edited: set[str]) -> dict[str, str]:
-        """Edited mission -> what it breaks that worked before: itself, or one that calls it."""
+        """Map each edited mission to what it breaks that worked before: itself, or one that calls it."""
         own: dict[str, str] = {}
         others: dict[str, str] = {}
         for name in before.names():
@@ -244,7 +244,7 @@ class MissionFolders:
         return {**others, **own}
 
     def _error_of(self, library: MissionLibrary, name: str) -> str:
-        """The first error of a mission, empty when it has none; a mission that is gone has none."""
+        """Return the first error of a mission, empty when it has none; a mission that is gone has none."""
         try:
             mission = library.get(name)
         except ConfigError as error:
@@ -276,7 +276,7 @@ def _fingerprint(file: Path) -> str:
 
 
 def _called_by(library: MissionLibrary, name: str) -> set[str]:
-    """The missions that a mission calls, and those that they call; without itself."""
+    """Return the missions that a mission calls, and those that they call; without itself."""
     found: set[str] = set()
     todo = [name]
     while todo:

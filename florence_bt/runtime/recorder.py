@@ -31,7 +31,7 @@ LOOK_SKILL = "look_for_user"
 
 @dataclass
 class RunRecord:
-    """What was noted during a run.
+    """The notes on a run.
 
     Attributes:
         folder: Where its files are.
@@ -83,7 +83,7 @@ class RunRecorder:
         executor.add_listener(self._on_event)
 
     def folder_of(self, run_id: str) -> Path:
-        """The folder of a run."""
+        """Return the folder of a run."""
         return self._runs_folder / run_id
 
     def close(self) -> None:
@@ -156,7 +156,7 @@ class RunRecorder:
 
 
 def result_json(run: MissionRun, record: RunRecord) -> dict[str, Any]:
-    """The end of a run and what was noted, as plain JSON values; metres, radians, seconds."""
+    """Write the end of a run and what was noted, as plain JSON values; metres, radians, seconds."""
     return {
         "run_id": run.run_id,
         "mission": run.mission,

@@ -67,7 +67,7 @@ def request_from_texts(
 
 
 def policy_from_text(text: str) -> TriggerPolicy:
-    """The policy with this name; empty means ``reject``.
+    """Return the policy with this name; empty means ``reject``.
 
     Raises:
         ConfigError: The policy is unknown.
@@ -84,7 +84,7 @@ def policy_from_text(text: str) -> TriggerPolicy:
 
 
 def checked_text(what: str, text: str, longest: int = MAX_NAME) -> str:
-    """A text of a caller that may go into records, logs and terminals.
+    """Check a text of a caller that may go into records, logs and terminals.
 
     Args:
         what: Names the text in the error.

@@ -43,7 +43,7 @@ FINAL = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.STOPPED, Run
 
 
 class TriggerPolicy(enum.Enum):
-    """What a caller wants when another mission is running (ARCHITECTURE.md, ROS surface)."""
+    """The wishes of a caller for when another mission is running (ARCHITECTURE.md, ROS surface)."""
 
     REJECT = "reject"
     QUEUE = "queue"
@@ -141,7 +141,7 @@ class RunIds:
         self._count = 0
 
     def next(self, mission: str) -> str:
-        """The id of the next run."""
+        """Make the id of the next run."""
         self._count += 1
         self._latest = max(self._latest, self._stamp if isinstance(self._stamp, str) else self._stamp())
         return f"{self._latest}-{self._count:03d}-{mission}"
@@ -152,5 +152,5 @@ RUN_ID = re.compile(r"\d{8}T\d{6}Z-\d+-.+")
 
 
 def utc_stamp() -> str:
-    """The date and time of now in UTC, such as ``20240501T101500Z``."""
+    """Write the date and time of now in UTC, such as ``20240501T101500Z``."""
     return datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")

@@ -45,7 +45,7 @@ class RunClock:
         return self._frozen is not None
 
     def now(self) -> float:
-        """Seconds; the moment of the freeze while the time is frozen."""
+        """Return the seconds; the moment of the freeze while the time is frozen."""
         return self._base.now() - self._behind if self._frozen is None else self._frozen
 
     def call_at(self, when: float, callback: Callback) -> RunTimer:

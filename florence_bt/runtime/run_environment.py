@@ -18,12 +18,12 @@ BASE = "base"
 
 
 def _nothing() -> None:
-    """Nobody waits for the processor."""
+    """Do nothing: nobody waits for the processor."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunEnvironment:
-    """What every run works with.
+    """The environment that every run works with.
 
     Attributes:
         library: The missions.

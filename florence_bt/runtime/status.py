@@ -12,7 +12,7 @@ from florence_bt.runtime.run import MissionRun, RunStatus
 
 
 def head_line(run: MissionRun, now: float) -> str:
-    """One line: mission, status, duration, id and caller."""
+    """Write one line: mission, status, duration, id and caller."""
     parts = [
         f"{run.mission}: {run.status.value}",
         duration_text(run, now),
@@ -23,7 +23,7 @@ def head_line(run: MissionRun, now: float) -> str:
 
 
 def duration_text(run: MissionRun, now: float) -> str:
-    """How long a run took, or has taken so far; of one that died with its process what is known of that."""
+    """Write how long a run took, or has taken; of one that died with its process what is known of it."""
     text = seconds_text(run.started, run.ended if run.ended is not None else now)
     return f"at least {text}" if text and run.status is RunStatus.ABORTED else text
 
@@ -33,14 +33,14 @@ _PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
 
 
 def details_line(run: MissionRun, accepted: str = "") -> str:
-    """When the run was accepted and with which inputs, as far as there is something to say."""
+    """Write when the run was accepted and with which inputs, as far as there is something to say."""
     date = accepted.replace("T", " ").partition(".")[0]
     inputs = values_text(plain(run.inputs), run.input_kinds)
     return " · ".join([*([f"accepted {date} UTC"] if date else []), *([f"inputs{inputs}"] if inputs else [])])
 
 
 def values_text(values: Mapping[str, Any], kinds: Mapping[str, Kind]) -> str:
-    """Plain values by name in one line, each with a blank before it.
+    """Write plain values by name in one line, each with a blank before it.
 
     Args:
         values: The values in SI units.
@@ -50,7 +50,7 @@ def values_text(values: Mapping[str, Any], kinds: Mapping[str, Kind]) -> str:
 
 
 def outputs_text(run: MissionRun) -> str:
-    """The outputs of a run in one line, as the mission language writes them; empty without any."""
+    """Write the outputs of a run in one line, as the mission language writes them; empty without any."""
     return ", ".join(f"{name}: {text}" for name, text in run.output_texts.items())
 
 
@@ -64,7 +64,7 @@ def _value(value: Any, kind: Kind | None) -> str:
 
 
 def why_line(run: MissionRun) -> str:
-    """The cause of a failure, a stop or a pause, empty when there is none."""
+    """Write the cause of a failure, a stop or a pause, empty when there is none."""
     if run.status is RunStatus.PAUSED:
         return f"paused because: {run.paused}; go on with: florence resume"
     if run.why is None:
@@ -74,21 +74,21 @@ def why_line(run: MissionRun) -> str:
 
 
 def note_line(run: MissionRun) -> str:
-    """What the caller should know beside, empty when there is nothing."""
+    """Write what the caller should know beside, empty when there is nothing."""
     return f"note: {run.note}" if run.note else ""
 
 
 def status_text(
     run: MissionRun | None, tree: str, now: float, warnings: Iterable[str] = (), *, accepted: str = ""
 ) -> str:
-    """The whole status.
+    """Write the whole status.
 
     Args:
         run: The run to describe, None when there was none yet.
         tree: Its ASCII tree.
         now: The clock's time, for the duration of a running mission.
         warnings: What else people should know, beside the run.
-        accepted: Date and time (UTC) at which the run was accepted, empty to leave it away.
+        accepted: Date and time (UTC) at which the run was accepted, empty to leave it out.
     """
     notes = [f"warning: {warning}" for warning in warnings]
     if run is None:

@@ -89,7 +89,7 @@ class TreeRun:
         return self.tree.root
 
     def tip(self) -> str:
-        """The name of the node that the run waits for, empty when there is none."""
+        """Return the name of the node that the run waits for, empty when there is none."""
         tip = self.root.tip()
         return tip.name if tip is not None else ""
 
@@ -143,7 +143,7 @@ class TreeRun:
             self.end(RunStatus.FAILED, explain(root))
 
     def _spinning(self) -> Why:
-        """The failure of a tree that goes on without time passing; the lowest node that runs does not end."""
+        """Make the failure of a tree that goes on without time passing, at its lowest running node."""
         node = self.root
         while child := next((child for child in node.children if child.status is Status.RUNNING), None):
             node = child
@@ -217,7 +217,7 @@ class TreeRun:
             self._go_on()
 
     def _resume_late(self) -> None:
-        """The skills had their time to stop; without their ends they cannot be started again."""
+        """End a run whose skills had their time to stop: without their ends they cannot be started again."""
         silent = ", ".join(dict.fromkeys(entry.skill for entry in self._context.still_ending()))
         reason = f"after the pause: not known to have ended: {silent}"
         self.end(RunStatus.FAILED, Why(self.run.mission, "timed_out", reason))
@@ -282,7 +282,7 @@ class TreeRun:
         self._environment.wake()
 
     def rows(self) -> tuple[TreeRow, ...]:
-        """The tree as it is now, to be drawn."""
+        """Return the tree as it is now, to be drawn."""
         return tree_rows(self.root, self._ticks.seconds, self._ticks.left)
 
     def abandon(self) -> None:
@@ -323,13 +323,13 @@ class TreeRun:
             self._limit = None
 
     def _finish_if_drained(self) -> None:
-        """A run is over when every skill it started has ended too: no goal is left behind."""
+        """Finish when every skill of the run has ended too: no goal is left behind."""
         assert self._end is not None
         if not self._open_skills():
             self._finish(*self._end)
 
     def _open_skills(self) -> list[str]:
-        """The names of the skills that have not reported their end; one that breaks when asked is over."""
+        """Return the skills that have not reported their end; one that breaks when asked is over."""
         context = self._context
         for entry in tuple(context.runs):
             try:
@@ -340,7 +340,7 @@ class TreeRun:
         return [entry.skill for entry in context.runs]
 
     def _end_late(self) -> None:
-        """The skills had their time."""
+        """End a run whose skills had their time."""
         skills = self._open_skills()
         if CLEANUP in skills:
             self._limit_end()
@@ -446,7 +446,7 @@ class TreeTicks:
         self._moment = now
 
     def changes(self) -> Iterator[dict[str, str]]:
-        """What the last tick changed, in order: the data of events."""
+        """Yield what the last tick changed, in order: the data of events."""
         now = self._clock.now()
         known: dict[Behaviour, Why] = {}
         for node, old, new in self._ticker.changes:
@@ -471,7 +471,7 @@ class TreeTicks:
         return path
 
     def left(self, node: Behaviour) -> Left | None:
-        """Where a node stood that the nodes above it have left; None when they have not reached it.
+        """Return where a node stood that the nodes above it have left; None when they have not reached it.
 
         A node that begins again has not reached those below it.
         """
@@ -487,7 +487,7 @@ class TreeTicks:
         return left
 
     def seconds(self, node: Behaviour) -> float | None:
-        """How long a node took, or has been running; None when it was not reached."""
+        """Return how long a node took, or has been running; None when it was not reached."""
         if node not in self._times or (node.status is Status.INVALID and self.left(node) is None):
             return None
         began, ended = self._times[node]

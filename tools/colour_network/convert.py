@@ -59,7 +59,7 @@ def convert(topology: str | bytes, weights: bytes, outputs: Sequence[str], size:
 
 
 def _constants(manifest: Sequence[Mapping[str, Any]], weights: bytes) -> dict[str, Array]:
-    """The weights by name; those that are kept as float16 become float32."""
+    """Read the weights by name; those that are kept as float16 become float32."""
     constants, start = {}, 0
     for each in manifest:
         dtype = np.dtype(_DTYPES[each.get("quantization", each)["dtype"]])
@@ -78,7 +78,7 @@ def _constants(manifest: Sequence[Mapping[str, Any]], weights: bytes) -> dict[st
 
 
 def _needed(nodes: Mapping[str, Mapping[str, Any]], outputs: Sequence[str]) -> list[str]:
-    """Names of the nodes that the outputs depend on, each after what it takes."""
+    """Return the names of the nodes that the outputs depend on, each after what it takes."""
     order: dict[str, None] = {}
     ahead = [(name, False) for name in reversed(outputs)]
     while ahead:
@@ -94,7 +94,7 @@ def _needed(nodes: Mapping[str, Mapping[str, Any]], outputs: Sequence[str]) -> l
 
 @dataclass
 class _Graph:
-    """What was converted so far."""
+    """The part of a network that was converted so far."""
 
     constants: Mapping[str, Array]
     size: tuple[int, int]
@@ -116,7 +116,7 @@ class _Graph:
         self.input = onnx_file.value(name, (1, 3, *self.size))
 
     def constant(self, name: str, inputs: Sequence[str], attributes: Mapping[str, Any]) -> None:
-        """Constants are written where they are used, in the form that is wanted there."""
+        """Do nothing: constants are written where they are used, in the form that is wanted there."""
 
     def relu6(self, name: str, inputs: Sequence[str], attributes: Mapping[str, Any]) -> None:
         limits = [self._tensor(f"{name}/{limit:g}", np.float32(limit)) for limit in (0.0, 6.0)]
@@ -169,7 +169,7 @@ class _Graph:
             self._put("Relu", [output], name)
 
     def _operand(self, name: str) -> str:
-        """The name of what an element-wise operation takes, written first when it is a constant."""
+        """Return the name of what an element-wise operation takes, written first when it is a constant."""
         if name not in self.constants:
             return name
         if self.constants[name].size != 1:
@@ -205,5 +205,5 @@ _CONVERSIONS: dict[str, Callable[[_Graph, str, Sequence[str], Mapping[str, Any]]
 
 
 def _words(encoded: Sequence[str]) -> Iterator[str]:
-    """Strings of TensorFlow, which JSON has as base64."""
+    """Decode strings of TensorFlow, which JSON has as base64."""
     return (base64.b64decode(each).decode() for each in encoded)

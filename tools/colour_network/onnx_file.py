@@ -22,7 +22,7 @@ Attribute = float | int | str | Sequence[int]
 def model(
     nodes: Iterable[bytes], initializers: Iterable[bytes], inputs: bytes, outputs: Sequence[str]
 ) -> bytes:
-    """A whole file.
+    """Write a whole file.
 
     Args:
         nodes: Made by :func:`node`, each after those that it takes from.
@@ -45,7 +45,7 @@ def model(
 def node(
     kind: str, inputs: Iterable[str], output: str, attributes: Mapping[str, Attribute] | None = None
 ) -> bytes:
-    """One operation; it has the name of its output."""
+    """Write one operation; it has the name of its output."""
     return b"".join(
         (
             *(_field(1, name) for name in inputs),
@@ -56,14 +56,14 @@ def node(
 
 
 def tensor(name: str, values: NDArray[np.float32]) -> bytes:
-    """A constant."""
+    """Write a constant."""
     dimensions = b"".join(_field(1, size) for size in values.shape)
     raw = np.ascontiguousarray(values, "<f4").tobytes()
     return dimensions + _field(2, FLOAT) + _field(8, name) + _field(9, raw)
 
 
 def value(name: str, shape: Sequence[int] = ()) -> bytes:
-    """What the network is given, or gives; its shape may be left out."""
+    """Describe what the network is given, or gives; its shape may be left out."""
     dimensions = b"".join(_field(1, _field(1, size)) for size in shape)
     return _field(1, name) + _field(2, _field(1, _field(1, FLOAT) + _field(2, dimensions)))
 
@@ -81,7 +81,7 @@ def _attribute(name: str, given: Attribute) -> bytes:
 
 
 def _field(number: int, given: int | float | str | bytes) -> bytes:
-    """A field: its number with its wire type, and its value."""
+    """Write a field: its number with its wire type, and its value."""
     if isinstance(given, int):
         return _varint(number << 3) + _varint(given)
     if isinstance(given, float):

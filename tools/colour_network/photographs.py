@@ -90,12 +90,12 @@ class NoPhotograph(FlorenceError):
 
 
 def photographs_folder() -> Path:
-    """Where they are kept."""
+    """Return where they are kept."""
     return network_file().parent / "photographs"
 
 
 def read(photograph: Photograph) -> NDArray[np.uint8]:
-    """The picture, shape (rows, columns, 3), red green blue.
+    """Read the picture, shape (rows, columns, 3), red green blue.
 
     Raises:
         NoPhotograph: It is not there, or is not a picture; with the command that gets it.
@@ -112,7 +112,7 @@ def read(photograph: Photograph) -> NDArray[np.uint8]:
 
 
 def read_rgbd(file: Path) -> tuple[NDArray[np.uint8], DepthImage]:
-    """The one observation of a recording of MRPT: its colour picture, and its depth picture.
+    """Read the one observation of a recording of MRPT: its colour picture, and its depth picture.
 
     Source:
         MRPT, CObservation3DRangeScan version 9: the unit of the ranges in metres, rows, columns, and the

@@ -38,7 +38,7 @@ BUTTONS = {"play": 1, "advance": 4}
 
 @dataclass(frozen=True, slots=True)
 class CreateOptions(StandaloneOptions):
-    """How to run it.
+    """The options of the program.
 
     Attributes:
         model: ``create`` or ``create2``.
@@ -131,7 +131,7 @@ class CreateProgram(StandaloneEmulator):
     # -- the control channel -------------------------------------------------------------------------------
 
     def control_commands(self) -> Sequence[ControlCommand]:
-        """Everything that goes wrong with a base, and what people and rooms do to it."""
+        """Return commands for all that goes wrong with a base, and what people and rooms do to it."""
         return (
             self.fault("partial_frames NUMBER", "the next frames and answers are cut in half", COUNT),
             self.fault("wheel_drop left|right|caster...|none", "", bits(WHEELS), field="wheel_drops"),
@@ -168,7 +168,7 @@ class CreateProgram(StandaloneEmulator):
         self.create.battery.charge_mah = CAPACITY_MAH * number(0.0, 100.0)(words) / 100.0
 
     def status(self) -> str:
-        """The base as one line of JSON."""
+        """Describe the base as one line of JSON."""
         create, pose = self.create, self._base.pose
         return json.dumps(
             {
@@ -236,13 +236,13 @@ class KinematicBase:
         self._wheels = (left_mps, right_mps)
 
     def travel(self) -> tuple[float, float]:
-        """Metres that the left and the right wheel have rolled."""
+        """Return the metres that the left and the right wheel have rolled."""
         return self._travel
 
     def yaw_rate(self) -> float:
-        """Turning rate in rad/s, counter-clockwise positive."""
+        """Return the turning rate in rad/s, counter-clockwise positive."""
         return (self._wheels[1] - self._wheels[0]) / self._separation_m
 
     def bumpers(self) -> tuple[bool, bool]:
-        """There is nothing to bump into."""
+        """Return no contacts: there is nothing to bump into."""
         return (False, False)

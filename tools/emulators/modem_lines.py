@@ -29,7 +29,7 @@ ALL_OFF = struct.pack("I", 0)
 
 @contextlib.contextmanager
 def pretended_modem_lines() -> Iterator[None]:
-    """Within this, terminals without modem lines take every level; reading gives that all are off."""
+    """Let terminals without modem lines take every level within this block; reading says that all are off."""
     ioctl = fcntl.ioctl
 
     def pretend(fd: Any, request: int, *arguments: Any) -> Any:

@@ -33,7 +33,7 @@ _STATUS = re.compile(r"[0-9][0-9A-Z]")
 
 @dataclass(frozen=True, slots=True)
 class ScipOptions(StandaloneOptions):
-    """How to run it; with ``strict_baud`` the scanner wakes up with 19200, as on RS-232.
+    """The options of the program; with ``strict_baud`` the scanner wakes up with 19200, as on RS-232.
 
     Attributes:
         model: A name in ``MODELS``.
@@ -78,7 +78,7 @@ class ScipProgram(StandaloneEmulator):
         self._listen(console)
 
     def now(self) -> float:
-        """Seconds since the start."""
+        """Return the seconds since the start."""
         return self._clock() - self._start
 
     def step(self) -> None:
@@ -98,7 +98,7 @@ class ScipProgram(StandaloneEmulator):
     # -- the control channel -------------------------------------------------------------------------------
 
     def control_commands(self) -> Sequence[ControlCommand]:
-        """Everything that goes wrong with a scanner."""
+        """Return the commands for everything that goes wrong with a scanner."""
         return (
             self.fault("bad_replies NUMBER", "the next answers to commands have a wrong checksum", COUNT),
             self.fault(
@@ -155,7 +155,7 @@ class ScipProgram(StandaloneEmulator):
             self.faults.statuses[words[0]] = _status(words[1:])
 
     def status(self) -> str:
-        """The scanner as one line of JSON."""
+        """Describe the scanner as one line of JSON."""
         scanner = self.scanner
         return json.dumps(
             {
@@ -202,7 +202,7 @@ class ScipRoom:
         self._random = None if seed is None else np.random.default_rng(seed)
 
     def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
-        """The distances of the steps first..last, shape (last - first + 1,), millimetres."""
+        """Return the distances of the steps first..last, shape (last - first + 1,), millimetres."""
         wanted = self._distances[first_step : last_step + 1]
         if self._random is not None:
             wanted = wanted + self._random.normal(0.0, NOISE_MM, len(wanted))

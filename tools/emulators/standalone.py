@@ -28,7 +28,7 @@ MOST_NOISE = 10_000
 
 @dataclass(frozen=True, slots=True)
 class StandaloneOptions:
-    """How to run a device alone.
+    """The options of a device that runs alone.
 
     Attributes:
         link: Where to put a link to the device file of a pseudo-terminal; None for none.
@@ -188,7 +188,7 @@ class StandaloneEmulator(ABC):
             return f"error: {error}"
 
     def _received_at_other_end(self, data: bytes, baud_rate: int) -> bytes:
-        """What one end of the line makes of what the other sent.
+        """Return what one end of the line makes of what the other sent.
 
         Args:
             data: What was sent.
@@ -205,7 +205,7 @@ class StandaloneEmulator(ABC):
 
     @abstractmethod
     def control_commands(self) -> Sequence[ControlCommand]:
-        """The device's own commands of the control channel."""
+        """Return the device's own commands of the control channel."""
 
     @abstractmethod
     def set_power(self, on: bool) -> None:
@@ -213,11 +213,11 @@ class StandaloneEmulator(ABC):
 
     @abstractmethod
     def status(self) -> str:
-        """The device as JSON."""
+        """Describe the device as JSON."""
 
     @abstractmethod
     def _longest_wait(self) -> float:
-        """How long the device has nothing to do unless something arrives, in seconds."""
+        """Return how long the device has nothing to do unless something arrives, in seconds."""
 
     def close(self) -> None:
         """End the line and the control channel."""
@@ -227,7 +227,7 @@ class StandaloneEmulator(ABC):
     def fault(
         self, usage: str, meaning: str, read: Callable[[list[str]], Any], *, field: str = ""
     ) -> ControlCommand:
-        """A command that sets a fault.
+        """Make a command that sets a fault.
 
         Args:
             usage: The command and its arguments.
@@ -256,7 +256,7 @@ class StandaloneEmulator(ABC):
 
 
 def switch(words: Sequence[str]) -> bool:
-    """``on`` or ``off``.
+    """Read ``on`` or ``off``.
 
     Raises:
         ConfigError: It is neither.
@@ -267,7 +267,7 @@ def switch(words: Sequence[str]) -> bool:
 
 
 def number(lowest: float, highest: float) -> Callable[[Sequence[str]], float]:
-    """Reads one number in a range; raises ConfigError for anything else."""
+    """Make a reader of one number in a range; raises ConfigError for anything else."""
 
     def read(words: Sequence[str]) -> float:
         try:
@@ -282,7 +282,7 @@ def number(lowest: float, highest: float) -> Callable[[Sequence[str]], float]:
 
 
 def integer(lowest: int, highest: int) -> Callable[[Sequence[str]], int]:
-    """Reads one whole number in a range; raises ConfigError for anything else."""
+    """Make a reader of one whole number in a range; raises ConfigError for anything else."""
 
     def read(words: Sequence[str]) -> int:
         value = number(lowest, highest)(words)
@@ -298,7 +298,7 @@ COUNT = integer(0, 1_000_000)
 
 
 def some_of(words: Sequence[str], known: Sequence[str] | Mapping[str, int]) -> Sequence[str]:
-    """The words, each of them known; ``none`` stands for no word.
+    """Return the words, each of them known; ``none`` stands for no word.
 
     Raises:
         ConfigError: A word is not known, or there is none.
@@ -312,7 +312,7 @@ def some_of(words: Sequence[str], known: Sequence[str] | Mapping[str, int]) -> S
 
 
 def bits(known: Mapping[str, int]) -> Callable[[Sequence[str]], int]:
-    """Reads some words, each of which stands for a bit."""
+    """Make a reader of some words, each of which stands for a bit."""
     return lambda words: sum(known[word] for word in some_of(words, known))
 
 
@@ -336,7 +336,7 @@ class ControlChannel:
             self._server.listen()
 
     def descriptors(self) -> list[int]:
-        """What to wait for."""
+        """Return what to wait for."""
         return [*self._peers, *([self._server.fileno()] if self._server is not None else [])]
 
     def serve(self, ready: list[int], run: Callable[[str], str]) -> None:

@@ -44,7 +44,7 @@ class TcpLine:
         return self._client is not None
 
     def fileno(self) -> int:
-        """The file descriptor to wait for.
+        """Return the file descriptor to wait for.
 
         Raises:
             DeviceLost: The line is closed.
@@ -54,7 +54,7 @@ class TcpLine:
         return self._server.fileno() if self._client is None else self._client.fileno()
 
     def read(self) -> bytes:
-        """What the client has sent since the last call, often nothing."""
+        """Read what the client has sent since the last call, often nothing."""
         if self._client is None:
             self._accept()
         pieces = []

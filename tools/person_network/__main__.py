@@ -47,7 +47,7 @@ MORE_OFTEN = (
 
 
 def saved(file: Path, pictures: Callable[[], Iterable[Picture]]) -> Path:
-    """The file with the examples of some pictures; made when it is not there yet."""
+    """Return the file with the examples of some pictures; made when it is not there yet."""
     if not file.exists():
         examples = [example_of(picture) for picture in pictures()]
         fields = ("given", "person", "middle", "posture")
@@ -56,12 +56,12 @@ def saved(file: Path, pictures: Callable[[], Iterable[Picture]]) -> Path:
 
 
 def bent_home(seed: int, folder: Path) -> Path:
-    """A home in which everything is bent a little."""
+    """Make a home in which everything is bent a little."""
     return saved(folder / f"bent_{seed}.npz", lambda: pictures_of_home(seed, 64))
 
 
 def true_home(seed: int, folder: Path) -> Path:
-    """A home as the trials have them."""
+    """Make a home as the trials have them."""
     return saved(
         folder / f"true_{seed}.npz",
         lambda: pictures_of_home(seed, 72, scenes=8, bent=False, situations=MORE_OFTEN),
@@ -69,12 +69,12 @@ def true_home(seed: int, folder: Path) -> Path:
 
 
 def plain_room(seed: int, folder: Path) -> Path:
-    """Rooms with other bodies."""
+    """Make rooms with other bodies."""
     return saved(folder / f"plain_{seed}.npz", lambda: plain_pictures(seed, 1200))
 
 
 def read_all(files: Sequence[Path]) -> Examples:
-    """The examples of all files together."""
+    """Read the examples of all files together."""
     parts = [dict(np.load(file)) for file in files]
     return {name: np.concatenate([part.pop(name) for part in parts]) for name in list(parts[0])}
 

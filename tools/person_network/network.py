@@ -42,7 +42,7 @@ class PersonNet(nn.Module):
         self.answer = nn.Conv2d(24, 3 + len(POSTURES), 1)
 
     def forward(self, picture: Tensor) -> Tensor:
-        """From (n, 3, 120, 160) to (n, 6, 60, 80): log odds of a person, the way, posture scores."""
+        """Compute from (n, 3, 120, 160) to (n, 6, 60, 80): log odds of a person, the way, posture scores."""
         half = self.down_2(picture)
         quarter = self.down_4(half)
         eighth = self.down_8(quarter)
@@ -62,13 +62,13 @@ Examples = dict[str, NDArray[np.generic]]
 
 
 def new_network(seed: int) -> PersonNet:
-    """A network that knows nothing."""
+    """Make a network that knows nothing."""
     torch.manual_seed(seed)
     return PersonNet()
 
 
 def read_onnx(file: Path) -> PersonNet:
-    """The network of a file of :func:`write_onnx`, whose normalisation went into its weights and stays 1."""
+    """Read a file of :func:`write_onnx`; its normalisation is in its weights, and stays 1."""
     model = onnx.load(file).graph
     arrays = {each.name: onnx.numpy_helper.to_array(each) for each in model.initializer}
     weights = {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}

@@ -66,7 +66,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """What the network is given and what it should say.
+    """The input of the network, and what it should say.
 
     Attributes:
         given: Shape (3, 120, 160), the network's input.
@@ -91,7 +91,7 @@ def pictures_of_home(
     situations: Sequence[str] = tuple(SITUATIONS),
     empty: bool = False,
 ) -> Iterator[Picture]:
-    """Pictures of one home with changing people in it.
+    """Yield pictures of one home with changing people in it.
 
     Args:
         seed: Chooses home, people and all noise.
@@ -178,7 +178,7 @@ class _Scene:
         return float(x[column]), float(y[row])
 
     def picture(self, mount: Transform3, width: int, rng: Random) -> Picture:
-        """A picture from a free place, mostly towards a person or something like one."""
+        """Take a picture from a free place, mostly towards a person or something like one."""
         robot = self._view(rng)
         height = width * 3 // 4
         focal = 525.0 * width / 640
@@ -238,7 +238,7 @@ def _measurable(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
 def _cast(
     shapes: Shapes, place: Transform3, camera: CameraModel
 ) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
-    """Exact depths and which shape each pixel shows."""
+    """Return exact depths and which shape each pixel shows."""
     depth = np.empty((camera.height, camera.width), np.float32)
     rows = np.empty(depth.shape, np.int16)
     lens = Lens(camera.fx, camera.cx, camera.cy)
@@ -249,7 +249,7 @@ def _cast(
 
 
 def example_of(picture: Picture) -> Example:
-    """What the network should say of a picture that has the size of its input."""
+    """Return what the network should say of a picture that has the size of its input."""
     pixels = Pixels.of(picture.depth, picture.optical_in_base)
     depth = pixels.depth[::STRIDE, ::STRIDE]
     points, rays = pixels.points[::STRIDE, ::STRIDE], pixels.rays[::STRIDE, ::STRIDE]
@@ -269,14 +269,14 @@ def example_of(picture: Picture) -> Example:
 
 
 def posture_of(spec: PersonSpec) -> int:
-    """The index in ``POSTURES`` of what a person does."""
+    """Return the index in ``POSTURES`` of what a person does."""
     if spec.posture in ("seated", "sitting") or spec.aid == "wheelchair":
         return POSTURES.index("sitting")
     return POSTURES.index("lying" if spec.posture == "lying" else "standing")
 
 
 def _people(flat: Flat, rng: Random, situations: Sequence[str]) -> Iterator[PersonSpec]:
-    """0 to 3 people; walkers somewhere on their way."""
+    """Place 0 to 3 people; walkers somewhere on their way."""
     for number in range(int(rng.choice([0, 1, 2, 3], p=[0.1, 0.35, 0.35, 0.2]))):
         try:
             spec = person_in(str(rng.choice(list(situations))), flat, rng)

@@ -53,7 +53,7 @@ class _Part:
 
 
 def plain_pictures(seed: int, count: int) -> Iterator[Picture]:
-    """Pictures of rooms with 0 to 3 people who stand or sit."""
+    """Yield pictures of rooms with 0 to 3 people who stand or sit."""
     rng = np.random.default_rng((seed, 78))
     width, height = INPUT_SIZE
     focal = 525.0 * width / 640
@@ -93,7 +93,7 @@ def _render(
 
 
 def _hit(part: _Part, origin: Floats, directions: Floats) -> Floats:
-    """Depth of the first hit of each ray, infinite where there is none."""
+    """Return the depth of the first hit of each ray, infinite where there is none."""
     c, s = math.cos(part.yaw), math.sin(part.yaw)
     turn = np.array([[c, s], [-s, c]])
     o = turn @ (origin[:2] - np.array([part.x, part.y])) / part.half
@@ -117,7 +117,7 @@ def _spot(rng: Random) -> Pose2:
 
 
 def _person(owner: int, rng: Random) -> tuple[PersonSpec, list[_Part]]:
-    """Somebody of 0.95 to 1.95 m, limbs of any thickness, standing or sitting on a stool."""
+    """Make somebody of 0.95 to 1.95 m, limbs of any thickness, standing or sitting on a stool."""
     at, tall = _spot(rng), float(rng.uniform(0.95, 1.95))
     build = min(1.0, tall / 1.6) * float(rng.uniform(0.8, 1.25))
     posture: Posture = "sitting" if rng.random() < 0.4 else "standing"
@@ -152,7 +152,7 @@ def _person(owner: int, rng: Random) -> tuple[PersonSpec, list[_Part]]:
 
 
 def _room(rng: Random) -> Iterator[_Part]:
-    """Walls, and boxes, posts, tables and lamps anywhere."""
+    """Make walls, and boxes, posts, tables and lamps anywhere."""
     far, left, right = rng.uniform(2.0, 6.0), rng.uniform(1.0, 4.0), rng.uniform(-4.0, -1.0)
     turn = float(rng.uniform(-0.5, 0.5))
     yield _Part(float(far), 0.0, (0.05, 6.0), 0.0, 2.5, turn, round=False)

@@ -55,7 +55,7 @@ def _hands(options: argparse.Namespace) -> str:
 
 
 def _messages(options: argparse.Namespace) -> str:
-    """Messages for a while; then what any program may set is put back, and a mission drives the robot."""
+    """Send messages for a while; then undo what any program may set, and drive the robot by a mission."""
     with RunningSystem(options.seed) as system:
         before = system.pids()
         report = attack_with_messages(float(options.count or ATTACK_S), options.seed)

@@ -98,7 +98,7 @@ def busy_loops(count: int, limit_s: float) -> Iterator[None]:
 
 
 def run_demo(seed: int, folder: Path) -> BusyRun:
-    """One ``florence demo``; its output is in ``demo.txt`` of the folder."""
+    """Run one ``florence demo``; its output is in ``demo.txt`` of the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     began = time.monotonic()
     with (folder / "demo.txt").open("w") as output:
@@ -122,7 +122,7 @@ def run_demo(seed: int, folder: Path) -> BusyRun:
 
 
 def demo_command(seed: int, out: Path) -> list[str]:
-    """The command line of a run."""
+    """Return the command line of a run."""
     options = {"--seed": seed, "--speed": SPEED, "--out": out}
     given = [str(part) for option in options.items() for part in option]
     return [sys.executable, "-m", "florence_bt.cli", "demo", "--headless", *given]
@@ -139,7 +139,7 @@ def _end(demo: subprocess.Popen[bytes]) -> None:
 
 
 def _reason(folder: Path) -> str:
-    """Why a demo failed: the reason of its mission, or the last line of its output."""
+    """Tell why a demo failed: the reason of its mission, or the last line of its output."""
     for file in folder.glob("demo/runs/*/result.json"):
         result = json.loads(file.read_text())
         if result.get("reason"):

@@ -83,7 +83,7 @@ def _turn(system: RunningSystem, seconds: float) -> None:
 
 
 def hands_table(drives: list[HandDrive]) -> str:
-    """A row per process."""
+    """Write a row per process."""
     rows = []
     for group, seconds in HANGS.items():
         mine = [drive for drive in drives if drive.group == group]

@@ -18,7 +18,7 @@ PROCESSES = ("missions", "navigation", "people")
 
 @dataclass(frozen=True)
 class Hang:
-    """What became of one process under SIGSTOP.
+    """The outcome of one process under SIGSTOP.
 
     Attributes:
         group: The process.
@@ -53,7 +53,7 @@ def _hang(system: RunningSystem, group: str, dice: random.Random) -> Hang:
 
 
 def hangs_table(hangs: list[Hang]) -> str:
-    """A row per process."""
+    """Write a row per process."""
     rows = []
     for group in PROCESSES:
         mine = [hang for hang in hangs if hang.group == group]

@@ -17,7 +17,7 @@ IN_A_ROW = 3
 
 @dataclass(frozen=True)
 class Kill:
-    """What became of one kill.
+    """The outcome of one kill.
 
     Attributes:
         group: The process that was killed.
@@ -73,7 +73,7 @@ def _kill_other(group: str, seed: int, dice: random.Random) -> Kill:
 
 
 def kills_table(kills: list[Kill]) -> str:
-    """A row per process."""
+    """Write a row per process."""
     rows = []
     for group in ("missions", *OTHERS):
         mine = [kill for kill in kills if kill.group == group]

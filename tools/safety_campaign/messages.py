@@ -46,7 +46,7 @@ _CODES = {"float": "f", "double": "d", "uint8": "B", "octet": "B", "int8": "b"}
 
 
 def load_type(name: str) -> Any:
-    """The class of a type by its name in the graph: ``nav_msgs/msg/Odometry``, or ``nav_msgs/Odometry``."""
+    """Load a type by its name in the graph: ``nav_msgs/msg/Odometry``, or ``nav_msgs/Odometry``."""
     package, *middle, last = name.split("/")
     action, _, part = last.rpartition("_")  # what an action is made of
     if part in ("Goal", "Result", "Feedback"):
@@ -58,7 +58,7 @@ def load_type(name: str) -> Any:
 
 
 def arbitrary(message_type: Any, rng: random.Random) -> Any:
-    """A message, request or goal whose every field is drawn from the extremes of its type."""
+    """Make a message, request or goal whose every field is drawn from the extremes of its type."""
     message = message_type()
     for name, kind in message_type.get_fields_and_field_types().items():
         setattr(message, name, _value(kind, rng))
@@ -66,7 +66,7 @@ def arbitrary(message_type: Any, rng: random.Random) -> Any:
 
 
 def ordinary(message_type: Any, now: float) -> Any:
-    """A message that nothing is wrong with, stamped now (seconds)."""
+    """Make a message that nothing is wrong with, stamped now (seconds)."""
     message = message_type()
     _FILLED.get(message_type.__name__, lambda _: None)(message)
     for part in _parts(message):
@@ -78,7 +78,7 @@ def ordinary(message_type: Any, now: float) -> Any:
 
 
 def spoilt(message: Any, rng: random.Random) -> Any:
-    """A copy of an ordinary message with a few fields replaced by extremes of their types."""
+    """Make a copy of an ordinary message with a few fields replaced by extremes of their types."""
     result = copy.deepcopy(message)
     places = [(part, name) for part in _parts(result) for name in part.get_fields_and_field_types()]
     for _ in range(rng.randint(1, MOST_PARTS)):
@@ -89,7 +89,7 @@ def spoilt(message: Any, rng: random.Random) -> Any:
 
 
 def _value(kind: str, rng: random.Random) -> Any:
-    """A value for a field of a type as ``get_fields_and_field_types`` writes it."""
+    """Choose a value for a field of a type as ``get_fields_and_field_types`` writes it."""
     if match := _ARRAY.fullmatch(kind):
         return _repeated(match[1], int(match[2]), rng)
     if match := _SEQUENCE.fullmatch(kind):
@@ -120,7 +120,7 @@ def _repeated(kind: str, length: int, rng: random.Random) -> Any:
 
 
 def _parts(message: Any) -> Iterator[Any]:
-    """A message and all messages in it."""
+    """Yield a message and all messages in it."""
     yield message
     for name in message.get_fields_and_field_types():
         value = getattr(message, name)
@@ -182,7 +182,7 @@ _FILLED: dict[str, Callable[[Any], None]] = {
 
 @dataclass
 class Report:
-    """What an attack did.
+    """The effects of an attack.
 
     Attributes:
         sent: How many messages went to each topic, service and action, by its name and type.
@@ -195,7 +195,7 @@ class Report:
     goals: Counter[str] = field(default_factory=Counter)
 
     def __str__(self) -> str:
-        """A table for people."""
+        """Write a table for people."""
         lines = [f"{count:6} {name}" for name, count in sorted(self.sent.items())]
         lines.append(f"{sum(self.sent.values()):6} in all; goals: {dict(self.goals)}")
         lines.append(f"nodes lost: {', '.join(self.nodes_lost) or 'none'}")

@@ -42,7 +42,7 @@ SHIFT_M = 0.01
 
 @dataclass(frozen=True)
 class Trial:
-    """What one override did.
+    """The effects of one override.
 
     Attributes:
         server: The state of the mission server.
@@ -105,7 +105,7 @@ def _next_trial(
 
 
 def _blocks(count: int) -> Iterator[tuple[str, int]]:
-    """(state of the mission server, trials): the states take turns."""
+    """Yield the (state of the mission server, trials): the states take turns."""
     share = {server: count // 3 + (count % 3 > index) for index, server in enumerate(SERVERS)}
     while any(share.values()):
         for server in SERVERS:
@@ -116,7 +116,7 @@ def _blocks(count: int) -> Iterator[tuple[str, int]]:
 
 
 def _drive_for(server: str, done: int, dice: random.Random) -> str:
-    """A dead mission server has driven at most once: in the first trial it dies during its drive."""
+    """Choose a drive; a dead server has driven at most once: in the first trial it dies during it."""
     if server == "dead":
         return dice.choice(DRIVES[1:]) if done else DRIVES[0]
     return dice.choice(DRIVES)
@@ -200,13 +200,13 @@ def _attack(system: RunningSystem, server: str) -> None:
 
 
 def _speeds(truths: list[dict]) -> str:
-    """When the wheels were given which speeds, for people; seconds from the first truth."""
+    """Write when the wheels were given which speeds, for people; seconds from the first truth."""
     given = [(truth["monotonic"] - truths[0]["monotonic"], truth["wheels"]) for truth in truths]
     return ", ".join(f"{at:.2f} s: {wheels}" for at, wheels in given if any(wheels))[:500]
 
 
 def _stands_for(seconds: float, truths: list[dict], begin: float) -> bool:
-    """Whether nothing has moved for some time; a robot that brakes hard rocks for a moment."""
+    """Tell whether nothing has moved for some time; a robot that brakes hard rocks for a moment."""
     end = truths[-1]["monotonic"] if truths else begin
     lately = [truth for truth in truths if truth["monotonic"] > end - seconds]
     return end - begin >= seconds and not any(map(_moves, lately))
@@ -217,7 +217,7 @@ def _moves(truth: dict) -> bool:
 
 
 def _speed(truth: dict) -> float:
-    """The faster wheel's command, m/s."""
+    """Return the faster wheel's command, m/s."""
     return max(abs(speed) for speed in truth["wheels"])
 
 
@@ -226,7 +226,7 @@ def _distance(one: tuple, other: tuple) -> float:
 
 
 def overrides_table(trials: list[Trial]) -> str:
-    """A row per state of the mission server and kind of drive, and one for all."""
+    """Write a row per state of the mission server and kind of drive, and one for all."""
     kinds = [(server, drive) for server in SERVERS for drive in DRIVES]
     rows = [
         _row(

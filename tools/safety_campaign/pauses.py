@@ -83,7 +83,7 @@ def _stand(system: RunningSystem, by: str, death: str, dice: random.Random) -> S
 
 
 def stands_table(stands: list[Stand]) -> str:
-    """A row per kind of stand and death."""
+    """Write a row per kind of stand and death."""
     head = (
         "robot stood by",
         "mission server",

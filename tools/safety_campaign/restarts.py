@@ -33,7 +33,7 @@ LONGEST_LIFE_S = 0.5
 
 @dataclass
 class Report:
-    """What came of the restarts.
+    """The outcome of the restarts.
 
     Attributes:
         restarts: How many.
@@ -48,7 +48,7 @@ class Report:
     left_behind: set[str] = field(default_factory=set)
 
     def __str__(self) -> str:
-        """One line for people."""
+        """Write one line for people."""
         text = (
             f"{self.restarts} restarts: {len(self.unreachable)} unreachable {self.unreachable or ''}".rstrip()
         )
@@ -129,7 +129,7 @@ def _processes(*, shared_memory: bool) -> Iterator[Start]:
 
 
 def _line(process: subprocess.Popen[str], budget_s: float) -> str:
-    """The next line that a process prints, empty when none comes in time."""
+    """Read the next line that a process prints, empty when none comes in time."""
     assert process.stdout is not None
     if not select.select([process.stdout], [], [], budget_s)[0]:
         return ""

@@ -138,7 +138,7 @@ class RunningSystem:
         return self._log.read_text()
 
     def pid(self, group: str) -> int | None:
-        """The process of a group of nodes, None when there is none."""
+        """Return the process of a group of nodes, None when there is none."""
         for entry in Path("/proc").iterdir():
             if not entry.name.isdigit():
                 continue
@@ -153,7 +153,7 @@ class RunningSystem:
         return None
 
     def pids(self) -> dict[str, int]:
-        """The processes that are there, by group."""
+        """Return the processes that are there, by group."""
         found = {group: self.pid(group) for group in GROUPS}
         return {group: pid for group, pid in found.items() if pid is not None}
 
@@ -179,7 +179,7 @@ class RunningSystem:
         return True
 
     def wait(self, done: Callable[[], Any], what: str, limit_s: float = 30.0) -> None:
-        """As :meth:`spin_until`.
+        """Wait as :meth:`spin_until` does.
 
         Raises:
             CampaignFailed: It did not come.
@@ -211,7 +211,7 @@ class RunningSystem:
         return self.spin_until(lambda: self.truth["moving"], DRIVE_S)
 
     def seconds_to_stand(self) -> float:
-        """How long the base moves on from now, in the time of the simulation; infinite when it does not stop.
+        """Measure how long the base still moves, in simulated time; infinite when it does not stop.
 
         The simulation waits up to a second for a process that hangs, and nothing moves meanwhile.
         """
@@ -257,7 +257,7 @@ class RunningSystem:
         return self._spins.call_async(goal)
 
     def status(self) -> Any:
-        """The status of the mission server.
+        """Ask for the status of the mission server.
 
         Asked for again and again: a question may go to a server that was killed just now and is still known.
         """
@@ -338,7 +338,7 @@ class RunningSystem:
 
 
 def _goal_client(node: FlorenceNode, action: Any, name: str) -> Any:
-    """A client that sends goals and asks for nothing else, as a program that dies after it does."""
+    """Make a client that sends goals and asks for nothing else, as a program that dies after it does."""
     return node.create_client(action.Impl.SendGoalService, f"{name}/_action/send_goal")
 
 

@@ -50,7 +50,7 @@ EXTRAS = {BUILD: ("ros", "build"), RUN: ("robot", "sim", "draw")}
 
 
 def python_step(log: Log) -> Step:
-    """The step that makes an empty environment."""
+    """Make the step that makes an empty environment."""
     return stamped(
         f"Python {sys.version_info.major}.{sys.version_info.minor} in {machine.VENV.name}",
         machine.STATE / "python.stamp",
@@ -60,7 +60,7 @@ def python_step(log: Log) -> Step:
 
 
 def packages_step(log: Log, section: str) -> Step:
-    """The step that installs a section of the lock."""
+    """Make the step that installs a section of the lock."""
     pins = read_lock(LOCK.read_text())[section]
     return stamped(
         f"{len(pins)} packages: {SECTIONS[section]}",
@@ -71,7 +71,7 @@ def packages_step(log: Log, section: str) -> Step:
 
 
 def florence_step(log: Log) -> Step:
-    """The step that installs Florence and its exchange with BehaviorTree.CPP, in place."""
+    """Make the step that installs Florence and its exchange with BehaviorTree.CPP, in place."""
     return stamped(
         "florence-bt and florence-btcpp",
         machine.STATE / "florence.stamp",
@@ -81,7 +81,7 @@ def florence_step(log: Log) -> Step:
 
 
 def read_lock(text: str) -> dict[str, list[str]]:
-    """The pins of each section of the lock, ``name==version``.
+    """Read the pins of each section of the lock, ``name==version``.
 
     Raises:
         StepFailed: A section is missing.
@@ -99,7 +99,7 @@ def read_lock(text: str) -> dict[str, list[str]]:
 
 
 def write_lock(everything: Iterable[str], parts: Mapping[str, Iterable[str]]) -> str:
-    """The text of the lock.
+    """Write the text of the lock.
 
     Args:
         everything: All pins.
@@ -143,7 +143,7 @@ def lock() -> None:
 
 
 def _resolve(folder: Path, requirements: Iterable[str | Path]) -> list[str]:
-    """The pins that pip chooses for requirements."""
+    """Return the pins that pip chooses for requirements."""
     report = folder / "report.json"
     Log(folder / "lock.log").call(
         [

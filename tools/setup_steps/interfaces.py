@@ -38,7 +38,7 @@ CMAKE_OPTIONS = (
 
 
 def step(log: Log) -> Step:
-    """The step that builds, or takes from the cache, every package that is not up to date."""
+    """Make the step that builds, or takes from the cache, every package that is not up to date."""
     return stamped(
         "ROS interfaces",
         INSTALLED / "all.stamp",
@@ -48,7 +48,7 @@ def step(log: Log) -> Step:
 
 
 def cache_folder() -> Path:
-    """Where built packages are kept for all checkouts of a user; in ``.venv`` when that cannot be written."""
+    """Return where built packages are kept for a user's checkouts; ``.venv`` if that is not writable."""
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "florence_bt" / "interfaces"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -96,7 +96,7 @@ def install(entry: Path, prefix: Path, files_list: Path) -> None:
 
 
 def comes_from_elsewhere(name: str) -> bool:
-    """Whether the environment has the package without our having put it there."""
+    """Tell whether the environment has the package without our having put it there."""
     return (machine.VENV / "share" / name / "package.xml").is_file() and not _files_list(name).is_file()
 
 
@@ -157,7 +157,7 @@ def _build(log: Log, package: Path, entry: Path) -> None:
 
 
 def _recipe() -> str:
-    """What the result depends on besides the package itself: how it is built, and with which versions."""
+    """Hash what the result depends on besides the package: how it is built, and with which versions."""
     pins = [pin for pin in LOCK.read_text().splitlines() if pin.startswith(BUILT_WITH)]
     compilers = [_version(machine.compiler(*names)) for names in (machine.C_COMPILERS, machine.CXX_COMPILERS)]
     return content_hash(

@@ -66,6 +66,6 @@ def only_one() -> Iterator[None]:
 
 
 def compiler(variable: str, *names: str) -> str:
-    """Path of the compiler that CMake takes, empty when there is none."""
+    """Return the path of the compiler that CMake takes, empty when there is none."""
     found = (shutil.which(name) for name in (os.environ.get(variable, ""), *names) if name)
     return next(filter(None, found), "")

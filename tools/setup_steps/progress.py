@@ -24,7 +24,7 @@ class StepFailed(Exception):
 
 
 def content_hash(parts: Iterable[Path | str]) -> str:
-    """A hash of texts, files and folders (all files in them, by name)."""
+    """Compute a hash of texts, files and folders (all files in them, by name)."""
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, str):
@@ -52,7 +52,7 @@ class Step:
 
 
 def stamped(title: str, stamp: Path, fingerprint: Callable[[], str], work: Callable[[], None]) -> Step:
-    """A step that leaves a stamp when it is through.
+    """Make a step that leaves a stamp when it is through.
 
     Args:
         title: What a person reads.

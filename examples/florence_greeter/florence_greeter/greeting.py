@@ -17,7 +17,7 @@ class UnknownLanguage(ValueError):
 
 
 def greeting(name: str, language: str = "en", *, evening: bool = False) -> str:
-    """The words for somebody.
+    """Choose the words for somebody.
 
     Args:
         name: Who is greeted; empty when nobody knows.
@@ -34,5 +34,5 @@ def greeting(name: str, language: str = "en", *, evening: bool = False) -> str:
 
 
 def speaking_time(text: str) -> float:
-    """How long a text takes to speak, in seconds."""
+    """Return how long a text takes to speak, in seconds."""
     return SECONDS_PER_LETTER * len(text)

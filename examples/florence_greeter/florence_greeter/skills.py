@@ -72,7 +72,7 @@ class _Speaking(BaseRun):
 
 
 def make_skills(node: Any) -> Mapping[str, Skill]:
-    """The skills on a robot.
+    """Make the skills on a robot.
 
     Args:
         node: The ROS node of the mission server. Publishers and clients can be made with it, and

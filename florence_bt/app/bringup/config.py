@@ -43,7 +43,7 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
 
 class _ConfigReader(SettingsReader):
     def nodes(self) -> tuple[tuple[YamlScalar, YamlNode], ...]:
-        """The name of each node and its part of the file."""
+        """Return the name of each node and its part of the file."""
         try:
             root: YamlNode | None = read_yaml(self.file)
         except EmptyFile:
@@ -60,12 +60,12 @@ class _ConfigReader(SettingsReader):
         return root.entries
 
     def node(self, name: str, section: YamlNode) -> Parameters:
-        """The parameters of a node."""
+        """Return the parameters of a node."""
         entries = self.parameters(name, section).entries
         return {key.text: self._value(name, key.text, value) for key, value in entries}
 
     def parameters(self, name: str, section: YamlNode) -> YamlMapping:
-        """The part of the file with the parameters of a node."""
+        """Return the part of the file with the parameters of a node."""
         alone = isinstance(section, YamlMapping) and len(section.entries) == 1
         inner = section.get("ros__parameters") if isinstance(section, YamlMapping) and alone else None
         parameters = inner or section
@@ -85,7 +85,7 @@ class _ConfigReader(SettingsReader):
         return values if isinstance(source, YamlSequence) else values[0]
 
     def _scalar(self, source: YamlScalar) -> Any:
-        """The value as YAML types it."""
+        """Return the value as YAML types it."""
         if source.quoted:
             return source.text
         if _NUMBER.fullmatch(source.text):
@@ -101,7 +101,7 @@ class _ConfigReader(SettingsReader):
 
 
 def section(config: Mapping[str, Parameters], node: str, **overrides: Any) -> Parameters:
-    """The parameters of one node, with overrides that are not None."""
+    """Return the parameters of one node, with overrides that are not None."""
     return {
         **config.get(node, {}),
         **{name: value for name, value in overrides.items() if value is not None},

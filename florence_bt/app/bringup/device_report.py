@@ -30,7 +30,7 @@ class DeviceReport:
         self._worked |= {status.name for status in message.status if status.level == DiagnosticStatus.OK}
 
     def missing(self) -> list[str]:
-        """A line for each device that has not worked yet, with what to do about it as its driver says."""
+        """Name each device that has not worked yet, a line each with its driver's advice."""
         silent = set(DEVICE_NODES) - {name.partition(":")[0] for name in self._status}
         return [
             *(

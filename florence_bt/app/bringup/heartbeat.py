@@ -34,7 +34,7 @@ all processes, by a machine that is too busy or was suspended. The supervisor lo
 
 
 def heartbeat_of_this_process() -> Beat:
-    """What a process of a bring-up calls again and again.
+    """Return what a process of a bring-up calls again and again.
 
     Raises:
         KeyError: It was not started by a supervisor.
@@ -77,7 +77,7 @@ class HeartbeatMonitor:
         return self.silent_s >= SILENT_S
 
     def started(self, pid: int) -> None:
-        """The process has its end of the pipe now."""
+        """Note that the process has its end of the pipe now."""
         os.close(self.writer)
         self._pid = pid
 
@@ -110,7 +110,7 @@ class HeartbeatMonitor:
 
 
 def run_delay(pid: int) -> float:
-    """How long the main thread of a process could have run and had no processor, seconds since it began.
+    """Return how long the main thread of a process could have run but had no processor, in all, seconds.
 
     The second field of ``/proc/PID/schedstat`` (Linux, Documentation/scheduler/sched-stats). 0 when the
     kernel does not count, or the process is gone.

@@ -91,7 +91,7 @@ def _parameters(options: BringUp) -> tuple[TurtlebotNodeParameters, TurtlebotPar
 
 
 def _reader(options: BringUp) -> Callable[[str, Any], Any]:
-    """Gives the parameters of the base's node, as its process was given them: null leaves one out."""
+    """Return a reader of the base node's parameters as its process was given them: null leaves one out."""
     config = load_config(Path(options.config_file) if options.config_file else None)
     port = str(hardware_settings(options).base_port) if options.in_flat else None
     given = section(config, "turtlebot_node", port=port)

@@ -50,7 +50,7 @@ class Lock:
         os.write(self._descriptor, f"{os.getpid()}\n".encode())
 
     def fileno(self) -> int:
-        """The descriptor; a process that inherits it holds the lock too."""
+        """Return the descriptor; a process that inherits it holds the lock too."""
         return self._descriptor
 
     def close(self) -> None:
@@ -72,7 +72,7 @@ def lock_folder(folder: Path) -> Lock:
 
 
 def bring_up_here() -> bool:
-    """Whether this user runs a bring-up on this machine in this ROS domain.
+    """Tell whether this user runs a bring-up on this machine in this ROS domain.
 
     Taking the lock to find out could refuse a bring-up that begins this very moment, so the kernel is asked.
     """

@@ -106,7 +106,7 @@ class BringUp:
         return Pose2(*self.start) if self.start else None
 
     def up_file(self, group: str) -> Path:
-        """Where the process of a group of nodes writes its process id once all its nodes are there."""
+        """Return where the process of a group of nodes writes its process id once all its nodes are there."""
         return Path(self.folder) / "up" / group
 
     def write(self) -> Path:
@@ -137,7 +137,7 @@ class BringUp:
 
 
 def parse_start(text: str) -> tuple[float, float, float]:
-    """Where the robot starts, as people write it: ``x,y,yaw`` in metres and degrees.
+    """Parse the place where the robot starts, as people write it: ``x,y,yaw`` in metres and degrees.
 
     Returns:
         x, y in metres and the heading in radians.

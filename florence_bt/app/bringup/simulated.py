@@ -38,14 +38,14 @@ LEADER_WAITS_S = 30.0
 
 
 def robot_frames() -> TransformBuffer:
-    """The static frames of the robot's description."""
+    """Return the static frames of the robot's description."""
     buffer = TransformBuffer()
     load_description().fill(buffer)
     return buffer
 
 
 def hardware_mounts() -> HardwareMounts:
-    """Where the robot's description puts the sensors."""
+    """Return where the robot's description puts the sensors."""
     frames = robot_frames()
     return HardwareMounts(
         laser=frames.lookup("base_footprint", LASER_FRAME),
@@ -54,12 +54,12 @@ def hardware_mounts() -> HardwareMounts:
 
 
 def hardware_settings(options: BringUp) -> HardwareSettings:
-    """Where the simulated ports of a bring-up are."""
+    """Return where the simulated ports of a bring-up are."""
     return HardwareSettings(Path(options.folder) / "ports", seed=options.seed)
 
 
 def simulated_motor() -> Callable[[int], UsbMotor]:
-    """Opens the motor of the simulated Kinect; what it tilts is not seen by the simulated camera."""
+    """Return what opens the motor of the simulated Kinect; its camera does not see the tilt."""
     from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
     from florence_bt.simulation.emulators.kinect_motor import KinectMotorBackend
 
@@ -75,7 +75,7 @@ def clear_ports(options: BringUp) -> None:
 
 
 def flat_of(options: BringUp) -> Flat:
-    """The simulated home of a bring-up.
+    """Return the simulated home of a bring-up.
 
     Raises:
         ConfigError: Its file is wrong, with file:line:column.
@@ -107,7 +107,7 @@ def with_world_files(options: BringUp) -> BringUp:
 
 
 def who_is_at_home(flat: Flat, person: str | None, seed: int) -> tuple[list[PersonSpec], Pose2]:
-    """The people that ``--person`` asks for, and where the robot starts.
+    """Return the people that ``--person`` asks for, and where the robot starts.
 
     Args:
         flat: The home.
@@ -137,19 +137,19 @@ def who_is_at_home(flat: Flat, person: str | None, seed: int) -> tuple[list[Pers
 
 
 def people_at_home(options: BringUp) -> list[PersonSpec]:
-    """The people that the bring-up asks for; see :func:`who_is_at_home`."""
+    """Return the people that the bring-up asks for; see :func:`who_is_at_home`."""
     return who_is_at_home(flat_of(options), options.person, options.seed)[0]
 
 
 def start_of(options: BringUp) -> Pose2 | None:
-    """Where the robot starts, None when a real robot must be given its pose."""
+    """Return where the robot starts, None when a real robot must be given its pose."""
     if options.start_pose is not None or not options.in_flat:
         return options.start_pose
     return who_is_at_home(flat_of(options), options.person, options.seed)[1]
 
 
 def user_room(options: BringUp) -> str | None:
-    """The room in which the user was last seen, None to leave it to the configuration.
+    """Return the room in which the user was last seen, None to leave it to the configuration.
 
     In the simulated flat it is the room the person is in, as presence sensors would report; with nobody at
     home it is the flat's first room.

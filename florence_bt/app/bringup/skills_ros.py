@@ -104,7 +104,7 @@ def of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
 
 
 def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
-    """What ``make_skills`` of each package gives; a skill that fails leaves the others in place."""
+    """Collect what ``make_skills`` of each package gives; a skill that fails leaves the others in place."""
     log = node.get_logger()
     skills: dict[str, Skill] = {}
     packages = ThirdParty()
@@ -122,7 +122,7 @@ def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[st
 
 
 def skills_of_module(module: ModuleType, node: FlorenceNode) -> dict[str, Skill]:
-    """The skills that a module makes; those that it declares and that fail are :class:`MissingSkill`.
+    """Return the skills that a module makes; those that it declares and that fail are :class:`MissingSkill`.
 
     Args:
         module: A module with ``make_skills``, which gives skills, or functions without arguments that make
@@ -143,7 +143,7 @@ def skills_of_module(module: ModuleType, node: FlorenceNode) -> dict[str, Skill]
 
 
 def _attempt(make: Callable[[], Any], what: str) -> Any:
-    """What a function of another package gives; a :class:`MissingSkill` with the reason when it fails."""
+    """Call a function of another package; return a :class:`MissingSkill` with the reason if it fails."""
     try:
         return make()
     except (Exception, SystemExit) as error:
@@ -151,7 +151,7 @@ def _attempt(make: Callable[[], Any], what: str) -> Any:
 
 
 def _over_ros(node: FlorenceNode, served: Served) -> Skill:
-    """The client of a skill's action, service or topic."""
+    """Make the client of a skill's action, service or topic."""
     if isinstance(served, ServedHere):
         return InstantSkill(served.answer)
     if isinstance(served, ServedByClock):

@@ -30,7 +30,7 @@ RESTARTS_PERIOD_S = 600.0
 
 
 def command_of(group: str, options_file: Path) -> list[str]:
-    """The command line of the process of a group of nodes."""
+    """Return the command line of the process of a group of nodes."""
     return [
         sys.executable,
         "-m",
@@ -129,7 +129,7 @@ class Supervisor:
         self._children: list[_Child] = []
 
     def __enter__(self) -> Supervisor:
-        """Nothing runs yet; see :meth:`start`."""
+        """Do nothing yet; see :meth:`start`."""
         return self
 
     def __exit__(self, *details: object) -> None:
@@ -303,7 +303,7 @@ class Supervisor:
         return killed
 
     def pids(self) -> dict[str, int]:
-        """Process ids by group."""
+        """Return the process ids by group."""
         return {child.name: child.process.pid for child in self._children}
 
 
@@ -322,7 +322,7 @@ def _ending(code: int) -> str:
 
 
 def _tail(file: Path, begin: int) -> str:
-    """The last lines of a log from a byte on."""
+    """Return the last lines of a log from a byte on."""
     lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
     return "\n".join("  " + line for line in lines[-TAIL_LINES:]) or "  (empty)"
 

@@ -134,7 +134,7 @@ class System:
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
-        """Process ids by group of nodes."""
+        """Return the process ids by group of nodes."""
         return self._supervisor.pids()
 
     def check(self) -> None:
@@ -174,7 +174,7 @@ class System:
         self._supervisor.write_stack(name)
 
     def keep_up(self) -> None:
-        """As :meth:`check`, but start the mission server again: what it was doing is in its journal.
+        """Check as :meth:`check` does, but start the mission server again: its journal has what it was doing.
 
         The robot is stopped meanwhile. The other processes are not started again: they know things that new
         ones would not, such as where the robot is.
@@ -208,7 +208,7 @@ class System:
         return not self._devices.missing() and self.client.knows_pose()
 
     def _not_served(self) -> list[str]:
-        """The actions and services of the shipped missions that have no server yet."""
+        """Return the actions and services of the shipped missions that have no server yet."""
         names = {name for name, _ in self.client.node.get_service_names_and_types()}
         needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
         for served in SERVED:
@@ -225,7 +225,7 @@ class System:
         return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2
 
     def _not_up(self) -> list[str]:
-        """The groups whose process has not all its nodes yet; an earlier bring-up left other ids."""
+        """Return the groups whose process has not all its nodes yet; an earlier bring-up left other ids."""
         return [group for group, pid in self.pids().items() if self._id_in(group) != str(pid)]
 
     def _id_in(self, group: str) -> str:
@@ -235,7 +235,7 @@ class System:
             return ""
 
     def _check_start(self) -> None:
-        """What may go wrong before all is ready; another user's or machine's system is seen here only."""
+        """Check what may go wrong before all is ready, also what another user or machine runs."""
         self._supervisor.check()
         self._supervisor.silences()  # taken, not judged: processes that start keep each other waiting
         if self.client.servers() > 1:

@@ -97,7 +97,7 @@ def refuse_wrong_parameters(file: Path) -> None:
 
 
 def groups(options: BringUp) -> list[str]:
-    """The processes of a bring-up in the order of their start."""
+    """Return the processes of a bring-up in the order of their start."""
     absent = {
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
@@ -108,7 +108,7 @@ def groups(options: BringUp) -> list[str]:
 
 
 def factories(group: str, options: BringUp) -> list[Factory]:
-    """How to build the nodes of one process.
+    """Return how to build the nodes of one process.
 
     Raises:
         ConfigError: Unknown group, or a wrong configuration.
@@ -147,16 +147,16 @@ class _Settings:
         return copy
 
     def of(self, node: str, **overrides: Any) -> Parameters:
-        """The parameters of a node; simulated ones follow the simulated time."""
+        """Return the parameters of a node; simulated ones follow the simulated time."""
         return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
 
     def of_map_server(self) -> Parameters:
-        """The parameters of the map server, which saves maps below the folder of the bring-up by default."""
+        """Return the map server's parameters; by default it saves maps below the bring-up's folder."""
         saved = {"save_folder": str(Path(self.options.folder).resolve() / "maps")}
         return saved | self.of("map_server", map_file=str(self.map_file))
 
     def with_timeout(self, node: str, name: str, default_s: float) -> Parameters:
-        """The parameters of a node with a time-out that finds out a process or a device that fell silent.
+        """Return the parameters of a node with a time-out that notices a silent process or device.
 
         These need the real time that they need on the robot: in a simulation that is faster, they count as
         many more simulated seconds.

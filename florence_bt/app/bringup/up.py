@@ -19,7 +19,7 @@ FOREVER_S = float("inf")
 
 
 def _findings(client: MissionClient) -> list[str]:
-    """What is wrong with missions and skills of the running system, a line each."""
+    """Return what is wrong with missions and skills of the running system, a line each."""
     try:
         return list(client.missions().findings)
     except DeviceTimeout as error:

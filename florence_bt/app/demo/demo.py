@@ -30,7 +30,7 @@ TRUTH_BUDGET_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """How a demo ended.
+    """The end of a demo.
 
     Attributes:
         succeeded: Whether the mission succeeded.

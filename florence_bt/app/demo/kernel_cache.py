@@ -60,7 +60,7 @@ def ensure_compiled(report: Callable[[str], None], package: Path = PACKAGE) -> N
 
 
 def is_compiled(package: Path = PACKAGE) -> bool:
-    """Whether every kernel was compiled as it is now, and its code is still there."""
+    """Tell whether every kernel was compiled as it is now, and its code is still there."""
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return True
     made_from = _made_from(package)
@@ -99,14 +99,14 @@ def mark_compiled(files: Iterable[str], package: Path = PACKAGE) -> None:
 
 
 def kernel_modules(package: Path = PACKAGE) -> list[Path]:
-    """The modules whose functions numba compiles."""
+    """Return the modules whose functions numba compiles."""
     return sorted(
         Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(SUFFIX)
     )
 
 
 def stamp_folders(package: Path = PACKAGE) -> Iterator[Path]:
-    """Where the stamp may be, the first choice first: the places that numba chooses from."""
+    """Return where the stamp may be, the first choice first: the places that numba chooses from."""
     # Two checkouts may share a folder.
     own = Path("florence_bt") / hashlib.sha256(str(package).encode()).hexdigest()[:16]
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
@@ -129,7 +129,7 @@ def _made_from(package: Path) -> str:
 
 
 def _instructions() -> str:
-    """What the processor can do: numba compiles for exactly that."""
+    """Return what the processor can do: numba compiles for exactly that."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
             return next((line for line in lines if line.startswith(("flags", "Features"))), "")

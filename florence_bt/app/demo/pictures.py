@@ -46,7 +46,7 @@ class BackgroundPictures:
             self._thread.start()
 
     def command(self, record: RunRecord) -> list[str]:
-        """The command line that draws the picture of a run."""
+        """Return the command line that draws the picture of a run."""
         return [sys.executable, "-m", "florence_bt.app.demo.pictures", *self._files, str(record.folder)]
 
     def close(self) -> None:

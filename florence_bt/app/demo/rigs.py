@@ -30,7 +30,7 @@ def make_rig(
     believed: Pose2 | None = None,
     grid: OccupancyGrid | None = None,
 ) -> Rig:
-    """A rig of a home with its map and hotspots.
+    """Make a rig of a home with its map and hotspots.
 
     Args:
         seed: Start of every random generator; the place and posture of the person come from it too.

@@ -56,7 +56,7 @@ def _warm_up_kinect() -> None:
 
 
 def compiled_files() -> list[str]:
-    """Numba's index files, one for each function that it has compiled.
+    """Return Numba's index files, one for each function that it has compiled.
 
     Raises:
         FlorenceError: A function of a kernel module has none: the run did not call it, or it is not cached.

@@ -103,7 +103,7 @@ def calibrate(
 
 
 class _Claims:
-    """Who else wants the base: the calibration gives way to a mission and to the manual override.
+    """The others who want the base: the calibration gives way to a mission and to the manual override.
 
     Raises:
         ConfigError: It is in use already.
@@ -141,7 +141,7 @@ class _Claims:
 
 
 def report_lines(calibrated: Calibrated) -> list[str]:
-    """The report for people, in the words of the document (section 7.2) where it has some."""
+    """Write the report for people, in the words of the document (section 7.2) where it has some."""
     lines = []
     for number, factors in enumerate(calibrated.rounds, 1):
         found = ", ".join(f"{name} x {factor:.4f}" for name, factor in factors.by_parameter().items())
@@ -168,7 +168,7 @@ def write_config(calibrated: Calibrated, file: Path) -> Path:
 
 
 def _parameters_of_base(client: MissionClient) -> dict[str, float]:
-    """The base's scales, the gyro's only when it has one, and 1 or 0 for whether its time is simulated."""
+    """Return the base's scales, the gyro's only if it has one, and whether its time is simulated (1 or 0)."""
     names = [ODOMETRY_PARAMETER, GYRO_PARAMETER, "has_gyro", SIMULATED]
     answer = client.call(
         GetParameters, f"{BASE_NODE}/get_parameters", GetParameters.Request(names=names), repeat=True

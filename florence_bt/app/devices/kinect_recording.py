@@ -23,7 +23,7 @@ WAIT_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """What a recording holds.
+    """The contents of a recording.
 
     Attributes:
         seconds: Between the first and the last image.

@@ -14,7 +14,7 @@ from rich.text import Text
 
 
 class HealthLevel(enum.Enum):
-    """How bad it is."""
+    """The severity of a finding."""
 
     OK = "ok"
     NOTE = "note"
@@ -45,22 +45,22 @@ class HealthFinding:
 
 
 def good(group: str, item: str, found: str) -> HealthFinding:
-    """All is well."""
+    """Report that all is well."""
     return HealthFinding(group, item, HealthLevel.OK, found)
 
 
 def note(group: str, item: str, found: str, advice: str = "") -> HealthFinding:
-    """Worth knowing."""
+    """Report what is worth knowing."""
     return HealthFinding(group, item, HealthLevel.NOTE, found, advice)
 
 
 def warning(group: str, item: str, found: str, advice: str) -> HealthFinding:
-    """Not as it should be."""
+    """Report what is not as it should be."""
     return HealthFinding(group, item, HealthLevel.WARNING, found, advice)
 
 
 def problem(group: str, item: str, found: str, advice: str) -> HealthFinding:
-    """Will not work."""
+    """Report what will not work."""
     return HealthFinding(group, item, HealthLevel.PROBLEM, found, advice)
 
 
@@ -69,7 +69,7 @@ BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
 
 
 def charge_of_battery(share: float, found: str) -> HealthFinding:
-    """Whether a charge, as a share of the capacity, is enough."""
+    """Judge whether a charge, as a share of the capacity, is enough."""
     if share < BATTERY_EMPTY:
         return problem("battery", "base", found, "charge the robot before the next mission")
     if share < BATTERY_LOW:
@@ -106,7 +106,7 @@ def print_table(findings: Sequence[HealthFinding], console: Console) -> None:
 
 
 def summary(findings: Sequence[HealthFinding]) -> str:
-    """How many things are how bad, on one line."""
+    """Count the findings by level, on one line."""
     counts = Counter(finding.level for finding in findings)
     problems, warnings = counts[HealthLevel.PROBLEM], counts[HealthLevel.WARNING]
     if not problems and not warnings:
@@ -118,10 +118,10 @@ def summary(findings: Sequence[HealthFinding]) -> str:
 
 
 def as_json(findings: Sequence[HealthFinding]) -> str:
-    """A list of objects with group, item, level, found and advice."""
+    """Write a list of objects with group, item, level, found and advice."""
     return json.dumps([{**asdict(f), "level": f.level.value} for f in findings], indent=1)
 
 
 def healthy(findings: Sequence[HealthFinding]) -> bool:
-    """Whether nothing is a problem."""
+    """Tell whether nothing is a problem."""
     return all(finding.level is not HealthLevel.PROBLEM for finding in findings)

@@ -131,7 +131,7 @@ def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFindi
 
 
 def _drop_what_comes(port: BytePort, now: Callable[[], float]) -> None:
-    """What was on its way before the question; a stopped stream is silent soon."""
+    """Drop what was on its way before the question; a stopped stream is silent soon."""
     end = now() + 0.3
     while now() < end:
         port.read(0.05)

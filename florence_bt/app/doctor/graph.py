@@ -24,7 +24,7 @@ _LEVELS = {0: HealthLevel.OK, 1: HealthLevel.WARNING, 2: HealthLevel.PROBLEM, 3:
 
 @dataclass(frozen=True, slots=True)
 class GraphView:
-    """What was seen of ROS in a few seconds.
+    """A view of ROS, taken in a few seconds.
 
     Attributes:
         nodes: Full names, one entry per node.
@@ -44,14 +44,14 @@ NAV2 = frozenset({"bt_navigator", "controller_server", "planner_server"})
 
 
 def absent_groups(view: GraphView) -> set[str]:
-    """The processes that a running system does without, such as the simulator on a robot."""
+    """Return the processes that a running system does without, such as the simulator on a robot."""
     seen = _names(view)
     absent = {group for group in ("simulator", "navigation", "hardware") if not seen & set(NODES[group])}
     return absent if seen & NAV2 else absent & {"simulator"}
 
 
 def wanted_nodes(view: GraphView) -> list[str]:
-    """The names, without namespace, of the nodes that such a running system has."""
+    """Return the names, without namespace, of the nodes that such a running system has."""
     absent = absent_groups(view)
     return [
         name
@@ -63,7 +63,7 @@ def wanted_nodes(view: GraphView) -> list[str]:
 
 
 def missing_nodes(view: GraphView) -> list[str]:
-    """Those of :func:`wanted_nodes` that a view lacks, in their order."""
+    """Return those of :func:`wanted_nodes` that a view lacks, in their order."""
     seen = _names(view)
     return [name for name in wanted_nodes(view) if name not in seen]
 
@@ -73,7 +73,7 @@ def _names(view: GraphView) -> set[str]:
 
 
 def why_devices_are_not_used(view: GraphView) -> str | None:
-    """Why the devices of the configuration are no concern of the system that runs; None when they are."""
+    """Tell why the configured devices do not concern the running system; None when they do."""
     if _names(view) & set(NODES["simulator"]):
         return "a simulation or rehearsal is running, on devices of its own"
     if "hardware" in absent_groups(view):
@@ -82,7 +82,7 @@ def why_devices_are_not_used(view: GraphView) -> str | None:
 
 
 def is_partial(view: GraphView) -> bool:
-    """Whether a system is there of which something has not been seen: looking longer may show it."""
+    """Tell whether a system is there of which something has not been seen: looking longer may show it."""
     missing = len(missing_nodes(view))
     if missing == len(wanted_nodes(view)):
         return False
@@ -91,7 +91,7 @@ def is_partial(view: GraphView) -> bool:
 
 
 def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
-    """The environment variables of ROS."""
+    """Check the environment variables of ROS."""
     domain = environment.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdigit() or int(domain) > 232:
         yield problem(
@@ -112,7 +112,7 @@ def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
 
 
 def check_graph(view: GraphView) -> Iterator[HealthFinding]:
-    """What a view of the graph means."""
+    """Report what a view of the graph means."""
     wanted, missing = wanted_nodes(view), missing_nodes(view)
     if len(missing) == len(wanted):
         yield note(GROUP, "system", "is not running", "florence up --sim, or florence up --robot CONFIG")

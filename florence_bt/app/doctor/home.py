@@ -19,7 +19,7 @@ ANSWER_S = CONNECT_TIMEOUT_S + 2.0
 
 
 def check_home(home_file: Path, hotspots_file: Path | None) -> Iterator[HealthFinding]:
-    """The file and the broker.
+    """Check the file and the broker.
 
     Args:
         home_file: The file of the home sensors.

@@ -54,7 +54,7 @@ def check_libraries(
     version_of: Version = importlib.metadata.version,
     find_library: Callable[[str], str | None] = ctypes.util.find_library,
 ) -> Iterator[HealthFinding]:
-    """Python, its packages and the C library of the Kinect.
+    """Check Python, its packages and the C library of the Kinect.
 
     Args:
         version_of: The version of an installed package; raises PackageNotFoundError.

@@ -26,7 +26,7 @@ def check_machine(
     now: Callable[[], datetime] = lambda: datetime.now(UTC),
     clock_state: Callable[[], int | None] | None = None,
 ) -> Iterator[HealthFinding]:
-    """Disk and clock.
+    """Check disk and clock.
 
     Args:
         folder: Where runs and logs will go.
@@ -57,7 +57,7 @@ def _disk(folder: Path, free: Callable[[Path], int]) -> HealthFinding:
 
 
 def _compiled_code() -> HealthFinding:
-    """Numba keeps compiled loops beside the code, or where NUMBA_CACHE_DIR says."""
+    """Check that numba can keep compiled loops beside the code, or where NUMBA_CACHE_DIR says."""
     place = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).resolve().parents[2])
     if os.access(place, os.W_OK):
         return good(GROUP, "compiled code", f"is kept in {place}")
@@ -84,7 +84,7 @@ def _clock(now: datetime, state: int | None) -> HealthFinding:
 
 
 def _ask_kernel() -> int | None:
-    """The state of the kernel's clock by adjtimex(2) with nothing to adjust."""
+    """Ask for the state of the kernel's clock by adjtimex(2) with nothing to adjust."""
     try:
         adjtimex = ctypes.CDLL(None, use_errno=True).adjtimex
     except (OSError, AttributeError):

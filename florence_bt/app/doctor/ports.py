@@ -15,7 +15,7 @@ BY_ID = Path("/dev/serial/by-id")
 
 
 def udev_advice() -> str:
-    """How to install the rules that come with Florence."""
+    """Say how to install the rules that come with Florence."""
     rules = find_data("config", "udev/99-florence.rules")
     return (
         f"sudo cp {rules} /etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger; "
@@ -84,7 +84,7 @@ def _target(port: Path) -> str:
 
 
 def users_of(port: Path, processes: Path = Path("/proc")) -> Iterator[str]:
-    """The processes that have a device open, such as ``python3 (4711)``; of other users' only what is seen.
+    """Yield the processes that have a device open, e.g. ``python3 (4711)``; other users' as far as visible.
 
     Args:
         port: The device file.

@@ -47,7 +47,7 @@ def check_usb(
     nodes: Path = Path("/dev/bus/usb"),
     allowed: Callable[[Path], bool] = lambda path: os.access(path, os.R_OK | os.W_OK),
 ) -> Iterator[HealthFinding]:
-    """Whether the robot's USB devices are plugged in and may be opened.
+    """Check whether the robot's USB devices are plugged in and may be opened.
 
     Args:
         sysfs: Where the kernel lists USB devices.

@@ -42,7 +42,7 @@ ProblemAt = Callable[[float, float], str | None]
 
 @dataclass(frozen=True, slots=True)
 class CheckOptions:
-    """How to check.
+    """The options of a check.
 
     Attributes:
         hotspots: The hotspots of the flat; None takes those that come with Florence, and what they lack is
@@ -115,7 +115,7 @@ def _nothing_collected() -> Iterator[None]:
 
 
 class _MissionChecker:
-    """Everything that one call of ``florence check`` needs."""
+    """One call of ``florence check``, with everything that it needs."""
 
     def __init__(self, options: CheckOptions) -> None:
         self.texts: dict[str, str] = {}
@@ -125,7 +125,7 @@ class _MissionChecker:
         self._declarations = collect_declarations()
 
     def check(self, paths: Sequence[Path]) -> list[Finding]:
-        """Everything that is wrong with some files."""
+        """Return everything that is wrong with some files."""
         missions, findings = lint.read_files([path for path in paths if path != STDIN], self._library)
         if STDIN in paths:
             try:
@@ -164,7 +164,7 @@ class _MissionChecker:
 
 
 def _about_stdin(finding: Finding) -> Finding:
-    """A finding about a text without a file names no file."""
+    """Take the file out of a finding about a text without a file."""
     nameless = Path(finding.file).parent == _NAMELESS
     return replace(finding, file=str(_NAMELESS)) if nameless else finding
 
@@ -176,7 +176,7 @@ def _name_in(source: YamlNode) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class _FlatFiles:
-    """What is known of the flat.
+    """The flat, as far as it is known.
 
     Attributes:
         hotspots: Its hotspots.
@@ -207,7 +207,7 @@ class _FlatFiles:
         )
 
     def wrong_hotspots(self) -> Iterable[Finding]:
-        """The hotspots that are where a robot cannot stand."""
+        """Yield the hotspots that are where a robot cannot stand."""
         for spot in self.hotspots if self.ours and self.problem_at is not None else ():
             problem = self.problem_at(spot.pose.x, spot.pose.y) if self.problem_at is not None else None
             if problem is not None:
@@ -233,7 +233,7 @@ def _flat(options: CheckOptions) -> _FlatFiles:
 
 
 def _other_endings(given: Iterable[Path]) -> Iterator[Finding]:
-    """A warning for each file that a folder of missions would not be asked for."""
+    """Yield a warning for each file that a folder of missions would not be asked for."""
     for path in given:
         for file in sorted(path.glob("[!.]*.yml")) if path.is_dir() else (path,):
             if file.suffix == ".yml":

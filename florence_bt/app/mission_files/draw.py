@@ -49,7 +49,7 @@ def draw_mission(
 
 
 def png_of(svg: str) -> bytes:
-    """An SVG as a PNG.
+    """Convert an SVG to a PNG.
 
     Raises:
         ModuleNotFoundError: The package that does it is not installed.

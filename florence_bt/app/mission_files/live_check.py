@@ -81,7 +81,7 @@ def compare_with_system(
 
 
 def _compare_mission(mission: Mission, served: Mapping[str, Any]) -> Iterator[Finding]:
-    """What is wrong with one mission, and with those that it calls, on the mission server."""
+    """Yield what is wrong with one mission, and with those that it calls, on the mission server."""
     here = _Need(mission.name, mission, mission.tree.position if mission.tree is not None else Position(1, 1))
     there = served.get(mission.name)
     if there is None:
@@ -106,7 +106,7 @@ def _compare_mission(mission: Mission, served: Mapping[str, Any]) -> Iterator[Fi
 
 
 def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Need]:
-    """Every skill that missions use, with the place in each mission from which it is first reached."""
+    """Return every skill that missions use, with the place in each mission from which it is first reached."""
     needs = []
     for mission in missions:
         seen: set[str] = set()
@@ -125,7 +125,7 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
 
 
 def _skills_below(name: str, library: MissionLibrary) -> Iterator[tuple[str, str]]:
-    """The skills of a called mission and of all that it calls, each with the mission that uses it."""
+    """Yield the skills of a called mission and of all that it calls, each with the mission that uses it."""
     waiting = [name]
     for name in waiting:
         mission = library.find(name)

@@ -18,7 +18,7 @@ _OCCUPIED_FROM = 65
 def problem_on_map(
     map_file: Path, warn: Callable[[str], None] = lambda sentence: None
 ) -> Callable[[float, float], str | None]:
-    """A function that says what is wrong with a place, None when nothing is.
+    """Return a function that says what is wrong with a place, None when nothing is.
 
     Args:
         map_file: The YAML file of the map.

@@ -17,7 +17,7 @@ _INDENT = " " * 19
 
 
 def list_missions(folders: Sequence[Path] = ()) -> tuple[str, str]:
-    """The missions of this installation.
+    """List the missions of this installation.
 
     Args:
         folders: More mission folders.
@@ -34,7 +34,7 @@ def list_missions(folders: Sequence[Path] = ()) -> tuple[str, str]:
 
 
 def mission_name(given: str, library: MissionLibrary) -> str:
-    """The name of a mission that is given by its name or its file.
+    """Return the name of a mission that is given by its name or its file.
 
     The file joins the library, and so do the missions beside it that it calls.
 

@@ -13,7 +13,7 @@ from florence_bt.trees.language.schema import make_schema
 
 
 def schema_text(folders: Sequence[Path] = (), hotspots: Path | None = None) -> str:
-    """The schema as JSON.
+    """Write the schema as JSON.
 
     Args:
         folders: More mission folders, whose missions an editor completes after ``run``.
@@ -31,7 +31,7 @@ def schema_text(folders: Sequence[Path] = (), hotspots: Path | None = None) -> s
 
 
 def scenario_schema_text(folders: Sequence[Path] = ()) -> str:
-    """The schema of scenario files as JSON.
+    """Write the schema of scenario files as JSON.
 
     Args:
         folders: More mission folders, whose missions an editor completes.

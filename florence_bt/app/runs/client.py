@@ -78,7 +78,7 @@ class MissionClient:
         self.node.create_subscription(RunState, "florence_bt/run_state", self._on_state, LATCHED)
 
     def __enter__(self) -> MissionClient:
-        """The client itself."""
+        """Return the client itself."""
         return self
 
     def __exit__(
@@ -109,7 +109,7 @@ class MissionClient:
                 node.destroy_node()
 
     def tree_of(self, run_id: str) -> str:
-        """The live tree of a run, of any run without an id; empty while the last message is of another."""
+        """Return the live tree of a run, of any without an id; empty if the last message is of another."""
         head = self.tree.partition("\n")[0].split(" · ")
         return self.tree if not run_id or f"run {run_id}" in head else ""
 
@@ -209,7 +209,7 @@ class MissionClient:
         return client
 
     def knows_pose(self) -> bool:
-        """Whether the robot knows where it is."""
+        """Tell whether the robot knows where it is."""
         question = GetXYPhi.Request()
         try:
             answer = self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True)
@@ -218,7 +218,7 @@ class MissionClient:
         return bool(answer.valid)
 
     def servers(self) -> int:
-        """How many mission servers have been discovered."""
+        """Return how many mission servers have been discovered."""
         return self.node.get_node_names().count(MISSION_SERVER)
 
     def run(
@@ -274,7 +274,7 @@ class MissionClient:
         )
 
     def missions(self) -> Any:
-        """The missions that the mission server has, with their inputs; see ListMissions."""
+        """Return the missions that the mission server has, with their inputs; see ListMissions."""
         return self.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
 
     def _on_tree(self, message: String) -> None:
@@ -314,7 +314,7 @@ class RunWatch:
         self._unanswered = 0
 
     def over(self) -> bool:
-        """Whether the run has ended.
+        """Tell whether the run has ended.
 
         Raises:
             SystemNotThere: The mission server went away, or does not know the run.
@@ -329,7 +329,7 @@ class RunWatch:
         return over
 
     def result(self) -> Any:
-        """The status of the run once it is over.
+        """Return the status of the run once it is over.
 
         Raises:
             SystemNotThere: The mission server went away meanwhile; the run was stopped by its end, or before.

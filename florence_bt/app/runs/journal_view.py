@@ -17,7 +17,7 @@ RUNS = Path("runs")
 
 
 def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> list[str]:
-    """The latest runs, a line each, under a head line.
+    """List the latest runs, a line each, under a head line.
 
     Args:
         folder: The folder of the journal; the one used last below ``runs`` when not given.
@@ -46,7 +46,7 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
 
 
 def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
-    """One recorded run: where it stands or how it ended, its tree, and what happened when.
+    """Describe one recorded run: where it stands or how it ended, its tree, and what happened when.
 
     Args:
         folder: The folder of the journal; the one used last below ``runs`` when not given.
@@ -72,7 +72,7 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
 
 
 def left_runs(folder: Path) -> list[str]:
-    """The runs without an end in a folder of runs that no system uses now; none when there is no journal.
+    """Return the runs without an end in a folder that no system uses now; none without a journal.
 
     One that cannot be read hides them, and the log of the mission server says so.
     """
@@ -84,7 +84,7 @@ def left_runs(folder: Path) -> list[str]:
 
 
 def outcomes_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
-    """A line for each of the runs that :func:`left_runs` found before the system started.
+    """Return a line for each of the runs that :func:`left_runs` found before the system started.
 
     Raises:
         ConfigError: The journal cannot be read any more.
@@ -101,7 +101,7 @@ def outcomes_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
 
 
 def journal_folder(folder: Path | None) -> Path:
-    """The folder whose journal is meant.
+    """Return the folder whose journal is meant.
 
     Raises:
         ConfigError: None was given and there is none below ``runs``.

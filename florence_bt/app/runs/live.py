@@ -16,7 +16,7 @@ STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold 
 
 
 def styled(tree: str) -> Text:
-    """The ASCII tree with a colour for each mark."""
+    """Colour each mark of the ASCII tree."""
     text = Text(tree)
     for status, style in STYLES.items():
         text.highlight_regex(rf"(?m)^ *{re.escape(MARKS[status])}", style)
@@ -72,11 +72,11 @@ class LogDisplay:
             self.say(f"  {mark}{','.join(dict.fromkeys(names))}")
 
     def close(self) -> None:
-        """Nothing to clean."""
+        """Do nothing: there is nothing to clean."""
 
 
 def _leaves(tree: str) -> list[str]:
-    """The lines of a tree below which none is further to the right."""
+    """Return the lines of a tree below which none is further to the right."""
     lines = [line for line in tree.splitlines() if line.lstrip().startswith("[")]
     below = [*lines[1:], ""]
     return [
@@ -91,5 +91,5 @@ def _depth(line: str) -> int:
 
 
 def make_display(console: Console, *, headless: bool) -> LiveDisplay | LogDisplay:
-    """A live display on a terminal, log lines elsewhere or when asked for."""
+    """Make a live display on a terminal, log lines elsewhere or when asked for."""
     return LogDisplay(console) if headless or not console.is_terminal else LiveDisplay(console)

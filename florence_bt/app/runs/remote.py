@@ -127,7 +127,7 @@ def reload_missions() -> tuple[bool, str]:
 
 
 def live_missions() -> str:
-    """The missions of the running system with their inputs, as text."""
+    """List the missions of the running system with their inputs, as text."""
     with MissionClient() as client:
         answer = client.missions()
     lines = [line for mission in answer.missions for line in _mission_lines(mission)]

@@ -100,7 +100,7 @@ class _ByClass(dict[type, Any]):
 
 
 def _children_first(nodes: Sequence[Behaviour]) -> list[Behaviour]:
-    """Nodes with all below them, children before their parents."""
+    """Return nodes with all below them, children before their parents."""
     found: list[Behaviour] = []
     for node in nodes:
         if node.children:
@@ -159,7 +159,7 @@ class Ticker:
 
 
 def checked(node: Behaviour, answer: object) -> Status:
-    """What ``update`` returned, or INVALID with py_trees' error message when that is not a status."""
+    """Return what ``update`` returned, or INVALID with py_trees' error message when that is not a status."""
     for status in Status:
         if answer == status:
             return status
@@ -168,7 +168,7 @@ def checked(node: Behaviour, answer: object) -> Status:
 
 
 def make_leaf(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """A leaf that keeps ``Behaviour.tick`` and ``stop``."""
+    """Make the functions of a leaf that keeps ``Behaviour.tick`` and ``stop``."""
     change = table.change
 
     def tick(node: Any) -> Status:
@@ -192,7 +192,7 @@ def make_leaf(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def make_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """A decorator that keeps ``Decorator.tick`` and ``stop``."""
+    """Make those of a decorator that keeps ``Decorator.tick`` and ``stop``."""
     ticks, halts, change = table.ticks, table.halts, table.change
     watched = table.record and _may_stop_its_child(cls)
 
@@ -224,14 +224,14 @@ def make_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def _may_stop_its_child(cls: Any) -> bool:
-    """Whether ``update`` of a decorator may stop the child: that of ``Timeout`` does, and a user's may."""
+    """Tell whether a decorator's ``update`` may stop the child: ``Timeout`` does, a user's may."""
     module = cls.update.__module__
     known = module == decorators.__name__ or module.startswith("florence_bt.behaviours.")
     return not known or issubclass(cls, decorators.Timeout)
 
 
 def make_prepared_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """``behaviours.decorators.PreparedDecorator``: its gate may end it before the child is ticked."""
+    """Make those of ``PreparedDecorator``: its gate may end it before the child is ticked."""
     tick_child, halt = make_decorator(table, cls)
 
     def tick(node: Any) -> Status:
@@ -252,7 +252,7 @@ def make_prepared_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def make_own(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """A class with a ``tick`` or ``stop`` of its own: these run, for the node and everything below it."""
+    """Make those of a class with its own ``tick`` or ``stop``: these run, for the node and all below it."""
 
     def run(node: Behaviour) -> None:
         for visited in node.tick():
@@ -268,7 +268,7 @@ def make_own(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def visited(tick: Tick, visit: Callable[[Behaviour], None]) -> Tick:
-    """A function that ticks a node and then visits it."""
+    """Make a function that ticks a node and then visits it."""
 
     def tick_and_visit(node: Any) -> Status:
         new = tick(node)
@@ -282,7 +282,7 @@ def visited(tick: Tick, visit: Callable[[Behaviour], None]) -> Tick:
 
 
 def make_stop(table: TickTable) -> Callable[[Any, Status], None]:
-    """``Composite.stop``: with INVALID the children are stopped first, otherwise only the node ends."""
+    """Make ``Composite.stop``: with INVALID the children are stopped first, otherwise only the node ends."""
     change, halt_from = table.change, table.halt_from
 
     def stop(node: Any, new: Status) -> None:
@@ -297,7 +297,7 @@ def make_stop(table: TickTable) -> Callable[[Any, Status], None]:
 
 
 def make_initialise(table: TickTable, cls: Any) -> Callable[[Any], None]:
-    """``initialise`` of a class of composites; one that is overridden may stop children itself."""
+    """Make ``initialise`` of a class of composites; one that is overridden may stop children itself."""
     if cls.initialise is Behaviour.initialise:
         return cls.initialise
     if cls.initialise is Selector.initialise:
@@ -306,7 +306,7 @@ def make_initialise(table: TickTable, cls: Any) -> Callable[[Any], None]:
 
 
 def make_sequence(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """``py_trees.composites.Sequence``, and subclasses that tick and stop as it does."""
+    """Make those of ``py_trees.composites.Sequence``, and of subclasses that tick and stop as it does."""
     initialise, stop = make_initialise(table, cls), make_stop(table)
     ticks, change, halt_from = table.ticks, table.change, table.halt_from
 
@@ -340,12 +340,12 @@ def make_sequence(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def make_selector(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """``py_trees.composites.Selector``, and subclasses that tick and stop as it does."""
+    """Make those of ``py_trees.composites.Selector``, and of subclasses that tick and stop as it does."""
     initialise, stop = make_initialise(table, cls), make_stop(table)
     ticks, change, halt_from = table.ticks, table.change, table.halt_from
 
     def first_child(node: Any) -> int:
-        """Where a selector begins; with memory py_trees stops the children before."""
+        """Return where a selector begins; with memory py_trees stops the children before."""
         if not node.children or not node.memory:
             return 0
         assert node.current_child is not None  # as in py_trees: the running child was removed
@@ -386,7 +386,7 @@ def make_selector(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def make_parallel(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """``py_trees.composites.Parallel``, and subclasses that tick and stop as it does."""
+    """Make those of ``py_trees.composites.Parallel``, and of subclasses that tick and stop as it does."""
     initialise, stop_alone = make_initialise(table, cls), make_stop(table)
     ticks, halts, change, halt_from = table.ticks, table.halts, table.change, table.halt_from
 
@@ -424,7 +424,7 @@ def make_parallel(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def _decision(node: composites.Parallel) -> tuple[Status, Behaviour]:
-    """What the policy says about the statuses of the children, and the child that decides.
+    """Return what the policy says about the statuses of the children, and the child that decides.
 
     Raises:
         RuntimeError: The policy is none of py_trees; the message is that of py_trees.
@@ -449,7 +449,7 @@ def _decision(node: composites.Parallel) -> tuple[Status, Behaviour]:
 
 
 def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """``behaviours.stepping.Stepping``: ticks the children that the node names; any ``stop``."""
+    """Make those of ``behaviours.stepping.Stepping``: tick the children that the node names; any ``stop``."""
     ticks, change = table.ticks, table.change
     plain, stop = _stops_as_composites_do(cls), make_stop(table)
 
@@ -487,7 +487,7 @@ def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 
 def _stops_as_composites_do(cls: Any) -> bool:
-    """Whether a class has the ``stop`` of py_trees, and no ``terminate`` of a user that may stop children."""
+    """Tell whether a class has the ``stop`` of py_trees, and no own ``terminate`` that may stop children."""
     module = cls.terminate.__module__
     known = module == Behaviour.__module__ or module.startswith("florence_bt.behaviours.")
     return known and cls.stop in (
@@ -509,7 +509,7 @@ MAKERS = {
 
 
 def _functions_of(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
-    """How nodes of a class are ticked and stopped."""
+    """Make the functions that tick and stop nodes of a class."""
     if cls.tick is Stepping.tick:
         make = make_stepping
     else:

@@ -28,13 +28,13 @@ LARGEST_STEP = 9999
 
 
 def request(command: str) -> bytes:
-    """A request as the sensor wants it: the command with its parameters, and LF."""
+    """Make a request as the sensor wants it: the command with its parameters, and LF."""
     return command.encode("ascii") + b"\n"
 
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """What a measurement command asks for.
+    """The arguments of a measurement command.
 
     Attributes:
         kind: ``MD MS ME`` for a stream of scans, ``GD GS GE`` for one scan: D has three characters a
@@ -85,12 +85,12 @@ class Measurement:
 
 
 def time_mode(action: int) -> str:
-    """TM: 0 enters the time adjustment mode, 1 asks for the time, 2 leaves. Source: REFERENCE 4.6."""
+    """Write TM: 0 enters the time adjustment mode, 1 asks for the time, 2 leaves. Source: REFERENCE 4.6."""
     return f"TM{_one_of('time adjustment', action, (0, 1, 2))}"
 
 
 def serial_speed(bit_rate: int) -> str:
-    """SS: the bit rate of the serial line, from the next command on. Source: REFERENCE 4.6."""
+    """Write SS: the bit rate of the serial line, from the next command on. Source: REFERENCE 4.6."""
     return f"SS{_one_of('bit rate', bit_rate, BIT_RATES):06d}"
 
 
@@ -101,7 +101,7 @@ def _one_of(what: str, value: int, valid: tuple[int, ...]) -> int:
 
 
 def checksum(text: bytes) -> int:
-    """The check character of a line, as a byte value. Source: REFERENCE 4.3."""
+    """Return the check character of a line, as a byte value. Source: REFERENCE 4.3."""
     return (sum(text) & 0x3F) + 0x30
 
 
@@ -179,7 +179,7 @@ class ScipReply:
         return self.echo[:2]
 
     def information(self) -> dict[str, str]:
-        """The ``TAG:value`` lines of VV, PP and II as a mapping.
+        """Return the ``TAG:value`` lines of VV, PP and II as a mapping.
 
         Raises:
             FrameError: A line has no colon.
@@ -190,7 +190,7 @@ class ScipReply:
         return {tag: value.strip() for tag, _, value in pairs}
 
     def identification(self) -> tuple[dict[str, str], int]:
-        """What can be read of a reply to VV or II: the values by tag, and how many lines cannot be read."""
+        """Read the values by tag of a reply to VV or II, and count the lines that cannot be read."""
         pairs = [line.decode("ascii").partition(":") for line in self.lines]
         fields = {tag: value.strip() for tag, colon, value in pairs if colon}
         return fields, self.unreadable + sum(not colon for _, colon, _ in pairs)
@@ -279,7 +279,7 @@ def _is_field(line: bytes) -> bool:
 
 
 def _identification_in(lines: Sequence[bytes]) -> ScipReply | None:
-    """The last reply to VV or II in a frame with what can be read of it."""
+    """Return the last reply to VV or II in a frame with what can be read of it."""
     for first in range(len(lines) - 2, -1, -1):
         match = _ECHO_AT_END.search(lines[first])
         if match is not None and match[0].decode("ascii") in IDENTIFYING_COMMANDS:
@@ -291,7 +291,7 @@ def _identification_in(lines: Sequence[bytes]) -> ScipReply | None:
 
 
 def _reply_at_end(lines: Sequence[bytes]) -> ScipReply | None:
-    """The reply that begins at the last echo, which may have noise before it on its line."""
+    """Return the reply that begins at the last echo, which may have noise before it on its line."""
     for first in range(len(lines) - 2, -1, -1):
         match = _ECHO_AT_END.search(lines[first])
         if match is None or (first == 0 and match.start() == 0):
@@ -311,7 +311,7 @@ def _without_sum(line: bytes) -> bytes:
 
 
 def _information_text(line: bytes) -> bytes:
-    """The part of a line before ``;``; only that is summed (REFERENCE 4.5), maybe without its remark."""
+    """Return the part before ``;``, which alone is summed (REFERENCE 4.5), maybe without its remark."""
     text = line[:-2]
     if line[-2:-1] != b";" or not _INFORMATION.fullmatch(text):
         raise FrameError(f"{line!r} does not end with ';' and a checksum")
@@ -396,12 +396,12 @@ def decode_scan(reply: ScipReply) -> ScanReply:
 
 
 def _decode_echoes(data: bytes, width: int, numbers: int) -> NDArray[np.int32]:
-    """The numbers of each echo of each step.
+    """Return the numbers of each echo of each step.
 
     Args:
         data: The data lines in one piece.
-        width: Characters a number.
-        numbers: Numbers an echo: 1, or 2 with intensities.
+        width: Characters per number.
+        numbers: Numbers per echo: 1, or 2 with intensities.
 
     Returns:
         Shape (steps, k, numbers), ``NO_ECHO`` from a step's last echo on.

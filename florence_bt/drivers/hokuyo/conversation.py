@@ -26,7 +26,7 @@ class Retune:
     A line feed goes first: what was sent at the wrong speed is half a command in the sensor's buffer.
 
     Attributes:
-        bit_rate: Bits a second of our end of the line.
+        bit_rate: Bits per second of our end of the line.
     """
 
     bit_rate: int
@@ -121,7 +121,7 @@ class Conversation:
         return None if self.done else self._deadline
 
     def take_bytes(self) -> bytes:
-        """What has to be sent now."""
+        """Return what has to be sent now."""
         data = bytes(self._outbox)
         self._outbox.clear()
         return data

@@ -53,7 +53,7 @@ TestsDone = Callable[[Sequence[SelfTestResult]], None]
 
 
 class DriverPhase(enum.Enum):
-    """What the driver is about."""
+    """The phases of the driver."""
 
     STOPPED = "stopped"
     STARTING = "starting"
@@ -157,11 +157,11 @@ class HokuyoDriver:
         return self._clock.late_s
 
     def rate(self, now: float) -> float:
-        """Scans a second that did arrive lately."""
+        """Return the scans per second that arrived lately."""
         return self._frequency.rate(now)
 
     def beams_without_range(self) -> str:
-        """How many beams of the last scan are error codes, and why; empty before the first scan."""
+        """Return how many beams of the last scan are error codes, and why; empty before the first scan."""
         if self._last_scan is None or self.sensor is None:
             return ""
         return summarise(
@@ -184,7 +184,7 @@ class HokuyoDriver:
         return request("QT")
 
     def disconnected(self, reason: str) -> None:
-        """The port is gone: forget everything under way until :meth:`start`."""
+        """Forget everything under way until :meth:`start`: the port is gone."""
         if self.phase is DriverPhase.MEASURING:
             self.lost += 1
         self.problem = reason
@@ -208,7 +208,7 @@ class HokuyoDriver:
         self._converse(DriverPhase.TESTING, script, self._on_tested, now)
 
     def next_deadline(self) -> float | None:
-        """When :meth:`poll` must be called at the latest, or None."""
+        """Return when :meth:`poll` must be called at the latest, or None."""
         return self._deadline if self._conversation is None else self._conversation.deadline
 
     def poll(self, now: float) -> bytes:
@@ -326,7 +326,7 @@ class HokuyoDriver:
         return self._scan_of(scan, self.sensor, now)
 
     def _take_trouble(self, status: str, meaning: str, now: float) -> None:
-        """A status in the place of a scan; one that passes by itself is waited for, for a while."""
+        """Take a status in the place of a scan; one that passes by itself is waited for, for a while."""
         if not goes_on_by_itself(status):
             self._fail(now, f"measuring ended with status {status}: {meaning}")
             return

@@ -82,11 +82,11 @@ class SensorGeometry:
         return self.scan_period / self.steps_per_turn
 
     def angle_of(self, step: int) -> float:
-        """The direction of a step in radians, zero ahead."""
+        """Return the direction of a step in radians, zero ahead."""
         return (step - self.front_step) * self.step_angle
 
     def step_at(self, angle: float) -> int:
-        """The step that looks nearest to an angle, clipped to what the sensor can measure."""
+        """Return the step that looks nearest to an angle, clipped to what the sensor can measure."""
         step = self.front_step + round(angle / self.step_angle)
         return min(max(step, self.first_step), self.last_step)
 
@@ -201,7 +201,7 @@ LONG_RANGE_MM = 20000
 
 
 def range_errors(model: str, maximum_mm: int) -> Mapping[int, str]:
-    """The codes of a sensor.
+    """Return the codes of a sensor.
 
     Args:
         model: MODL of the sensor.
@@ -213,7 +213,7 @@ def range_errors(model: str, maximum_mm: int) -> Mapping[int, str]:
 def without_codes(
     distances_mm: NDArray[np.int32], minimum_mm: int, errors: Mapping[int, str]
 ) -> NDArray[np.float32]:
-    """Ranges as REP 117 wants them: no number where nothing was measured.
+    """Return ranges as REP 117 wants them: no number where nothing was measured.
 
     Args:
         distances_mm: Shape (n,).
@@ -232,7 +232,7 @@ def without_codes(
 
 
 def summarise(distances_mm: NDArray[np.int32], minimum_mm: int, errors: Mapping[int, str]) -> str:
-    """How many values are codes, and which one is the most frequent, in words."""
+    """Return how many values are codes, and which one is the most frequent, in words."""
     codes = distances_mm[distances_mm < minimum_mm]
     if not len(codes):
         return f"0 of {len(distances_mm)}"

@@ -16,7 +16,7 @@ USB_MODEM = "ttyACM"
 
 @dataclass(frozen=True, slots=True)
 class HokuyoParameters(CheckedParameters):
-    """How to measure.
+    """The parameters of measuring.
 
     Attributes:
         min_ang: First angle in radians, -pi..pi, clipped to what the sensor can see. The default is the
@@ -75,11 +75,11 @@ class HokuyoParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class HokuyoPortParameters(CheckedParameters):
-    """How to reach the sensor.
+    """The parameters for reaching the sensor.
 
     Attributes:
         port: The serial device; the sensor is a USB modem class device (REFERENCE 4.2).
-        baud_rate: Bits a second that a real serial line shall have (SS); the sensor is looked for at others
+        baud_rate: Bits per second that a real serial line shall have (SS); the sensor is looked for at others
             too. Without effect over USB (ttyACM).
         ip_address: Address or name of a sensor on the network, such as 192.168.0.10; used instead of the port
             when it is set. Sensors with a network plug speak the same protocol there.

@@ -37,12 +37,12 @@ class RetryPolicy:
         self.why = ""
 
     def begin(self) -> None:
-        """A stream begins: no scan came yet."""
+        """Note that a stream begins: no scan came yet."""
         self._works_since = None
         self.why = ""
 
     def scan(self, now: float) -> None:
-        """A good scan came."""
+        """Note that a good scan came."""
         self.why = ""
         if self._works_since is None:
             self._works_since = now
@@ -54,7 +54,7 @@ class RetryPolicy:
         self.failures = 0
 
     def interrupt(self, why: str, now: float) -> bool:
-        """Something else came in the place of a scan.
+        """Note that something else came in the place of a scan.
 
         Returns:
             Whether it is the first since the last scan.
@@ -65,11 +65,11 @@ class RetryPolicy:
         return True
 
     def limit(self, deadline: float) -> float:
-        """When a scan must have come: at the deadline, or earlier when the sensor has used up its time."""
+        """Return when a scan must have come: the deadline, or earlier when the sensor's time is used up."""
         return min(deadline, self._interrupted_at + self._check_timeout_s) if self.why else deadline
 
     def fail(self) -> float:
-        """It failed.
+        """Note that it failed.
 
         Returns:
             How long to rest, in seconds.

@@ -13,7 +13,7 @@ TIMER_MS = 1 << 24
 
 
 def timer_difference_ms(later: int, earlier: int) -> int:
-    """Milliseconds between two readings of the timer that lie less than two hours apart; it may have wrapped.
+    """Return the milliseconds between two timer readings less than two hours apart; it may have wrapped.
 
     Returns:
         -8388608 to 8388607.
@@ -40,7 +40,7 @@ class _Shift:
 
 
 class ScanClock:
-    """When a scan would have arrived without delay, by the sensor's own timer.
+    """A clock for scans: when each would have arrived without delay, by the sensor's own timer.
 
     A scan that waited somewhere comes late, never early. So over some seconds the smallest difference
     between arrival and time stamp is the true one; with it the time stamps, which are evenly spaced, give
@@ -129,7 +129,7 @@ class ScanClock:
             self._differences.popleft()
 
     def _jumped_to(self, arrived: float, difference: float) -> float | None:
-        """The smallest difference of this scan and those before it, if all are late by the same for long."""
+        """Return the smallest difference of the latest scans, if all have long been late by the same."""
         late_s, shift = difference - self._differences[0][1], self._shift
         if late_s < self.SHIFT_S:
             self._shift = None

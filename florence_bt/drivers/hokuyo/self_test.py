@@ -19,7 +19,7 @@ UNKNOWN_COMMAND = ("0D", "0E")
 
 @dataclass(frozen=True, slots=True)
 class SelfTestResult:
-    """What one test found.
+    """The result of one test.
 
     Attributes:
         name: The name that hokuyo_node gave it.

@@ -37,7 +37,7 @@ LASER_ON = Ask("BM", (ACCEPTED, "02"), 10)
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """Who the sensor is and what it can do.
+    """The sensor's identity and abilities.
 
     Attributes:
         version: What could be read of the answer to VV: VEND, PROD, FIRM, PROT, SERI.
@@ -70,12 +70,12 @@ class Sensor:
 
 
 def is_healthy(stat: str) -> bool:
-    """Whether the text of STAT is that of a sensor that is well."""
+    """Tell whether the text of STAT is that of a sensor that is well."""
     return stat in HEALTHY or stat.startswith(STABLE)
 
 
 def rates_to_try(wanted: int | None, last: int | None, misses: int) -> tuple[int, ...]:
-    """The speeds at which one start looks for a sensor, the likely ones first.
+    """Return the speeds at which one start looks for a sensor, the likely ones first.
 
     A sensor that was never found may have any. One that was has the speed that it was left with (its cable
     was out) or that of power on (its power was); so only these are tried, and after each miss one
@@ -87,7 +87,7 @@ def rates_to_try(wanted: int | None, last: int | None, misses: int) -> tuple[int
         misses: How many starts in a row heard nothing.
 
     Returns:
-        Bits a second; none for a line without speed.
+        Bits per second; none for a line without speed.
     """
     if wanted is None:
         return ()

@@ -53,12 +53,12 @@ _OTHERS = {
 
 
 def is_checking(status: str) -> bool:
-    """Whether a sensor that sends this in the place of a scan checks itself, and may go on by itself (98)."""
+    """Tell whether a sensor with this status in place of a scan checks itself, and may go on (98)."""
     return status.isdecimal() and 21 <= int(status) <= 49
 
 
 def goes_on_by_itself(status: str) -> bool:
-    """Whether a sensor that sends this in the place of a scan may send scans again without being asked."""
+    """Tell whether a sensor with this status in place of a scan may send scans again without being asked."""
     return status in (RESUMED, UNSTABLE) or is_checking(status)
 
 

@@ -39,7 +39,7 @@ class AcceptedStream:
 
 
 def plan_measurement(wanted: HokuyoParameters, sensor: Sensor) -> tuple[Measurement, tuple[str, ...]]:
-    """The endless stream that the parameters ask for, within what the sensor can do.
+    """Return the endless stream that the parameters ask for, within what the sensor can do.
 
     Returns:
         The measurement, and what had to be changed.
@@ -92,7 +92,7 @@ def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
 
 
 def _can_measure(wanted: Measurement) -> Script:
-    """Whether the sensor measures one beam in this way."""
+    """Tell whether the sensor measures one beam in this way."""
     beam = Measurement(wanted.kind, wanted.first_step, wanted.first_step, 1, 0, 1)
     try:
         yield Ask(beam.command, attempts=1)
@@ -143,7 +143,7 @@ def measure_latency(measurement: Measurement) -> Script:
 
 
 def _read_clock() -> Script:
-    """The timer in milliseconds, and the moment in the middle of question and answer."""
+    """Return the timer in milliseconds, and the moment in the middle of question and answer."""
     yield Ask(time_mode(0), (ACCEPTED, "02"))
     answer = yield Ask(time_mode(1))
     try:

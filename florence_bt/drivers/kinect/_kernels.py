@@ -67,7 +67,7 @@ def metres_of_raw(
 
 @numba.njit(cache=True)
 def metres_of_millimetres(millimetres: NDArray[np.uint16], step: int, metres: NDArray[np.float32]) -> None:
-    """Metres of whole millimetres, of which 0 and more than 10 m mean nothing measured.
+    """Convert whole millimetres to metres; 0 and more than 10 m mean nothing measured.
 
     Args:
         millimetres: Shape (height, width).
@@ -91,7 +91,7 @@ def fill_points(
     points: NDArray[np.float32],
     packed: NDArray[np.uint32],
 ) -> None:
-    """The coloured points of a depth image.
+    """Return the coloured points of a depth image.
 
     Each point gets the colour of the pixel in which the colour camera would see it.
 

@@ -21,7 +21,7 @@ BASELINE_M = 0.024
 
 
 class View(enum.Enum):
-    """From where a depth image was taken."""
+    """The places from which a depth image may be taken."""
 
     SHARED = "shared"
     """One lens for depth and colour, as the simulated Kinect has."""
@@ -32,7 +32,7 @@ class View(enum.Enum):
 
 
 def camera_model(width: int, height: int, view: View = View.SHARED) -> CameraModel:
-    """The uncalibrated camera at a resolution.
+    """Return the uncalibrated camera at a resolution.
 
     Args:
         width: Columns.
@@ -52,7 +52,7 @@ def camera_model(width: int, height: int, view: View = View.SHARED) -> CameraMod
 
 
 def depth_to_points(depth: NDArray[np.float32], camera: CameraModel) -> NDArray[np.float32]:
-    """The points that a depth image shows.
+    """Return the points that a depth image shows.
 
     Args:
         depth: Shape (height, width), metres along z; NaN where nothing was measured.

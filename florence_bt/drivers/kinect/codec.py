@@ -23,7 +23,7 @@ _OFFSET, _SLOPE = 3.3309495161, 0.0030711016
 
 
 class DepthFormula(enum.Enum):
-    """How raw depth becomes metres. Source: REFERENCE 5.3."""
+    """The formulas that make metres of raw depth. Source: REFERENCE 5.3."""
 
     A = "A"
     """z = 1 / (3.3309495161 - 0.0030711016 raw), below raw 1085; the simulated Kinect uses it too."""
@@ -32,7 +32,7 @@ class DepthFormula(enum.Enum):
 
 
 def packed_size(values: int) -> int:
-    """Bytes that this many 11-bit values take, with the last byte filled up."""
+    """Return the bytes that this many 11-bit values take, with the last byte filled up."""
     return -(-11 * values // 8)
 
 
@@ -85,12 +85,12 @@ METRES_TABLES = {DepthFormula.A: METRES_OF_RAW, DepthFormula.B: _metres_table(De
 
 
 def metres_from_raw(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
-    """Distances along the optical axis of raw values 0..2047, any shape; NaN where nothing was measured."""
+    """Convert raw values 0..2047, any shape, to metres along the optical axis; NaN for nothing measured."""
     return METRES_OF_RAW.take(raw)  # three times as fast as an index
 
 
 def raw_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """The raw value that is nearest to each distance; 2047 for NaN, infinity and what no raw value means."""
+    """Return the raw value nearest to each distance; 2047 for NaN, infinity and what no raw value means."""
     with np.errstate(divide="ignore", invalid="ignore"):
         raw = np.round((_OFFSET - 1.0 / np.asarray(metres, np.float64)) / _SLOPE)
     known = np.isfinite(metres) & (raw >= 0) & (raw < NO_VALUE)
@@ -99,7 +99,7 @@ def raw_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
 
 
 def millimetres_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Whole millimetres as in a 16UC1 image; 0 for NaN, infinity and more than 10 m."""
+    """Convert metres to whole millimetres as in a 16UC1 image; 0 for NaN, infinity and more than 10 m."""
     millimetres = np.round(np.asarray(metres, np.float64) * 1000.0)
     known = np.isfinite(millimetres) & (millimetres > 0.0) & (millimetres <= FARTHEST_MM)
     return np.where(known, millimetres, 0.0).astype(np.uint16)

@@ -26,7 +26,7 @@ TOGETHER_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class KinectParameters(CheckedParameters):
-    """What can be set on the Kinect.
+    """The parameters of the Kinect.
 
     Attributes:
         source: Where frames come from: ``usb`` (the first Kinect), ``usb:1`` (the second) or ``usb:SERIAL``;
@@ -94,7 +94,7 @@ class KinectDriver:
         self.depth_images = 0
 
     def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
-        """The depth image of a frame that arrived at ``now``; None when it came too soon after the last."""
+        """Return the image of a frame that arrived at ``now``; None if too soon after the last one."""
         if not self._is_due(now):
             return None
         self._frequency.tick(now)
@@ -113,14 +113,14 @@ class KinectDriver:
         return image
 
     def colour(self, frame: VideoFrame, now: float) -> ColourImage:
-        """The colour image of a frame that arrived at ``now``."""
+        """Return the colour image of a frame that arrived at ``now``."""
         pixels = frame.pixels(self._step(frame))
         rows, columns, _ = pixels.shape
         camera = camera_model(columns, rows)
         return ColourImage(now, self._parameters.colour_frame_id, camera, pixels)
 
     def coloured_points(self, colours: ColourImage) -> tuple[DepthImage, NDArray[np.float32]] | None:
-        """The points of the latest depth image, each in the colour of the pixel it would be seen in.
+        """Return the points of the latest depth image, each in the colour of the pixel it would be seen in.
 
         Args:
             colours: The latest colour image, as :meth:`colour` gave it.
@@ -147,15 +147,15 @@ class KinectDriver:
         return image, points
 
     def rate(self, now: float) -> float:
-        """Depth images a second that did arrive lately."""
+        """Return the depth images per second that arrived lately."""
         return self._frequency.rate(now)
 
     def silent(self, now: float) -> bool:
-        """Whether depth images have not come for a while, or never came."""
+        """Tell whether depth images have not come for a while, or never came."""
         return self._last_depth is None or now - self._last_depth > self._parameters.silence_timeout_s
 
     def silence(self, opened: float, now: float) -> float:
-        """Seconds since the last depth image, or since the device was opened if that is later."""
+        """Return the seconds since the last depth image, or since the device was opened if that is later."""
         return now - opened if self._last_depth is None else now - max(opened, self._last_depth)
 
     def _step(self, frame: Frame) -> int:

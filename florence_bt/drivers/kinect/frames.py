@@ -27,7 +27,7 @@ _CRC = struct.Struct(">I")
 
 
 class FrameKind(enum.IntEnum):
-    """What a frame holds."""
+    """The kinds of frames."""
 
     DEPTH = 1
     """Raw depth, 11 bits a pixel, packed."""
@@ -35,12 +35,12 @@ class FrameKind(enum.IntEnum):
     """Colour, 8 bits each of red, green and blue."""
 
     def payload_size(self, width: int, height: int) -> int:
-        """Bytes that an image of this size takes."""
+        """Return the bytes that an image of this size takes."""
         return packed_size(width * height) if self is FrameKind.DEPTH else 3 * width * height
 
 
 class DepthEncoding(enum.Enum):
-    """How the payload of a depth frame holds the distances."""
+    """The encodings of distances in the payload of a depth frame."""
 
     PACKED = "packed"
     """Raw values of 11 bits, one after the other."""
@@ -71,7 +71,7 @@ class DepthFrame:
     view: View = View.SHARED
 
     def raw(self) -> NDArray[np.uint16]:
-        """The raw values, shape (height, width); of millimetres the nearest ones by formula A."""
+        """Return the raw values, shape (height, width); for millimetres the nearest ones by formula A."""
         if self.encoding is DepthEncoding.PACKED:
             packed = bytes(self.payload)
             return unpack_11_bit(packed, self.width * self.height).reshape(self.height, self.width)
@@ -80,7 +80,7 @@ class DepthFrame:
         return self._values()
 
     def metres(self, step: int = 1, table: NDArray[np.float32] = METRES_OF_RAW) -> NDArray[np.float32]:
-        """The distances; NaN where nothing was measured.
+        """Return the distances; NaN where nothing was measured.
 
         Args:
             step: Take every n-th pixel of every n-th row.
@@ -119,7 +119,7 @@ class VideoFrame:
     payload: bytes | NDArray[np.uint8]
 
     def pixels(self, step: int = 1) -> NDArray[np.uint8]:
-        """The image, shape (height / step, width / step, 3); not to be written to.
+        """Return the image, shape (height / step, width / step, 3); not to be written to.
 
         Args:
             step: Take every n-th pixel of every n-th row.

@@ -42,7 +42,7 @@ class VideoFormat(enum.IntEnum):
 
 
 class FrameMode(ctypes.Structure):
-    """What images a stream has; laid out as in libfreenect 0.5."""
+    """The mode of a stream of images; laid out as in libfreenect 0.5."""
 
     _fields_ = (
         ("reserved", c_uint32),
@@ -125,7 +125,7 @@ class FreenectLibrary:
         self._calls["select_subdevices"](self._context, CAMERA_ONLY)
 
     def device_count(self) -> int:
-        """How many cameras are plugged in."""
+        """Count the cameras that are plugged in."""
         return int(self._calls["num_devices"](self._context))
 
     def open_device(self, device: str) -> None:
@@ -147,7 +147,7 @@ class FreenectLibrary:
         self._device = handle
 
     def find_mode(self, stream: str, format_: int) -> FrameMode | None:
-        """The mode of 640 x 480 in a format, None when the library has none.
+        """Return the mode of 640 x 480 in a format, None when the library has none.
 
         fakenect ends the process when it is asked for a format that it does not know, so its list is read.
 

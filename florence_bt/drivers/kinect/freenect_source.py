@@ -145,7 +145,7 @@ class FreenectSource:
 
 
 def find_fakenect() -> str:
-    """The file of fakenect, libfreenect's player of recordings.
+    """Return the file of fakenect, libfreenect's player of recordings.
 
     It is looked for in the folders of ``LD_LIBRARY_PATH`` and where packages put it.
 
@@ -163,7 +163,7 @@ def find_fakenect() -> str:
 
 
 def _recording_of(library: FreenectLibrary) -> Path | None:
-    """The folder that fakenect will play, checked: fakenect itself ends the process when it cannot."""
+    """Return the folder that fakenect will play, checked: fakenect itself ends the process when it cannot."""
     if not library.plays_recordings:
         return None
     folder = os.environ.get(FOLDER_VARIABLE)

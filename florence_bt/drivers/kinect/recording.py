@@ -114,7 +114,7 @@ class RecordingWriter:
 
 
 def recorded_view(folder: Path) -> View:
-    """From where a recording's depth images were taken: the depth camera, when other programs made it.
+    """Return where a recording's depth images were taken: at the depth camera if other programs made it.
 
     Raises:
         DeviceLost: The folder's notes are damaged.
@@ -128,7 +128,7 @@ def recorded_view(folder: Path) -> View:
 
 
 def recorded_depth(folder: Path) -> Iterator[tuple[float, DepthFrame]]:
-    """The depth images of a recording in order, each with its moment in seconds after the first.
+    """Return the depth images of a recording in order, each with its moment in seconds after the first.
 
     Raises:
         DeviceLost: The folder is not a recording, or damaged; names the file.
@@ -190,7 +190,7 @@ def _check_file(folder: Path, name: str) -> None:
 
 
 def _enlarged(image: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The image with each pixel repeated as often as 640 x 480 needs."""
+    """Return the image with each pixel repeated as often as 640 x 480 needs."""
     rows, columns = image.shape[:2]
     times = WIDTH // columns
     if (columns * times, rows * times) != (WIDTH, HEIGHT):

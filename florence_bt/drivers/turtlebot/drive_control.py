@@ -70,12 +70,12 @@ class DriveControl:
         self._twist = STANDSTILL
 
     def wants_motion(self, now: float) -> bool:
-        """Whether a fresh command asks for motion; one of a time that has not come yet is not fresh."""
+        """Tell whether a fresh command asks for motion; one of a time that has not come yet is not fresh."""
         return not self._twist.is_zero() and 0.0 <= now - self._commanded <= self._timeout_s
 
     def take(self, now: float, objection: StopReason | None, *, enabled: bool) -> bytes:
-        """The bytes to send now: at once when the speeds change (or soon after the last change), otherwise
-        every 1/30 s.
+        """Return the bytes to send now: at once when the speeds change (or soon after the last change),
+        otherwise every 1/30 s.
 
         Args:
             now: Seconds.
@@ -105,7 +105,7 @@ class DriveControl:
         return commands.drive_direct(held.right_mmps, held.left_mmps)
 
     def _next_turn(self, now: float, wheels: WheelSpeeds) -> float:
-        """When these speeds are to be sent."""
+        """Return when these speeds are to be sent."""
         if wheels == self._sent:
             return self._sent_at + REPEAT_PERIOD_S
         return now if wheels == STOPPED else self._changed_at + SHORTEST_CHANGE_S

@@ -55,7 +55,7 @@ LEFT_ENCODER, RIGHT_ENCODER = 43, 44
 
 @dataclass(frozen=True, slots=True)
 class BaseReading:
-    """What one frame of the base says.
+    """The reading of one frame of the base.
 
     Attributes:
         stamp: When it arrived, in seconds.
@@ -298,7 +298,7 @@ class TurtlebotDriver:
         return readings
 
     def poll(self, now: float) -> bytes:
-        """What to send to the base now, often nothing.
+        """Return what to send to the base now, often nothing.
 
         Raises:
             DeviceTimeout: The base has been silent for too long; open the port again, and start again.
@@ -321,7 +321,7 @@ class TurtlebotDriver:
         return out + self._drive.take(now, self._stop_reason, enabled=enabled)
 
     def next_deadline(self) -> float | None:
-        """When :meth:`poll` has something to do at the latest; None when the driver is not started."""
+        """Return when :meth:`poll` has something to do at the latest; None when the driver is not started."""
         if not self._open:
             return None
         if self._sequence.due is not None:
@@ -393,7 +393,7 @@ class TurtlebotDriver:
             )
 
     def _received_instead(self) -> str:
-        """What came instead of good frames, and what to do about it."""
+        """Say what came instead of good frames, and what to do about it."""
         if self.decoder.noise_bytes > self._noise_before:
             return "only bytes that make no frame: are the port and its baud rate right?"
         if self.decoder.good_frames:
@@ -463,7 +463,7 @@ class TurtlebotDriver:
         return replace(state, distance=distance, angle=angle)
 
     def _with_fractions(self, state: SensorState, stamp: float) -> SensorState:
-        """The state with the distance and angle of a base that drops fractions of what it counts."""
+        """Return the state with the distance and angle of a base that drops fractions of what it counts."""
         sent = self._drive.speed
         speed = 1000.0 * sent.linear, math.degrees(sent.angular)
         count = round(1000.0 * state.distance), round(math.degrees(state.angle))

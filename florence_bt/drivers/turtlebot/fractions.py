@@ -33,7 +33,7 @@ LONGEST_STEP_S = 0.25
 
 
 def most_likely(counted: float, commanded: float) -> float:
-    """What the base did between two readings, by its command, as far as the count allows that.
+    """Estimate what the base did between two readings, by its command, as far as the count allows that.
 
     Args:
         counted: Whole units, the rest of them dropped.
@@ -45,7 +45,7 @@ def most_likely(counted: float, commanded: float) -> float:
 
 
 class DistanceEvidence:
-    """What was commanded and counted at steady speeds, in millimetres."""
+    """The distances commanded and counted at steady speeds, in millimetres."""
 
     def __init__(self) -> None:
         self._speed = 0.0
@@ -97,7 +97,7 @@ class DistanceEvidence:
 
 
 class TurnEvidence:
-    """What was commanded, counted and measured by the gyro in slow turns, in degrees."""
+    """The angles commanded, counted and measured by the gyro in slow turns, in degrees."""
 
     def __init__(self) -> None:
         self.clear()
@@ -169,7 +169,7 @@ class FractionWatch:
     def corrected(
         self, stamp: float, distance_mm: float, angle_deg: float, speed: tuple[float, float]
     ) -> tuple[float, float]:
-        """The millimetres and degrees since the last reading; the counts of a base that keeps the rest."""
+        """Return the mm and degrees since the last reading; the counts if the base keeps the rest."""
         before, self._stamp = self._stamp, stamp
         if not self.drops or before is None or not 0.0 <= stamp - before <= LONGEST_STEP_S:
             return distance_mm, angle_deg

@@ -15,7 +15,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, check_order
 
 @dataclass(frozen=True, slots=True)
 class GyroParameters(CheckedParameters):
-    """How counts become a rate.
+    """The parameters that make a rate of counts.
 
     Attributes:
         measurement_range_degps: Range of the part: 150, 250 or 300 degrees/s.
@@ -41,7 +41,7 @@ class GyroParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class GyroReading:
-    """What the gyro says.
+    """The reading of the gyro.
 
     Attributes:
         rate: rad/s, counter-clockwise positive.
@@ -121,14 +121,14 @@ class RestOffset:
         return len(self._samples)
 
     def value(self) -> float | None:
-        """Counts, or None as long as there are too few samples (or a dead gyro gives only zeros)."""
+        """Return the counts at rest; None with too few samples (or only zeros, from a dead gyro)."""
         if len(self._samples) < self._parameters.first_offset_after or self._sum == 0:
             return None
         return self._sum / len(self._samples)
 
 
 def rate_from_adc(adc: float, offset: float, parameters: GyroParameters) -> float:
-    """The turning rate that a reading means.
+    """Return the turning rate that a reading means.
 
     Args:
         adc: Counts, 0 to 1023.
@@ -149,7 +149,7 @@ def rate_from_adc(adc: float, offset: float, parameters: GyroParameters) -> floa
 
 
 def legacy_raw_rate(adc: float, parameters: GyroParameters) -> float:
-    """The old node's rate for ``imu/raw``, in rad/s: the offset stays in, and the range divides.
+    """Return the old node's rate for ``imu/raw``, in rad/s: the offset stays in, and the range divides.
 
     Source: REFERENCE 1.8, row "imu/raw quirk".
     """
@@ -279,7 +279,7 @@ class GyroWatch:
         return breaks is not None and breaks[1] > max(BROKEN_RADPS, abs(breaks[0]))
 
     def _difference(self, window_s: float, limit_radps: float) -> tuple[float, float] | None:
-        """The mean rate by the wheels, and how far the gyro is from it; None when that is of no interest.
+        """Return the mean rate by the wheels, and the gyro's distance from it; None when of no interest.
 
         Args:
             window_s: How far back to look; None comes back when the readings do not reach so far.

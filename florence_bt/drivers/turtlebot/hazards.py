@@ -35,7 +35,7 @@ OVERCURRENT_REST_S = 1.0
 
 
 class StopReason(enum.Enum):
-    """Why the base is held; the value is the sentence for people, :func:`describe` also names the sensor."""
+    """The reasons to hold the base; the value is the sentence, to which :func:`describe` adds the sensor."""
 
     BUMPER = "a bumper is pressed: forward motion is held"
     WHEEL_DROP = "a wheel hangs in the air: put the base on the floor"
@@ -77,7 +77,7 @@ _VERBS = {
 
 
 def describe(reason: StopReason, state: SensorState) -> str:
-    """The sentence of a reason, with the names of the sensors that gave it.
+    """Return the sentence of a reason, with the names of the sensors that gave it.
 
     Args:
         reason: Why the base is held.
@@ -92,7 +92,7 @@ def describe(reason: StopReason, state: SensorState) -> str:
 
 
 def _sensors(reason: StopReason, state: SensorState) -> list[str]:
-    """The sensors behind a reason; none for one that does not come from a single sensor."""
+    """Return the sensors behind a reason; none for one that does not come from a single sensor."""
     bits, currents = state.bumps_wheeldrops, state.motor_overcurrents
     of_reason: dict[StopReason, dict[str, int]] = {
         StopReason.BUMPER: {"left bumper": bits & BUMP_LEFT, "right bumper": bits & BUMP_RIGHT},
@@ -116,7 +116,7 @@ def _sensors(reason: StopReason, state: SensorState) -> list[str]:
 
 
 class OvercurrentWatch:
-    """Whether a wheel motor is blocked, by the overcurrent flags of packet 14."""
+    """A watch that tells whether a wheel motor is blocked, by the overcurrent flags of packet 14."""
 
     def __init__(self) -> None:
         self._since: float | None = None
@@ -136,7 +136,7 @@ class OvercurrentWatch:
 def contact(
     state: SensorState, *, use_bumpers: bool, use_cliffs: bool, lowest_charge: float = 0.0
 ) -> StopReason | None:
-    """What the base's own sensors object to, the worst first; None when all is well.
+    """Return what the base's own sensors object to, the worst first; None when all is well.
 
     On the home base the cliff sensors count for nothing: its plate looks to them like a missing floor
     (REFERENCE 2.7, row "Cliff Sensor").
@@ -162,7 +162,7 @@ def contact(
 
 
 def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
-    """Why the base is not in the drive mode that was asked for; None when it is, or is meant to be passive.
+    """Tell why the base is not in the drive mode asked for; None when it is, or is meant to be passive.
 
     A dock is not an obstacle (the base drives off it), the plug of the charger is one: REFERENCE 2.4, row 9.
     """
@@ -196,7 +196,7 @@ _NOT_CHARGING = (ChargingState.NOT_CHARGING, ChargingState.FAULT)
 
 
 def needs_reset(state: SensorState) -> bool:
-    """Whether the base stands at a charger with a low battery and does not charge."""
+    """Tell whether the base stands at a charger with a low battery and does not charge."""
     if not state.charging_sources_available or state.charging_state not in _NOT_CHARGING:
         return False
     return state.charge < _LOW.get(state.oi_mode, 0.0) * state.capacity

@@ -198,13 +198,13 @@ class TurtlebotNode(FlorenceNode):
         self._port.pump()
 
     def on_refused(self, topic: str) -> None:
-        """A command that nobody can mean stops the base."""
+        """Stop the base on a command that makes no sense."""
         self.on_failure(f"a message on {topic} was refused")
 
     # ---- commands ---------------------------------------------------------------------------------------
 
     def _on_override(self, message: Bool) -> None:
-        """The wheels first, then who listens, then the disk, then who was not there."""
+        """Stop the wheels first, then tell the listeners, then the disk, then those who were absent."""
         on = bool(message.data)
         news = on is not self._driver.manual_override
         if on or news:

@@ -81,7 +81,7 @@ class WheelOdometry:
         return Odometry(stamp, self._pose, self._mean_twist())
 
     def _mean_twist(self) -> Twist2:
-        """The velocity over the window, from the end of its first step; zero while it has no duration."""
+        """Return the velocity over the window, from the end of its first step; zero without a duration."""
         newest = self._steps[-1][0]
         while len(self._steps) > 2 and newest - self._steps[1][0] >= self._parameters.twist_window_s:
             self._steps.popleft()
@@ -105,7 +105,7 @@ def _refuse_jump(distance_m: float, angle_rad: float, duration_s: float) -> None
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What the base's own sensors say about its motion.
+    """The motion of the base, by its own sensors.
 
     Attributes:
         odometry: Pose in the odom frame and velocity.
@@ -161,7 +161,7 @@ class MotionEstimator:
 
 
 def covariance(at_rest: bool) -> tuple[float, ...]:
-    """The 6x6 row-major covariance of pose and twist (x, y, z, roll, pitch, yaw).
+    """Return the 6x6 row-major covariance of pose and twist (x, y, z, roll, pitch, yaw).
 
     Source: REFERENCE 2.5; the entry that the old node misplaced at rest sits on the diagonal here.
     """
@@ -179,7 +179,7 @@ counts at full speed), did not roll there: a base begins at 0 when it is switche
 
 
 def ticks_between(before: int, after: int) -> int:
-    """Counts from one reading to the next, across the wrap, by the shorter way.
+    """Return the counts from one reading to the next, across the wrap, by the shorter way.
 
     Args:
         before: 0 to 65535.
@@ -243,7 +243,7 @@ class WheelJoints:
         self.positions[1] += (state.distance + state.angle * self._half_m) / self._radius_m
 
     def velocities(self, linear: float, angular: float) -> list[float]:
-        """Turning rates of the wheels in rad/s.
+        """Return the turning rates of the wheels in rad/s.
 
         Args:
             linear: m/s of the base.

@@ -32,7 +32,7 @@ class OverrideFile:
             self.switched_on = max(_date_of(file), _date_of(self._last))
 
     def is_on(self) -> bool:
-        """Whether the override is on; also when that cannot be found out."""
+        """Tell whether the override is on; also when that cannot be found out."""
         if self._file is None:
             return False
         try:
@@ -70,7 +70,7 @@ class OverrideFile:
 
 
 def _date_of(file: Path) -> float:
-    """When a file was written, in seconds since 1970; 0 when there is none, or nobody can tell."""
+    """Return when a file was written, in seconds since 1970; 0 when there is none, or nobody can tell."""
     try:
         return os.lstat(file).st_mtime
     except OSError:

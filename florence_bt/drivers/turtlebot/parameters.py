@@ -18,7 +18,7 @@ OPERATION_MODES = {1: "1 for passive", 2: "2 for safe", 3: "3 for full"}
 
 
 class DriveMode(enum.Enum):
-    """How velocities are sent (REFERENCE 2.3)."""
+    """The ways to send velocities (REFERENCE 2.3)."""
 
     TWIST = "twist"
     """As wheel speeds; where both wheels are too fast the turn wins over the advance."""
@@ -105,7 +105,7 @@ class TurtlebotParameters(CheckedParameters):
         return self.has_gyro and self.model.cargo_bay
 
     def wheels(self) -> WheelParameters:
-        """The part for the wheel speeds."""
+        """Return the part for the wheel speeds."""
         separation = self.wheel_separation
         return WheelParameters(
             self.model.wheel_separation_m if separation is None else separation,
@@ -114,11 +114,11 @@ class TurtlebotParameters(CheckedParameters):
         )
 
     def gyro(self) -> GyroParameters:
-        """The part for the gyro."""
+        """Return the part for the gyro."""
         return GyroParameters(self.gyro_measurement_range, self.gyro_scale_correction)
 
     def odometry(self) -> OdometryParameters:
-        """The part for the odometry."""
+        """Return the part for the odometry."""
         return OdometryParameters(self.odom_linear_scale_correction, self.odom_angular_scale_correction)
 
 

@@ -21,7 +21,7 @@ class RateLimiter:
         self._last: float | None = None
 
     def is_due(self, stamp: float) -> bool:
-        """Whether something is to be published at this moment; True also starts the next period.
+        """Tell whether something is to be published at this moment; True also starts the next period.
 
         A moment is not published twice, as with readings that arrived together.
         """
@@ -49,7 +49,7 @@ class StateReport:
         self._angle += state.angle
 
     def take(self, state: SensorState) -> SensorState:
-        """The newest state with distance and angle since the last call of this."""
+        """Return the newest state with distance and angle since the last call of this."""
         report = replace(state, distance=self._distance, angle=self._angle)
         self._distance = self._angle = 0.0
         return report

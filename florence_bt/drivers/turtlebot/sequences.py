@@ -58,7 +58,7 @@ class CommandSequence:
         self._due = now
 
     def take(self, now: float) -> bytes:
-        """The bytes that are due by now."""
+        """Return the bytes that are due by now."""
         out = b""
         while self._due is not None and now >= self._due:
             if not self._steps:
@@ -101,7 +101,7 @@ ENTER_MODE = {OiMode.SAFE: commands.safe(), OiMode.FULL: commands.full()}
 
 
 def stand(wanted: OiMode) -> bytes:
-    """Stops a base, also one that drives to its dock by itself: that ends with its mode (REFERENCE 1.1)."""
+    """Stop a base, also one that drives to its dock by itself: that ends with its mode (REFERENCE 1.1)."""
     return ENTER_MODE.get(wanted, b"") + commands.drive_direct(0, 0)
 
 
@@ -117,7 +117,7 @@ DRIVE_PACKETS = (39, 40)
 
 
 def streamed_packets(model: Model, drive_mode: DriveMode) -> tuple[int, ...]:
-    """What to have the base send every 15 ms."""
+    """Return what to have the base send every 15 ms."""
     packets = STREAMED_PACKETS if model is CREATE else STREAMED_PACKETS_CREATE_2
     return (*packets, *DRIVE_PACKETS) if drive_mode is DriveMode.DRIVE else packets
 

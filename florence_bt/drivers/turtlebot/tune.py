@@ -24,7 +24,7 @@ LONGEST_NOTE_S = 255 / 64
 
 
 def play_notes(notes: Sequence[int], durations_s: Sequence[float], model: Model) -> bytes:
-    """The commands that store and play a song; the base must be in Safe or Full mode.
+    """Return the commands that store and play a song; the base must be in Safe or Full mode.
 
     Args:
         notes: 1 to 16 MIDI numbers, 31 to 127; anything else is a rest.
@@ -45,5 +45,5 @@ def play_notes(notes: Sequence[int], durations_s: Sequence[float], model: Model)
 
 
 def play_tune(model: Model) -> bytes:
-    """The commands that store and play it; the base must be in Safe or Full mode."""
+    """Return the commands that store and play it; the base must be in Safe or Full mode."""
     return commands.song(SONG, NOTES, model) + commands.play_song(SONG, model)

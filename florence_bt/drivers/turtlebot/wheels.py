@@ -39,7 +39,7 @@ STOPPED = WheelSpeeds(0, 0)
 
 @dataclass(frozen=True, slots=True)
 class WheelParameters(CheckedParameters):
-    """How velocities become wheel speeds.
+    """The parameters that make wheel speeds of velocities.
 
     Attributes:
         wheel_separation: Metres between the wheels, above zero.
@@ -91,7 +91,7 @@ def wheels_from_twist(twist: Twist2, parameters: WheelParameters) -> WheelSpeeds
 
 
 def wheels_one_by_one(twist: Twist2, parameters: WheelParameters) -> WheelSpeeds:
-    """Wheel speeds of which each is clamped by itself, as in the old node's mode ``turtle``.
+    """Return wheel speeds, each clamped by itself, as in the old node's mode ``turtle``.
 
     Args:
         twist: The wanted velocity; must be finite.
@@ -105,7 +105,7 @@ def wheels_one_by_one(twist: Twist2, parameters: WheelParameters) -> WheelSpeeds
 
 
 def arc_from_twist(twist: Twist2, parameters: WheelParameters) -> tuple[int, int | None]:
-    """Velocity and radius for the Drive command.
+    """Return the velocity and radius for the Drive command.
 
     Args:
         twist: The wanted velocity; must be finite.
@@ -133,5 +133,5 @@ def _clamp(speed_mmps: float) -> float:
 
 
 def _truncate(speed_mmps: float) -> int:
-    """Toward zero, but 264.9999999 that floating point made of 265 stays 265."""
+    """Truncate toward zero; but 264.9999999, which floating point made of 265, stays 265."""
     return math.trunc(round(speed_mmps, 6))

@@ -97,7 +97,7 @@ class Mock:
         return [call.inputs for call in self.calls]
 
     def next(self, now: float) -> MockReply | None:
-        """What the next call gets, None when the script has no more."""
+        """Return what the next call gets, None when the script has no more."""
         if self._turns is None:
             self._turns = reply_per_call(self.replies)
         if now >= self.until:
@@ -140,15 +140,15 @@ class MockBoard:
         self._watches: list[tuple[str, Callable[[], None]]] = []
 
     def patterns(self) -> list[Pattern]:
-        """Whom the mocks are for."""
+        """Return whom the mocks are for."""
         return [mock.pattern for mock in self._mocks]
 
     def unused(self) -> list[str]:
-        """The patterns of the mocks that answered no call yet; those of the whole test need not."""
+        """Return the patterns of the mocks that answered no call yet; those of the whole test need not."""
         return [mock.pattern.text for mock in self._mocks if not mock.default and not mock.asked]
 
     def skills(self) -> Mapping[str, MockedSkill]:
-        """A skill for each declaration, also for those that missions bring along later."""
+        """Return a skill for each declaration, also for those that missions bring along later."""
         return _MockedSkills(self, self._declarations)
 
     def add(self, pattern: str, script: Script, *, default: bool = False) -> Mock:
@@ -192,7 +192,7 @@ class MockBoard:
         self._chosen.clear()
 
     def mock_for(self, place: Place) -> Mock | None:
-        """The mock that says most about a node; of equals the one that was added last."""
+        """Return the mock that says most about a node; of equals the one that was added last."""
         if place.path not in self._chosen:
             fitting = [mock for mock in self._mocks if mock.pattern.matches(place)]
             self._chosen[place.path] = max(
@@ -233,7 +233,7 @@ class MockBoard:
         return self._run(answer, declaration, call)
 
     def _next(self, mock: Mock, declaration: SkillDeclaration) -> MockReply | None:
-        """The next step of a script; a skill that reports changes reports when it is over."""
+        """Return the next step of a script; a skill that reports changes reports when it is over."""
         before, now = mock.until, self._clock.now()
         reply = mock.next(now)
         if declaration.wakes and mock.until > max(before, now):
@@ -290,7 +290,7 @@ class MockBoard:
         return error
 
     def _may_be_unused(self, mock: Mock) -> bool:
-        """A default need not be used, but a plain name in it must be that of a skill."""
+        """Tell whether a mock may stay unused: a default whose plain name, if any, is that of a skill."""
         return mock.default and (not mock.pattern.plain or mock.pattern.text in self._declarations)
 
     def _check_replies(self, mock: Mock, place: Place) -> None:
@@ -352,7 +352,7 @@ class MockedWakingSkill(MockedSkill):
 
 
 def _ask(mock: Mock, call: SkillCall) -> Any:
-    """What the function of a mock answers to a call.
+    """Ask the function of a mock for its answer to a call.
 
     Raises:
         MockError: It raised something: a mistake in the test, as opposed to a skill that ``raises``.

@@ -63,7 +63,7 @@ class MockRun(BaseRun):
         return self.phase is not Phase.DONE
 
     def poll(self) -> Result | None:
-        """The result once its time has come.
+        """Return the result once its time has come.
 
         Raises:
             Exception: The error of the mock, once its time has come.
@@ -192,7 +192,7 @@ class RoutineRun(MockRun):
 
 
 def broken_function(caller: str, error: Exception) -> str:
-    """The message when the function or the generator of a mock raises something."""
+    """Return the message for when the function or the generator of a mock raises something."""
     frames = traceback.extract_tb(error.__traceback__)
     where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     return (

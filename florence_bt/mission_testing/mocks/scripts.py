@@ -38,7 +38,7 @@ AGAIN = -2
 
 
 class Ending(enum.Enum):
-    """How a run of a mocked skill ends."""
+    """The ends of a run of a mocked skill."""
 
     SUCCESS = "success"
     FAILURE = "failure"
@@ -64,7 +64,7 @@ class ReplyPhase:
 
 @dataclass(frozen=True, slots=True)
 class MockReply:
-    """What one run of a mocked skill does; :func:`bind_reply` holds it against a declaration.
+    """The behaviour of one run of a mocked skill; :func:`bind_reply` holds it against a declaration.
 
     Attributes:
         ending: How it ends.
@@ -99,7 +99,7 @@ def succeed(
     cancel_takes: float | str = 0.0,
     **outputs: Any,
 ) -> MockReply:
-    """A run that succeeds.
+    """Make a run that succeeds.
 
     Args:
         after: How long it takes: seconds, or a text such as ``3 s``.
@@ -118,7 +118,7 @@ def fail(
     accept_after: float | str = 0.0,
     cancel_takes: float | str = 0.0,
 ) -> MockReply:
-    """A run that fails.
+    """Make a run that fails.
 
     Args:
         code: A code, an error number of the ROS server, or None for the first declared code.
@@ -131,12 +131,12 @@ def fail(
 
 
 def never(*, accept_after: float | str = 0.0, cancel_takes: float | str = 0.0) -> MockReply:
-    """A run that never ends by itself; a cancel and the deadline of the skill end it."""
+    """Make a run that never ends by itself; a cancel and the deadline of the skill end it."""
     return MockReply(Ending.NEVER, **_times(0.0, accept_after, cancel_takes))
 
 
 def raises(error: Exception | str, *, after: float | str = 0.0) -> MockReply:
-    """A skill with a bug: it raises this exception."""
+    """Make a skill with a bug: it raises this exception."""
     broken = RuntimeError(error) if isinstance(error, str) else error
     return replace(MockReply(Ending.RAISES, error=broken), **_times(after, 0.0, 0.0))
 
@@ -151,7 +151,7 @@ def _times(after: float | str, accept_after: float | str, cancel_takes: float | 
 
 
 def bind_reply(reply: MockReply, declaration: SkillDeclaration) -> Step:
-    """The run that a reply means for one skill.
+    """Make the run that a reply means for one skill.
 
     Raises:
         ConfigError: The declaration does not allow the code or an output; the error says what it allows.
@@ -187,7 +187,7 @@ def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:
 
 
 def _code(code: str | int | None, declaration: SkillDeclaration) -> tuple[str, int]:
-    """Code and server code of a failure."""
+    """Return the code and server code of a failure."""
     if code is None:
         return next(iter(declaration.failures), "rejected"), 0
     if isinstance(code, int):
@@ -310,7 +310,7 @@ class _ScriptParser:
         return tuple(replies)
 
     def _again(self, replies: list[MockReply], start: int) -> tuple[MockReply, ...]:
-        """``again`` at the end: the script starts from the beginning."""
+        """Read ``again`` at the end: the script starts from the beginning."""
         if not replies or replies[-1].times == ALWAYS:
             raise ScriptError("'again' needs steps before it that come to an end", start, (_LOOP,))
         self._skip_separators()
@@ -336,7 +336,7 @@ class _ScriptParser:
         self._at = found.end() if found is not None else self._at
 
     def _next_word(self) -> tuple[int, str]:
-        """Where the next word stands, without taking it; a sign counts as a word."""
+        """Return where the next word stands, without taking it; a sign counts as a word."""
         found = re.compile(rf"[^\S\n]*({_WORD}|.)", re.DOTALL).match(self._text, self._at)
         return (found.start(1), found[1]) if found is not None else (self._at, "")
 
@@ -388,7 +388,7 @@ class _ScriptParser:
         raise ScriptError(f"{word!r} is not a part of a script", start, (*known, _EXAMPLE))
 
     def _outputs(self) -> dict[str, Any]:
-        """``(room=kitchen, user=(1 m, 2 m, 0 deg))``."""
+        """Read ``(room=kitchen, user=(1 m, 2 m, 0 deg))``."""
         opened = self._take(r"\(")
         if opened is None:
             return {}
@@ -439,7 +439,7 @@ class _ScriptParser:
 
 
 def _in_brackets(text: str, start: int) -> tuple[int, list[tuple[int, str]]]:
-    """The end of the bracket that opens at ``start``, and the pieces between its commas with their places."""
+    """Return the end of the bracket that opens at ``start``, and the pieces between commas, with places."""
     pieces: list[tuple[int, str]] = []
     depth, quote, begin = 0, "", start + 1
     for index in range(start, len(text)):
@@ -462,7 +462,7 @@ def _in_brackets(text: str, start: int) -> tuple[int, list[tuple[int, str]]]:
 
 
 def replies_of(script: Script) -> tuple[MockReply, ...]:
-    """The replies of a script that is not a function.
+    """Return the replies of a script that is not a function.
 
     Raises:
         ConfigError: It cannot be read.
@@ -484,7 +484,7 @@ def replies_of(script: Script) -> tuple[MockReply, ...]:
 
 
 def reply_per_call(replies: Sequence[MockReply]) -> Iterator[MockReply]:
-    """The reply to each call; it ends when the script has no further answer."""
+    """Yield the reply to each call; it ends when the script has no further answer."""
     again = True
     while again:
         again = False
@@ -500,7 +500,7 @@ def reply_per_call(replies: Sequence[MockReply]) -> Iterator[MockReply]:
 
 
 def to_step(answer: Any, declaration: SkillDeclaration) -> Step:
-    """The run that a reply, or the answer of a function, means for a skill.
+    """Return the run that a reply, or the answer of a function, means for a skill.
 
     Raises:
         ConfigError: The skill cannot do that, or it is nothing that a script may hold.

@@ -23,7 +23,7 @@ _DEADLINE_S = 1e9
 def mocked_missions(
     patterns: Iterable[Pattern], places: MissionMap, skills: Collection[str]
 ) -> tuple[str, ...]:
-    """The called missions that mocks name instead of skills.
+    """Return the called missions that mocks name instead of skills.
 
     Args:
         patterns: Whom the mocks are for.
@@ -62,7 +62,7 @@ def put_stubs(
 
 
 def copied(library: MissionLibrary) -> MissionLibrary:
-    """A library with the same missions, which can be changed without harm to the first."""
+    """Copy a library, so that the copy can be changed without harm to the first one."""
     copy = MissionLibrary()
     copy.folders = list(library.folders)
     copy.declarations.update(library.declarations)

@@ -53,7 +53,7 @@ class ScenarioStep:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """Something that must hold.
+    """One check of a scenario.
 
     Attributes:
         assertion: Raises an AssertionError when it does not.
@@ -66,7 +66,7 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Trigger:
-    """How a mission is started.
+    """The start of a mission.
 
     Attributes:
         mission: Its name.
@@ -85,7 +85,7 @@ class Trigger:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What must hold of one run in the end.
+    """The checks of one run at its end.
 
     Attributes:
         checks: The checks in the order of the file.
@@ -194,7 +194,7 @@ class ScenarioPlay:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """How a scenario went.
+    """The result of a scenario.
 
     Attributes:
         scenario: The scenario.
@@ -242,7 +242,7 @@ def run_scenario(scenario: Scenario) -> ScenarioResult:
 
 
 def _steps(scenario: Scenario, scene: ScenarioPlay) -> Iterator[tuple[Position, Callable[[], object]]]:
-    """What is done, in order, each with its place in the file."""
+    """Yield what is done, in order, each with its place in the file."""
     for mock in scenario.mocks:
         yield mock.position, partial(_mock, scene.stage, mock)
     refused = scenario.trigger.refused is not None

@@ -138,7 +138,7 @@ class SourceReader(WordReader):
     def entries(
         self, source: YamlNode | None, what: str, keys: Collection[str]
     ) -> dict[str, tuple[YamlScalar, YamlNode]]:
-        """The entries of a table that has only these keys."""
+        """Return the entries of a table that has only these keys."""
         found: dict[str, tuple[YamlScalar, YamlNode]] = {}
         for key, value in self.table(source, what, keys):
             if key.text in keys:
@@ -148,13 +148,13 @@ class SourceReader(WordReader):
         return found
 
     def values(self, source: YamlNode | None, what: str, keys: Collection[str]) -> dict[str, YamlNode]:
-        """The values of a table that has only these keys."""
+        """Return the values of a table that has only these keys."""
         return {name: value for name, (_, value) in self.entries(source, what, keys).items()}
 
     def table(
         self, source: YamlNode | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
     ) -> Iterator[tuple[YamlScalar, YamlNode]]:
-        """The entries of a table, none when nothing was written.
+        """Yield the entries of a table, none when nothing was written.
 
         An unquoted comma splits a text into several keys: that is noted, and the text is put together. (A
         single word behind a comma may be a key without its colon, and so may one of the ``keys``.) What is
@@ -179,7 +179,7 @@ class SourceReader(WordReader):
             self.error(source.position, f"{what} must be a table (key: value)", valid)
 
     def items(self, source: YamlNode | None) -> tuple[YamlNode, ...]:
-        """The items of a list; a single thing counts as a list of one, nothing as none."""
+        """Return the items of a list; a single thing counts as a list of one, nothing as none."""
         if source is None or (isinstance(source, YamlScalar) and source.empty):
             return ()
         return source.items if isinstance(source, YamlSequence) else (source,)
@@ -192,7 +192,7 @@ class SourceReader(WordReader):
         return None
 
     def whole(self, source: YamlNode, what: str) -> int | None:
-        """A whole number of at least 0."""
+        """Read a whole number of at least 0."""
         text = self.text(source, what)
         if text is not None and re.fullmatch(r"\d{1,9}", text):
             return int(text)
@@ -203,7 +203,7 @@ class SourceReader(WordReader):
     def pattern(
         self, key: YamlScalar, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
     ) -> list[Place] | None:
-        """The nodes that a pattern means, None (noted) when it is wrong.
+        """Return the nodes that a pattern means, None (noted) when it is wrong.
 
         Args:
             key: The pattern.
@@ -227,7 +227,7 @@ class SourceReader(WordReader):
     def quantities(
         self, source: YamlNode | None, what: str, owner: str, kinds: Mapping[str, Kind | None], **hints: Any
     ) -> dict[str, Any]:
-        """Values by name, in SI units where their kind is known.
+        """Read values by name, in SI units where their kind is known.
 
         Args:
             source: The table.
@@ -250,7 +250,7 @@ class SourceReader(WordReader):
         return wanted
 
     def mission(self, source: YamlNode, what: str) -> str | None:
-        """The name of a mission that can run."""
+        """Read the name of a mission that can run."""
         name = self.text(source, what)
         if name is None:
             return None
@@ -282,7 +282,7 @@ class SourceReader(WordReader):
         return name
 
     def trigger(self, mission: YamlNode, entries: Entries, what: str) -> Trigger | None:
-        """How a mission is started.
+        """Read how a mission is started.
 
         Args:
             mission: Its name or file.
@@ -333,7 +333,7 @@ class SourceReader(WordReader):
 
 
 def plain(source: YamlNode) -> Any:
-    """A source as plain texts, lists and tables."""
+    """Return a source as plain texts, lists and tables."""
     match source:
         case YamlScalar():
             return source.text
@@ -344,7 +344,7 @@ def plain(source: YamlNode) -> Any:
 
 
 def input_text(source: YamlNode, port: Port | None = None) -> str:
-    """An input of a mission as a caller would write it, on one line. A sequence that is no list is a pose."""
+    """Write a mission's input on one line, as a caller would. A sequence that is no list is a pose."""
     match source:
         case YamlScalar():
             return source.text
@@ -436,7 +436,7 @@ def read_mocks(
 
 
 def _read_mock(reader: SourceReader, value: YamlNode, users: Users) -> Callable[[], Script] | None:
-    """What makes the script of a mock."""
+    """Return what makes the script of a mock."""
     if isinstance(value, YamlMapping) and value.get("switch") is not None:
         return _read_switch(reader, value, users)
     replies = _read_script(reader, value, users)
@@ -471,7 +471,7 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
 
 
 def _quoted_position(source: YamlScalar, problem: str) -> Position:
-    """Where the word that a problem quotes stands in a script; its beginning when it is not there."""
+    """Return where the word that a problem quotes stands in a script; its beginning when it is not there."""
     quoted = re.search(r"'([^']+)'", problem)
     if source.first_column is None or quoted is None:
         return source.position
@@ -480,7 +480,7 @@ def _quoted_position(source: YamlScalar, problem: str) -> Position:
 
 
 def _read_switch(reader: SourceReader, table: YamlMapping, users: Users) -> Callable[[], Script] | None:
-    """A mock that looks at an input: ``{switch: label, cases: {kitchen: ...}, default: ...}``."""
+    """Read a mock that looks at an input: ``{switch: label, cases: {kitchen: ...}, default: ...}``."""
     entries = reader.values(table, "a mock with switch", SWITCH_KEYS)
     name = reader.text(entries["switch"], "switch")
     port = _port_of(reader, entries["switch"], name or "", users)
@@ -514,7 +514,7 @@ def _port_of(reader: SourceReader, source: YamlNode, name: str, users: Users) ->
 def _choice(
     name: str, cases: list[tuple[Any, tuple[MockReply, ...]]], default: tuple[MockReply, ...]
 ) -> Script:
-    """The script of a mock with ``switch``; each case counts its own calls."""
+    """Make the script of a mock with ``switch``; each case counts its own calls."""
     calls = [(value, reply_per_call(replies)) for value, replies in cases]
     otherwise = reply_per_call(default)
 
@@ -548,7 +548,7 @@ class WhenReader:
         self._places = places
 
     def read(self, source: YamlNode | None) -> Iterator[ScenarioStep]:
-        """What happens, in order."""
+        """Read what happens, in order."""
         for item in self._reader.items(source):
             if not isinstance(item, YamlMapping):
                 self._refuse(item)
@@ -573,7 +573,7 @@ class WhenReader:
         self._reader.error(position, f"there is no event {name!r}", valid)
 
     def _kind(self, table: YamlMapping) -> str | None:
-        """The key that says what happens; ``at`` when only time passes."""
+        """Return the key that says what happens; ``at`` when only time passes."""
         kinds = [key for key, _ in table.entries if key.text in WHEN_KEYS]
         if len(kinds) > 1:
             message = f"{kinds[1].text!r} cannot be combined with {kinds[0].text!r}"
@@ -787,14 +787,14 @@ class ThenReader:
         return self._places.mission if self._places is not None else ""
 
     def _is_pattern(self, source: YamlNode, what: str, *, skills_only: bool, unused: bool = False) -> bool:
-        """Whether a source is a pattern that means a node; if not, that is noted."""
+        """Tell whether a source is a pattern that means a node; if not, that is noted."""
         if self._reader.text(source, what) is None or not isinstance(source, YamlScalar):
             return False
         found = self._reader.pattern(source, self._places, skills_only=skills_only, unused=unused)
         return found is not None
 
     def _outputs(self, value: YamlNode) -> Iterator[Assertion]:
-        """Outputs by name; an empty table stands for none at all."""
+        """Read outputs by name; an empty table stands for none at all."""
         if self._places is None:
             return
         kinds = {name: port.kind for name, port in self._places.outputs.items()}
@@ -805,7 +805,7 @@ class ThenReader:
             yield partial(Play.assert_outputs, outputs=outputs)
 
     def _calls(self, value: YamlNode, *, only: bool) -> Iterator[Assertion]:
-        """Calls in their order: patterns, or tables of a pattern and inputs."""
+        """Read calls in their order: patterns, or tables of a pattern and inputs."""
         wanted: list[tuple[str, Mapping[str, Any]]] = []
         for item in self._reader.items(value):
             if isinstance(item, YamlScalar):
@@ -824,7 +824,7 @@ class ThenReader:
             yield lambda play: play.assert_calls(wanted, only=only)
 
     def _inputs(self, source: YamlNode | None, users: list[Place]) -> dict[str, Any]:
-        """The inputs that a call must have, in SI units."""
+        """Read the inputs that a call must have, in SI units."""
         wanted: dict[str, Any] = {}
         is_count = isinstance(source, YamlScalar) and source.text.isdigit()
         before = self._reader.count
@@ -837,7 +837,7 @@ class ThenReader:
         return wanted
 
     def _called(self, value: YamlNode) -> Iterator[Assertion]:
-        """Numbers of calls by pattern; or a list of patterns that were called at least once."""
+        """Read numbers of calls by pattern; or a list of patterns that were called at least once."""
         if not isinstance(value, YamlMapping):
             for item in self._reader.items(value):
                 if self._is_pattern(item, "a skill", skills_only=True):
@@ -856,14 +856,14 @@ class ThenReader:
             yield partial(_assert_called, pattern=key.text, times=times, inputs=inputs)
 
     def _nodes(self, value: YamlNode) -> Iterator[Assertion]:
-        """Statuses by pattern: every node that it means has the status."""
+        """Read statuses by pattern: every node that it means has the status."""
         for key, item in self._reader.table(value, "nodes"):
             status = self._reader.choice(item, "status", STATUSES)
             if status is not None and self._reader.pattern(key, self._places) is not None:
                 yield partial(_assert_nodes, pattern=key.text, status=status)
 
     def _trace(self, value: YamlNode) -> Iterator[Assertion]:
-        """The lines of a trace, or a table of ``of`` (a pattern), ``inner`` and ``lines``."""
+        """Read the lines of a trace, or a table of ``of`` (a pattern), ``inner`` and ``lines``."""
         pattern, inner, source = "**", False, value
         if isinstance(value, YamlMapping):
             entries = self._reader.values(value, "trace", ("of", "inner", "lines"))
@@ -882,7 +882,7 @@ class ThenReader:
             yield lambda play: play.assert_trace("\n".join(lines), pattern, inner=inner)
 
     def _trace_lines(self, item: YamlNode) -> Iterator[str]:
-        """The lines in one item of a list: one, or those of a block of text."""
+        """Read the lines in one item of a list: one, or those of a block of text."""
         for text in (self._reader.text(item, "a line of a trace") or "").splitlines():
             try:
                 line = read_line(text)
@@ -916,7 +916,7 @@ def _assert_nodes(play: Play, pattern: str, status: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioFile:
-    """What a file holds.
+    """The contents of a scenario file.
 
     Attributes:
         file: The file.
@@ -942,7 +942,7 @@ class Libraries:
         self._known: dict[tuple[Path, ...], tuple[MissionLibrary, MissionMaps]] = {}
 
     def load(self, home: Path, folders: tuple[Path, ...]) -> tuple[MissionLibrary, MissionMaps]:
-        """The missions of the package, of the common folders and of these, with their maps.
+        """Load the missions of the package, of the common folders and of these, with their maps.
 
         Args:
             home: The folder of the scenario file; missions that it names by file join the library.
@@ -957,8 +957,8 @@ class Libraries:
         return self._known[home, *folders]
 
     def own_missions(self) -> Iterator[tuple[Mission, MissionLibrary]]:
-        """The missions of the folders that scenario files and the caller name, each with its library; those
-        of Florence and of other packages are left out.
+        """Yield the missions of the folders that scenario files and the caller name, each with its library;
+        those of Florence and of other packages are left out.
         """
         for (_, *folders), (library, _) in self._known.items():
             own = {folder.resolve() for folder in (*self._folders, *folders)}
@@ -1031,7 +1031,7 @@ class _FileReader:
         reader.library, reader.declarations, reader.maps = self._surroundings[()]
 
     def _examples(self, item: YamlNode) -> Iterator[tuple[dict[str, YamlNode], YamlNode]]:
-        """A scenario once for each of its examples, filled in."""
+        """Yield a scenario once for each of its examples, filled in."""
         reader = self._reader
         source = item.get("examples") if isinstance(item, YamlMapping) else None
         if source is None or not isinstance(item, YamlMapping):
@@ -1096,7 +1096,7 @@ class _FileReader:
         )
 
     def _runs(self, source: YamlNode | None, started: Mapping[str, MissionMap]) -> dict[str, Expectation]:
-        """What must hold of the missions that the scenario starts beside its own."""
+        """Read what must hold of the missions that the scenario starts beside its own."""
         reader = self._reader
         runs: dict[str, Expectation] = {}
         for key, value in reader.table(source, "runs"):
@@ -1122,7 +1122,7 @@ class _FileReader:
             self._reader.error(item.position, "the scenario expects nothing", _THEN)
 
     def _common_mocks(self, places: MissionMap | None) -> list[MockEntry]:
-        """The mocks for the whole file, held against each mission once."""
+        """Return the mocks for the whole file, held against each mission once."""
         key = (places.mission if places is not None else "", self._stubs)
         if key not in self._mocks:
             before = self._reader.count
@@ -1168,7 +1168,7 @@ class _FileReader:
 
 
 def _example_rows(reader: SourceReader, source: YamlNode) -> Iterator[dict[str, YamlNode]]:
-    """A list of tables; or a table of columns, each a list of the same length."""
+    """Read a list of tables; or a table of columns, each a list of the same length."""
     if isinstance(source, YamlMapping):
         columns = {key.text: reader.items(value) for key, value in source.entries}
         lengths = {len(column) for column in columns.values()}
@@ -1185,14 +1185,14 @@ def _example_rows(reader: SourceReader, source: YamlNode) -> Iterator[dict[str, 
 
 
 def _readable_patterns(texts: Iterable[str]) -> Iterator[Pattern]:
-    """The patterns; a text that is not one is reported where the mocks are read."""
+    """Yield the patterns; a text that is not one is reported where the mocks are read."""
     for text in texts:
         with contextlib.suppress(ConfigError):
             yield read_pattern(text)
 
 
 def _merged(common: YamlNode | None, own: YamlNode | None) -> YamlNode | None:
-    """Two tables as one; what the second says counts."""
+    """Merge two tables; what the second says counts."""
     if not isinstance(common, YamlMapping) or not isinstance(own, YamlMapping):
         return own if own is not None else common
     kept = tuple(entry for entry in common.entries if own.key(entry[0].text) is None)
@@ -1200,7 +1200,7 @@ def _merged(common: YamlNode | None, own: YamlNode | None) -> YamlNode | None:
 
 
 def _split_then(source: YamlNode | None) -> tuple[YamlNode | None, YamlNode | None, YamlNode | None]:
-    """``then`` without ``refused`` and ``runs``, and these two."""
+    """Split ``then`` into the rest, ``refused`` and ``runs``."""
     if not isinstance(source, YamlMapping):
         return source, None, None
     rest = tuple(entry for entry in source.entries if entry[0].text not in ("refused", "runs"))

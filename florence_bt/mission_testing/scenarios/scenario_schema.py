@@ -29,7 +29,7 @@ _SCRIPT_EXAMPLE = "running 3 s, then FAILURE no_path twice, then SUCCESS"
 
 
 def scenario_schema(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> Schema:
-    """The schema (draft-07).
+    """Make the schema (draft-07).
 
     Args:
         library: The missions that scenarios may use.

@@ -44,7 +44,7 @@ HANGING_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class JournalParameters(CheckedParameters):
-    """How the journal is kept.
+    """The parameters of the journal.
 
     Attributes:
         keep_runs: How many runs that ended are kept, with their folders.
@@ -128,13 +128,13 @@ class Journal:
         self._seq[run_id] = seq
 
     def knows(self, run_id: str) -> bool:
-        """Whether a run of this name was in the journal when this process began."""
+        """Tell whether a run of this name was in the journal when this process began."""
         if self._older is None:
             self._older = self._read_ids()
         return run_id in self._older
 
     def exists(self) -> bool:
-        """Whether there is a file already."""
+        """Tell whether there is a file already."""
         return any((self.folder / name).is_file() for name in (JOURNAL_FILE, OWN_FILE))
 
     def set_aside(self, broken: str) -> None:
@@ -163,7 +163,7 @@ class Journal:
             self._report()
 
     def flush(self) -> None:
-        """As :meth:`commit`, and return when it is there or the disk is in trouble."""
+        """Commit as :meth:`commit` does, and return when it is there or the disk is in trouble."""
         if self._together or self._closed:
             return
         self._hand_over(try_again=True)

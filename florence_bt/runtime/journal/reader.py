@@ -69,7 +69,7 @@ class JournalReader:
             self._connection = self._open()
 
     def __enter__(self) -> JournalReader:
-        """The reader itself."""
+        """Return the reader itself."""
         return self
 
     def __exit__(
@@ -83,7 +83,7 @@ class JournalReader:
         self._connection.close()
 
     def runs(self, limit: int = 20, mission: str = "", state: str = "") -> list[JournaledRun]:
-        """Runs, the latest first.
+        """Return runs, the latest first.
 
         Args:
             limit: At most this many.
@@ -97,22 +97,22 @@ class JournalReader:
         return self._made(run_from_row, query, {**wanted, "limit": limit})
 
     def unfinished(self) -> list[JournaledRun]:
-        """The runs without an end, the earliest first."""
+        """Return the runs without an end, the earliest first."""
         final = ", ".join(f"'{status.value}'" for status in sorted(FINAL, key=lambda status: status.value))
         query = f"SELECT {RUN_COLUMNS} FROM runs WHERE state NOT IN ({final}) ORDER BY id"
         return self._made(run_from_row, query, {})
 
     def run_ids(self) -> list[str]:
-        """The names of all runs."""
+        """Return the names of all runs."""
         return [str(row[0]) for row in self._rows("SELECT run_id FROM runs", {})]
 
     def run(self, run_id: str) -> JournaledRun | None:
-        """The run with this id, or None."""
+        """Return the run with this id, or None."""
         query = f"SELECT {RUN_COLUMNS} FROM runs WHERE run_id = :run_id"
         return next(iter(self._made(run_from_row, query, {"run_id": run_id})), None)
 
     def events(self, run_id: str) -> list[JournaledEvent]:
-        """Everything that happened in a run, in order."""
+        """Return everything that happened in a run, in order."""
         query = (
             f"SELECT {EVENT_COLUMNS} FROM events WHERE run = (SELECT id FROM runs WHERE run_id = :run_id) "
             "ORDER BY seq"
@@ -120,7 +120,7 @@ class JournalReader:
         return self._made(event_from_row, query, {"run_id": run_id})
 
     def last_entry(self) -> str:
-        """Date and time (UTC) of the last entry, empty when unknown."""
+        """Return the date and time (UTC) of the last entry, empty when unknown."""
         rows = self._rows("SELECT value FROM notes WHERE name = :name", {"name": WRITTEN})
         return str(rows[0][0]) if rows else ""
 
@@ -174,7 +174,7 @@ def _open(path: Path) -> sqlite3.Connection:
 
 
 def _empty() -> sqlite3.Connection:
-    """What is in a file whose writer died before it had made the tables."""
+    """Open an empty journal, as left by a writer that died before it made the tables."""
     connection = sqlite3.connect(":memory:", isolation_level=None)
     bring_up_to_date(connection)
     return connection

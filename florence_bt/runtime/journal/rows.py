@@ -80,12 +80,12 @@ class JournaledRun:
         return RunStatus(self.state)
 
     def typed_inputs(self, mission: Mission | None) -> dict[str, Any]:
-        """The inputs as its mission declares them, as far as it is known."""
+        """Return the inputs as its mission declares them, as far as it is known."""
         ports = mission.inputs if mission is not None else {}
         return {name: typed(value, ports.get(name)) for name, value in self.inputs.items()}
 
     def as_run(self) -> MissionRun:
-        """The run with plain values, to be shown."""
+        """Return the run with plain values, to be shown."""
         request = MissionRequest(
             self.mission, self.inputs, self.caller, TriggerPolicy(self.policy), self.priority
         )
@@ -147,14 +147,14 @@ EVENT_COLUMNS = ", ".join(field.name for field in fields(JournaledEvent))
 
 
 def run_values(run: MissionRun, accepted: str) -> tuple[Any, ...]:
-    """The values of :data:`RUN_COLUMNS` for a new run."""
+    """Return the values of :data:`RUN_COLUMNS` for a new run."""
     request = run.request
     head = (run.run_id, run.mission, request.caller, request.policy.value, request.priority)
     return (*head, _json(run.inputs), run.version, accepted, *_state_values(run), 0)
 
 
 def run_changes(run: MissionRun, lost: int) -> tuple[Any, ...]:
-    """The values for ``UPDATE runs``, in the order of :data:`CHANGED_COLUMNS`."""
+    """Return the values for ``UPDATE runs``, in the order of :data:`CHANGED_COLUMNS`."""
     return (*_state_values(run), lost)
 
 
@@ -171,7 +171,7 @@ def _state_values(run: MissionRun) -> tuple[Any, ...]:
 
 
 def event_values(seq: int, event: RunEvent) -> tuple[Any, ...]:
-    """The values of :data:`EVENT_COLUMNS` for an event."""
+    """Return the values of :data:`EVENT_COLUMNS` for an event."""
     data = event.data
     find = data.get
     own = [find(name) for name in _OWN_COLUMNS]
@@ -183,7 +183,7 @@ def event_values(seq: int, event: RunEvent) -> tuple[Any, ...]:
 
 
 def run_from_row(row: Sequence[Any]) -> JournaledRun:
-    """A run from the values of :data:`RUN_COLUMNS`.
+    """Make a run from the values of :data:`RUN_COLUMNS`.
 
     Raises:
         ValueError: A value is damaged; names its column.
@@ -198,7 +198,7 @@ def run_from_row(row: Sequence[Any]) -> JournaledRun:
 
 
 def event_from_row(row: Sequence[Any]) -> JournaledEvent:
-    """An event from the values of :data:`EVENT_COLUMNS`.
+    """Make an event from the values of :data:`EVENT_COLUMNS`.
 
     Raises:
         ValueError: A value is damaged; names its column.
@@ -213,7 +213,7 @@ def event_from_row(row: Sequence[Any]) -> JournaledEvent:
 
 
 def typed(value: Any, port: Port | None) -> Any:
-    """A plain value of the journal as a value of a port's kind."""
+    """Convert a plain value of the journal to the kind of a port."""
     is_pose = isinstance(value, Mapping) and value.keys() == {"x", "y", "yaw"}
     if port is not None and port.kind is Kind.POSE and is_pose:
         return Pose2(**value)
@@ -223,7 +223,7 @@ def typed(value: Any, port: Port | None) -> Any:
 
 
 def _check_types(columns: str, types: Sequence[Any], row: Sequence[Any]) -> None:
-    """SQLite keeps a value of any type in any column."""
+    """Check the types: SQLite keeps a value of any type in any column."""
     for index, value in enumerate(row):
         if not isinstance(value, types[index]) or (type(value) is float and not isfinite(value)):
             raise ValueError(f"{columns.split(', ')[index]} is {value!r:.50}")

@@ -93,7 +93,7 @@ class JournalBroken(ConfigError):
 
 
 def is_damage(error: Exception) -> bool:
-    """Whether an error of SQLite means that the file is damaged, not that it is out of reach.
+    """Tell whether an error of SQLite means that the file is damaged, not that it is out of reach.
 
     Text that is not UTF-8 comes as ``UnicodeDecodeError`` when it is in a message of SQLite itself.
     """
@@ -117,7 +117,7 @@ def bring_up_to_date(connection: sqlite3.Connection) -> None:
 
 
 def check_version(connection: sqlite3.Connection) -> int:
-    """The version of a file, at most this program's.
+    """Return the version of a file, at most this program's.
 
     Raises:
         JournalTooNew: The file is of a later version.

@@ -76,7 +76,7 @@ class EventRow:
 
 @dataclass(frozen=True, slots=True)
 class LastEntry:
-    """When the last entry was written; steady clocks do not outlive the machine."""
+    """The date of the last entry; steady clocks do not outlive the machine."""
 
     date: str
 
@@ -147,7 +147,7 @@ class Store:
             self._connection = None
 
     def _opened(self, *, fresh: bool) -> sqlite3.Connection:
-        """The connection; opened again when the file was removed, which is checked with each new run."""
+        """Return the connection, opened again if the file was removed; each new run checks that."""
         if self._connection is not None and fresh and not self._in_place():
             self.close()
         if self._connection is None:
@@ -236,7 +236,7 @@ def _is_event(job: Job) -> bool:
 def _event_rows(
     connection: sqlite3.Connection, jobs: Iterable[Job], numbers: dict[str, int | None]
 ) -> Iterator[tuple[Any, ...]]:
-    """The rows of events; none for those of runs that are in the file no more.
+    """Yield the rows of events; none for those of runs that are in the file no more.
 
     Args:
         connection: Where the numbers of the runs are looked up.

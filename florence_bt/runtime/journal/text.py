@@ -27,7 +27,7 @@ _WORDS = {
 
 
 def journal_text(row: JournaledRun, events: Sequence[JournaledEvent]) -> str:
-    """Head line, tree and reason of a run, like the status of a live one."""
+    """Write the head line, tree and reason of a run, like the status of a live one."""
     run = row.as_run()
     times = [event.time for event in with_one_clock(events)]
     if row.started is not None and times and not row.status.final:
@@ -40,7 +40,7 @@ def journal_text(row: JournaledRun, events: Sequence[JournaledEvent]) -> str:
 
 
 def _input_kinds(events: Iterable[JournaledEvent]) -> dict[str, Kind]:
-    """What the inputs of a run are, as its start says."""
+    """Return what the inputs of a run are, as its start says."""
     start = next((event for event in events if event.kind == EventKind.STARTED.value), None)
     written = start.data.get("kinds") if start is not None else None
     known = {kind.value: kind for kind in Kind}
@@ -51,7 +51,7 @@ def _input_kinds(events: Iterable[JournaledEvent]) -> dict[str, Kind]:
 def timeline(
     events: Sequence[JournaledEvent], skills: Mapping[str, SkillDeclaration] | None = None
 ) -> list[str]:
-    """What happened in a run, a line each: when, how long, which skill with which inputs, how it ended.
+    """List what happened in a run, a line each: when, how long, which skill with which inputs, how it ended.
 
     Args:
         events: The events of the run, in order.
@@ -75,7 +75,7 @@ def timeline(
 
 
 def with_one_clock(events: Iterable[JournaledEvent]) -> Iterator[JournaledEvent]:
-    """The events on the clock of the first process: each process after a crash has a clock of its own."""
+    """Yield the events on the first process's clock: each process after a crash has its own."""
     behind = 0.0
     last = 0.0
     for event in events:
@@ -86,7 +86,7 @@ def with_one_clock(events: Iterable[JournaledEvent]) -> Iterator[JournaledEvent]
 
 
 def match_ends(events: Sequence[JournaledEvent]) -> Iterator[tuple[int, int]]:
-    """The starts and ends of skills that belong together.
+    """Match the starts and ends of skills that belong together.
 
     A clean-up and the only skill in it have the same node, but other names. A cancelled end is that of the
     oldest open run of its node, any other end that of the latest: a run that
@@ -111,7 +111,7 @@ def _ends(events: Sequence[JournaledEvent]) -> dict[int, JournaledEvent]:
 
 
 def _without_end(later: Sequence[JournaledEvent]) -> str:
-    """Why a skill has no end."""
+    """Tell why a skill has no end."""
     kinds = [event.kind for event in later]
     if EventKind.RECOVERED.value in kinds:
         return "cut off when the process died"
@@ -169,7 +169,7 @@ def _note(event: JournaledEvent, latest: dict[str, JournaledEvent], stopped: set
 
 
 def _parents_first(paths: list[str], order: dict[str, int]) -> list[str]:
-    """A parent before its children, siblings in the order in which they were reached."""
+    """Order paths: a parent before its children, siblings in the order in which they were reached."""
     known = set(paths)
     children: dict[str, list[str]] = {}
     for path in sorted(paths, key=order.__getitem__):
@@ -184,7 +184,7 @@ def _parents_first(paths: list[str], order: dict[str, int]) -> list[str]:
 
 
 def _parent(path: str, known: set[str]) -> str:
-    """The nearest node above that is known; names may contain slashes themselves."""
+    """Return the nearest node above that is known; names may contain slashes themselves."""
     while "/" in path:
         path = path.rpartition("/")[0]
         if path in known:

@@ -83,7 +83,7 @@ class WriterGuard:
             self._prune()
 
     def _write_one_by_one(self, problem: Exception) -> None:
-        """One of the jobs cannot be kept: keep the others."""
+        """Keep the other jobs when one cannot be kept."""
         jobs, self._waiting = self._with_losses(), []
         for index, job in enumerate(jobs):
             try:
@@ -146,7 +146,7 @@ class WriterGuard:
         self._waiting = list(last.values())[-self._max_waiting :]
 
     def _with_losses(self) -> list[Job]:
-        """What waits; the last change of a run says how many of its events were dropped."""
+        """Return what waits; the last change of a run says how many of its events were dropped."""
         if not self._lost:
             return self._waiting
         return [

@@ -110,7 +110,7 @@ class Controls:
         return response
 
     def _on_override(self, message: Bool) -> None:
-        """True: every run and every goal ends, nothing may start. False: missions may start, nothing resumes.
+        """Obey the override. True: all runs and goals end, nothing starts. False: missions may, none resumes.
 
         The base itself obeys without us: its driver says what is so.
         """
@@ -122,7 +122,7 @@ class Controls:
             self._node.get_logger().info("manual override released: missions may start again")
 
     def missing_override(self) -> list[str]:
-        """What is not known of the override yet, for people; empty for a base whose driver does not tell."""
+        """Return what is not known of the override yet, for people; empty if the driver never tells."""
         told = self._override_heard or not self._node.count_publishers(LAST_OVERRIDE)
         return [] if told else ["the word of the base's driver about the manual override"]
 

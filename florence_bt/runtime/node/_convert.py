@@ -19,7 +19,7 @@ from florence_bt.trees.language.quantities import format_value
 
 
 def run_state_to_ros(run: MissionRun) -> RunState:
-    """The state of a run, in the document's words (REFERENCE 10)."""
+    """Convert the state of a run, in the document's words (REFERENCE 10)."""
     return RunState(
         run_id=run.run_id,
         mission=run.mission,
@@ -30,7 +30,7 @@ def run_state_to_ros(run: MissionRun) -> RunState:
 
 
 def mission_to_ros(mission: Mission, problem: str) -> MissionInfo:
-    """A mission as its file declares it."""
+    """Convert a mission as its file declares it."""
     return MissionInfo(
         name=mission.name,
         description=mission.description,
@@ -44,7 +44,7 @@ def mission_to_ros(mission: Mission, problem: str) -> MissionInfo:
 
 
 def port_to_ros(name: str, port: Port) -> MissionPort:
-    """An input or output; its values as texts that a caller may give."""
+    """Convert an input or output; its values as texts that a caller may give."""
     return MissionPort(
         name=name,
         type=port.kind.value,
@@ -59,7 +59,7 @@ def port_to_ros(name: str, port: Port) -> MissionPort:
 def snapshot_to_ros(
     nodes: tuple[NodeSnapshot, ...], values: Mapping[str, str], *, changed: bool
 ) -> BehaviourTree:
-    """A tree as the ecosystem's watchers read it, with the keys on the visited path and their values."""
+    """Convert a tree for the ecosystem's watchers, with the keys on the visited path and their values."""
     return BehaviourTree(
         behaviours=[_node_to_ros(node) for node in nodes],
         changed=changed,

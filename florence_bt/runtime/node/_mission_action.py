@@ -63,7 +63,7 @@ class MissionAction:
         self._server.publish_feedback(message)
 
     def on_end(self, run: MissionRun) -> None:
-        """A run has ended; if it is the goal's, its client gets the result."""
+        """Send its client the result if the run that has ended is the goal's."""
         if run.run_id != self.run_id:
             return
         self.run_id = None
@@ -87,7 +87,7 @@ class MissionAction:
 
 
 def execute_result(run: MissionRun | None, replaced: str) -> ExecuteMission.Result:
-    """The result of ``execute_mission``.
+    """Make the result of ``execute_mission``.
 
     Args:
         run: The run; None when it is not known any more.
@@ -130,7 +130,7 @@ class PersonAction:
     skill_type: Any
 
     def input_texts(self, goal: Any) -> list[str]:
-        """The inputs of the mission, in the order of ``units``."""
+        """Return the inputs of the mission, in the order of ``units``."""
         return [f"{getattr(goal, name)!r} {unit}".strip() for name, unit in self.units.items()]
 
 
@@ -192,7 +192,7 @@ class PersonMission:
         node.create_subscription(action.skill_type.Impl.FeedbackMessage, topic, self._on_feedback, RELIABLE)
 
     def on_end(self, run: MissionRun) -> None:
-        """A run has ended; if it is the goal's, its client gets the result."""
+        """Send its client the result if the run that has ended is the goal's."""
         self._goals.on_end(run)
 
     def _start(self, goal: Any) -> tuple[bool, str, str]:
@@ -211,7 +211,7 @@ class PersonMission:
         self._goals.publish_feedback(self._action.type.Feedback(x=x, y=y))
 
     def _result(self, run: MissionRun | None, replaced: str) -> Any:
-        """Where the person was last, and why it ended."""
+        """Return where the person was last, and why it ended."""
         x, y = self._older if replaced else self._person
         result = self._action.type.Result(x=x, y=y, code=run.code if run is not None else "")
         return with_reason(

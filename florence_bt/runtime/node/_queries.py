@@ -92,7 +92,7 @@ class Queries:
         return _filled(response, run, text)
 
     def _past_status(self, run_id: str, response: MissionStatus.Response) -> MissionStatus.Response:
-        """The status of a run that is neither running, waiting nor the last one: what the journal says."""
+        """Return the status of a run that is neither running, waiting nor the last one, from the journal."""
         if not run_id:
             response.tree = status_text(None, "", 0.0, self._missions.warnings())
             return response
@@ -131,7 +131,7 @@ class Queries:
         return response
 
     def _problem(self, mission: Mission) -> str:
-        """Why a mission cannot run, as the check says it."""
+        """Tell why a mission cannot run, as the check says it."""
         errors = [one for one in self._missions.findings_of(mission) if one.severity == ERROR]
         return report_text(errors) if errors else ""
 

@@ -15,7 +15,7 @@ from florence_bt.ros.open_goals import OpenGoal, OpenGoals
 def exclusive_actions(
     skills: Mapping[str, Skill], declarations: Mapping[str, SkillDeclaration]
 ) -> list[ActionSkill]:
-    """The skills whose goals occupy a part of the robot, such as the base; also those of other packages."""
+    """Return the skills whose goals occupy a part of the robot (e.g. its base), of all packages."""
     return [
         skill
         for name, skill in skills.items()
@@ -36,7 +36,7 @@ class RobotGoals:
         self._skills = tuple(skills)
 
     def unowned(self) -> list[OpenGoal]:
-        """Those that belong to no run of a mission."""
+        """Return those that belong to no run of a mission."""
         owned = {goal_id for skill in self._skills for goal_id in skill.goal_ids()}
         return [goal for goal in self._goals.open() if goal.goal_id not in owned]
 

@@ -94,7 +94,7 @@ class MissionNode(FlorenceNode):
         self._recover(safety)
 
     def _build_executor(self) -> None:
-        """What runs missions and keeps a record of them."""
+        """Build what runs missions and keeps a record of them."""
         runs_folder = Path(self._settings.runs_folder)
         self._journal = Journal(
             runs_folder,
@@ -127,7 +127,7 @@ class MissionNode(FlorenceNode):
         self.on_close(recorder.close)
 
     def _serve(self) -> None:
-        """The services, the action and the topics."""
+        """Open the services, the action and the topics."""
         runs_folder = Path(self._settings.runs_folder)
         self._triggers = Triggers(self, self._missions, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
@@ -156,7 +156,7 @@ class MissionNode(FlorenceNode):
             self._recovery.begin(safety.make_safe, self._still_booting, lambda: self._controls.last_override)
 
     def missing(self) -> list[str]:
-        """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""
+        """Return what is missing, for people: servers of the robot's skills, and safety after a crash."""
         unseen = self._missing_servers()
         return [*unseen, "what a crash left"] if self._recovery.going_on else unseen
 
@@ -169,7 +169,7 @@ class MissionNode(FlorenceNode):
         return [skill.label for skill in needed if not skill.server_is_there()]
 
     def _still_booting(self) -> list[str]:
-        """What a mission that goes on after a crash needs; the odometry is part of the pose."""
+        """Return what a mission that goes on after a crash needs; the odometry is part of the pose."""
         missing = [*self._missing_servers(), *self._controls.missing_override()]
         return missing if self._robot_pose() is not None else [*missing, "the robot's pose"]
 
@@ -215,7 +215,7 @@ class MissionNode(FlorenceNode):
             self._on_recorded(record)
 
     def _robot_pose(self) -> Pose2 | None:
-        """Where the robot is, for the record. Transforms are listened to only while a mission runs."""
+        """Return where the robot is, for the record. Transforms are listened to only while a mission runs."""
         if self._tf is None:
             self._tf = TransformListener(self)
         try:

@@ -46,7 +46,7 @@ class RunTopics:
         self._state.publish(RunState(state="IDLE"))
 
     def after_tick(self, run: MissionRun) -> None:
-        """The tree may read differently: publish it now, or soon when that was done a moment ago."""
+        """Publish the tree, which may read differently, now, or soon if that was done a moment ago."""
         now = self._node.steady.now()
         if now >= self._next:
             self._publish_tree(run)
@@ -54,7 +54,7 @@ class RunTopics:
             self._later = self._node.steady.call_at(self._next, self._publish_later)
 
     def on_event(self, run: MissionRun, event: RunEvent) -> None:
-        """Something happened to a run."""
+        """Publish what happened to a run."""
         current = self._missions.current
         if event.kind in _QUEUE_EVENTS and current is not None and current is not run:
             # A run that waits; the last message is about the one that runs.

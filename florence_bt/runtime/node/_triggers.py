@@ -94,12 +94,12 @@ class Triggers:
         self._node.call_soon(self.sync)
 
     def publish_feedback(self, run: MissionRun, tip: str, tree: str) -> None:
-        """Feedback for the client of the action, if this is its run."""
+        """Publish feedback for the client of the action, if this is its run."""
         if run.run_id == self._execute.run_id:
             self._execute.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
 
     def on_end(self, run: MissionRun) -> None:
-        """A run has ended; the client of an action gets the result if the run is its own."""
+        """Send the result of a run that has ended, if it belongs to the client of an action."""
         self._execute.on_end(run)
         for action in self._with_person:
             action.on_end(run)
@@ -172,5 +172,5 @@ class Triggers:
 
 
 def _short(text: str) -> str:
-    """What a stranger sent, for the log."""
+    """Shorten what a stranger sent, for the log."""
     return text if len(text) <= 100 else f"{text[:100]}..."

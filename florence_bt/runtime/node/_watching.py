@@ -73,7 +73,7 @@ class Watching:
             self._show()
 
     def _is_wanted(self, tree: CompiledTree, *, at_an_end: bool) -> bool:
-        """Whether the topic has to show the tree.
+        """Tell whether the topic has to show the tree.
 
         Without a listener only that a tree begins or has ended, so that no tree of an earlier run is latched.
         """

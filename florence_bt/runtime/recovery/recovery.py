@@ -72,7 +72,7 @@ def _nothing_moves() -> SkillRun:
 
 
 def _never() -> None:
-    """Nobody has taken the robot over."""
+    """Return None: nobody has taken the robot over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class LeftRun:
     events: tuple[JournaledEvent, ...]
 
     def has(self, kind: EventKind) -> bool:
-        """Whether something of a kind happened in it."""
+        """Tell whether something of a kind happened in it."""
         return any(event.kind == kind.value for event in self.events)
 
     @property
@@ -92,7 +92,7 @@ class LeftRun:
         return self.row.reason if self.row.state == RunStatus.PAUSED.value else ""
 
     def accepted_after(self, date: datetime) -> bool:
-        """Whether it was triggered after a date; not when its own date is damaged."""
+        """Tell whether it was triggered after a date; not when its own date is damaged."""
         try:
             return datetime.fromisoformat(self.row.accepted) > date
         except (ValueError, TypeError):
@@ -198,7 +198,7 @@ class Recovery:
         raise RequestRefused("after a crash there is no such run that could be paused; florence runs has all")
 
     def _paused(self) -> str:
-        """Why the run that had the robot was paused, or shall be when it comes back; empty when not."""
+        """Tell why the run that had the robot was paused, or shall be when it comes back; empty when not."""
         return next((each.paused for each in self._past if each.paused), self._pause_asked)
 
     def _something_left(self) -> bool:
@@ -227,7 +227,7 @@ class Recovery:
         return bool(self._past)
 
     def _age_problem(self, written: str) -> str:
-        """Why runs are not recovered because of the date of the last entry; empty when it is fresh."""
+        """Tell why runs are not recovered because of the date of the last entry; empty when it is fresh."""
         if self._fresh_s == inf:
             return ""
         try:
@@ -275,7 +275,7 @@ class Recovery:
         self._recover_runs(unsafe)
 
     def _given_up(self, past: LeftRun) -> str:
-        """Why a run does not go on, whatever becomes of the robot; empty when it may."""
+        """Tell why a run does not go on, whatever becomes of the robot; empty when it may."""
         if self._too_old:
             return f"{self._too_old}; {_again(past)}"
         if past.has(EventKind.STOP_ASKED):
@@ -399,12 +399,12 @@ class Recovery:
         self._notify(f"{run.run_id} {word} after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
 
     def _continued(self, past: LeftRun) -> MissionRun:
-        """The run as it began; what happens in it from now on comes behind what the journal has."""
+        """Return the run as it began; what happens in it from now on comes behind what the journal has."""
         self._journal.continue_run(past.row.run_id, past.events[-1].seq if past.events else 0)
         return self._run_of(past)
 
     def _run_of(self, past: LeftRun) -> MissionRun:
-        """The run as it began, with inputs of the types that its mission declares."""
+        """Return the run as it began, with inputs of the types that its mission declares."""
         row = past.row
         mission = self._executor.library.find(row.mission)
         inputs = row.typed_inputs(mission)

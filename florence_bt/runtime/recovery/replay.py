@@ -46,7 +46,7 @@ class ReplayDiverged(FlorenceError):
 
 @dataclass
 class Replayed:
-    """Where a replay ended.
+    """The end of a replay.
 
     Attributes:
         tree: The run's tree, paused at the last recorded moment; or over. When all that was left of the run
@@ -161,7 +161,7 @@ class _Replay:
         return Replayed(self._tree, self._over)
 
     def _let_go(self) -> None:
-        """Nothing goes on in a robot whose process has died: nobody need wait for the end of a run."""
+        """Let go of what ran: its process has died, so nobody need wait for the end of a run."""
         for skill in self._skills.values():
             skill.let_go()
         if self._run.status is RunStatus.ENDING:
@@ -214,7 +214,7 @@ class _Replay:
             raise ReplayDiverged(_difference(first.tick, wanted, done))
 
     def _asked_in_background(self, compared: Sequence[JournaledEvent]) -> Iterator[WatchedSkill]:
-        """The watched skills that were asked again in a tick before the tree came to them.
+        """Yield the watched skills that were asked again in a tick before the tree came to them.
 
         These questions come first, in the order of the tree. A node that began to run after other starts has
         started its skill itself, in its turn.
@@ -289,7 +289,7 @@ class _RecordedSkill:
         self._open: list[_RecordedRun] = []
 
     def start(self, inputs: Inputs) -> _RecordedRun:
-        """The next recorded run; one that never ends when the journal has no more."""
+        """Start the next recorded run; one that never ends when the journal has no more."""
         record = self.records[self._starts] if self._starts < len(self.records) else _Recorded()
         self._starts += 1
         run = _RecordedRun(record, self._mission)
@@ -297,7 +297,7 @@ class _RecordedSkill:
         return run
 
     def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
-        """Like a skill that reports changes: no timer asks it again, but the journal."""
+        """Do nothing: the journal reports changes, and no timer asks again."""
         return lambda: None
 
     def release(self, tick: int) -> None:
@@ -325,7 +325,7 @@ class _RecordedRun:
     left: bool = False
 
     def poll(self) -> Result | None:
-        """The recorded result, from the recorded tick on."""
+        """Return the recorded result, from the recorded tick on."""
         if self._has_ended_by(self.mission.ticks):
             self.result = self.record.result
         return self.result
@@ -395,7 +395,7 @@ def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
 
 @dataclass(frozen=True, slots=True)
 class _BetweenTicks:
-    """What clean-ups did between two ticks of the tree; indices of events.
+    """The starts and ends of clean-ups between two ticks of the tree; indices of events.
 
     Attributes:
         starts: Starts of skills.
@@ -425,7 +425,7 @@ def _between_ticks(events: Sequence[JournaledEvent], last_change: dict[int, int]
 
 
 def _starts_beside(events: Sequence[JournaledEvent]) -> set[int]:
-    """The starts of skills below the node of a clean-up, from its beginning to its end."""
+    """Return the starts of skills below the node of a clean-up, from its beginning to its end."""
     going: list[str] = []
     found = set()
     for index, event in enumerate(events):
@@ -441,7 +441,7 @@ def _starts_beside(events: Sequence[JournaledEvent]) -> set[int]:
 
 
 def _ends_after_leaving(events: Sequence[JournaledEvent], last_change: Mapping[int, int]) -> frozenset[int]:
-    """The ends of skills that came only after their nodes had left them.
+    """Return the ends of skills that came only after their nodes had left them.
 
     Args:
         events: Everything that the journal has of a run.
@@ -463,7 +463,7 @@ def _ends_after_leaving(events: Sequence[JournaledEvent], last_change: Mapping[i
 
 
 def _answered(events: Sequence[JournaledEvent]) -> set[tuple[int, str]]:
-    """Every tick and node in which the node ended by itself."""
+    """Return every tick and node in which the node ended by itself."""
     ends = (Status.SUCCESS.value, Status.FAILURE.value)
     return {
         (event.tick, event.node)
@@ -473,7 +473,7 @@ def _answered(events: Sequence[JournaledEvent]) -> set[tuple[int, str]]:
 
 
 def _left_before(events: Sequence[JournaledEvent]) -> dict[int, int]:
-    """The end of a skill -> when its node was left the last time before; indices of events, or -1."""
+    """Map each end of a skill to the last time before that its node was left; indices of events, or -1."""
     left: dict[str, int] = {}
     found = {}
     for index, event in enumerate(events):

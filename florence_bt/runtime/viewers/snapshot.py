@@ -25,7 +25,7 @@ WITH_MEMORY = "WithMemory"
 
 
 class NodeType(enum.IntEnum):
-    """What a node is, for a watcher that draws it."""
+    """The types of nodes, for a watcher that draws them."""
 
     BEHAVIOUR = 1
     SEQUENCE = 2
@@ -108,7 +108,7 @@ def snapshot_of(
 
 
 def active_nodes(root: Behaviour, before: Mapping[uuid.UUID, Status]) -> Iterator[uuid.UUID]:
-    """The nodes on the path that the last tick went."""
+    """Yield the nodes on the path that the last tick went."""
     if root.status is Status.INVALID:
         return
     yield root.id
@@ -120,12 +120,12 @@ def active_nodes(root: Behaviour, before: Mapping[uuid.UUID, Status]) -> Iterato
 
 
 def statuses(root: Behaviour) -> dict[uuid.UUID, Status]:
-    """The status of every node by its id, for the next :func:`snapshot_of`."""
+    """Return the status of every node by its id, for the next :func:`snapshot_of`."""
     return {node.id: node.status for node in _parents_first(root)}
 
 
 def type_of(node: Behaviour) -> NodeType:
-    """What a node is drawn as.
+    """Return what a node is drawn as.
 
     A watcher rebuilds the tree from its own classes and knows five. Composites of ours that choose among
     their children are selectors to it, those that do one after the other are sequences.
@@ -142,7 +142,7 @@ def type_of(node: Behaviour) -> NodeType:
 
 
 def detail_of(node: Behaviour) -> str:
-    """The detail that a watcher shows beside the type."""
+    """Return the detail that a watcher shows beside the type."""
     if isinstance(node, Parallel):
         policy = type(node.policy).__name__.removeprefix("Success")
         chosen = getattr(node.policy, "children", None)

@@ -43,7 +43,7 @@ class Variables:
         return not any(node.reached for node in self.unreached)
 
     def values_of(self, names: Iterable[str]) -> dict[str, str]:
-        """The values of some keys as texts; of those that have none, :data:`UNSET`."""
+        """Return the values of some keys as texts; of those that have none, :data:`UNSET`."""
         values = {
             f"{prefix}{key}": store.shown(key, value)
             for prefix, store in self.stores.items()
@@ -52,7 +52,7 @@ class Variables:
         return {name: values.get(name, UNSET) for name in names}
 
     def used_by(self, nodes: Iterable[uuid.UUID]) -> list[str]:
-        """The keys that some nodes use, in alphabetical order."""
+        """Return the keys that some nodes use, in alphabetical order."""
         return sorted({name for node in nodes for name, _ in self.accesses.get(node, ())})
 
 
@@ -73,7 +73,7 @@ def variables_of(tree: CompiledTree) -> Variables:
 
 
 def _with_scopes(node: Behaviour, scope: str, path: str) -> Iterator[tuple[Behaviour, str, str]]:
-    """Every node with the prefix of the keys that it works on, and that of its caller's for a call."""
+    """Yield every node with the prefix of the keys that it works on, and that of its caller's for a call."""
     outer = scope
     if isinstance(node, CallMission):
         # A call without a name of its own is titled "run MISSION".

@@ -73,7 +73,7 @@ class CreateEmulator:
         self._handlers = self._make_handlers()
 
     def _make_handlers(self) -> dict[int, tuple[Mode, Handler]]:
-        """Opcode -> the lowest mode that obeys it, and what it does."""
+        """Map each opcode to the lowest mode that obeys it, and what it does."""
         off, passive, safe = Mode.OFF, Mode.PASSIVE, Mode.SAFE
         common: dict[int, tuple[Mode, Handler]] = {
             7: (off, self._reset),
@@ -191,7 +191,7 @@ class CreateEmulator:
             self._protect()
 
     def next_frame(self) -> float | None:
-        """When :meth:`poll` has the next frame of the stream; None while nothing is streamed."""
+        """Return when :meth:`poll` has the next frame of the stream; None while nothing is streamed."""
         return self._stream.next_due
 
     def poll(self, now: float) -> bytes:
@@ -267,7 +267,7 @@ class CreateEmulator:
         self._commands.clear()
 
     def _protect(self) -> None:
-        """Safe mode's automatic way to Passive (REFERENCE 1.2).
+        """Enter Passive as Safe mode does by itself (REFERENCE 1.2).
 
         The plug of the charger allows no Safe mode at all; the dock ends it on arrival, and can be left.
         """
@@ -395,19 +395,19 @@ class BootLoader:
         self._waiting = [(now + after_s, text) for after_s, text in self._texts]
 
     def stop(self) -> None:
-        """The power went."""
+        """Stop, as the power went."""
         self._end = None
         self._waiting = []
 
     def ends(self, now: float) -> bool:
-        """Whether it has come to its end by now; true once."""
+        """Tell whether it has come to its end by now; true once."""
         over = self._end is not None and now >= self._end
         if over:
             self._end = None
         return over
 
     def take(self, now: float) -> bytes:
-        """What it has printed since the last call."""
+        """Return what it has printed since the last call."""
         due = [text for when, text in self._waiting if now >= when]
         self._waiting = self._waiting[len(due) :]
         return b"".join(due)
@@ -471,7 +471,7 @@ class FrameStream:
         self._paused = False
 
     def take(self, now: float) -> bytes:
-        """The frame that is due by now, or nothing."""
+        """Return the frame that is due by now, or nothing."""
         late = now - self._next
         if not self.running or late < -TIME_TOLERANCE_S:
             return b""
@@ -508,7 +508,7 @@ BACK_S, TURN_S = 0.5, 1.5
 
 
 def wheels_on_arc(velocity: int, radius: int, separation_mm: float) -> tuple[int, int]:
-    """Left and right speed in mm/s for the Drive command.
+    """Return the left and right speed in mm/s for the Drive command.
 
     Args:
         velocity: mm/s.
@@ -526,7 +526,7 @@ def wheels_on_arc(velocity: int, radius: int, separation_mm: float) -> tuple[int
 
 
 def cliff_matters(left: int, right: int, separation_mm: float) -> bool:
-    """Whether Safe mode stops at a cliff: driving forward, or backward around a point within the robot."""
+    """Tell whether Safe mode stops at a cliff: forward, or backward around a point within the robot."""
     if left + right >= 0:
         return left + right > 0
     radius = separation_mm / 2.0 * abs(left + right) / max(1, abs(right - left))
@@ -541,7 +541,7 @@ class Demo:
         self._bumped: float | None = None
 
     def wheels(self, now: float, *, bumped: bool, docked: bool) -> tuple[int, int] | None:
-        """Left and right speed in mm/s now; None when the behaviour is over.
+        """Return the left and right speed in mm/s now; None when the behaviour is over.
 
         Args:
             now: Seconds.
@@ -555,7 +555,7 @@ class Demo:
         return 0, 0
 
     def _cover(self, now: float, bumped: bool) -> tuple[int, int]:
-        """Straight on; back and turn away from what is hit."""
+        """Drive straight on; back and turn away from what is hit."""
         if bumped:
             self._bumped = now
         since = None if self._bumped is None else now - self._bumped

@@ -20,7 +20,7 @@ MOTOR_MA_PER_MMPS = 0.6
 
 
 def clamp(value: int, limit: int) -> int:
-    """A number within +-limit."""
+    """Clamp a number within +-limit."""
     return max(-limit, min(limit, value))
 
 
@@ -34,7 +34,7 @@ class Mode(enum.IntEnum):
 
 
 class Body:
-    """Everything of the base but its serial interface.
+    """The base but for its serial interface.
 
     Attributes:
         model: Which base.
@@ -70,7 +70,7 @@ class Body:
         self._readers = self._make_readers()
 
     def restart(self) -> None:
-        """Begin like at power-on: the outputs are high for a while, and everything counts from nothing."""
+        """Begin as at power-on: the outputs are high for a while, and everything counts from nothing."""
         self.digital_outputs = 7
         self.leds = (0, 0, 0)
         self.songs.forget()
@@ -100,33 +100,33 @@ class Body:
         self._plant.set_wheels(self.wheels[0] / 1000.0, self.wheels[1] / 1000.0)
 
     def distance_mm(self) -> float:
-        """How far the base has gone since the start."""
+        """Return how far the base has gone since the start."""
         left, right = self._plant.travel()
         return 500.0 * (left + right)
 
     def angle_deg(self) -> float:
-        """How far it has turned since the start, counter-clockwise positive."""
+        """Return how far it has turned since the start, counter-clockwise positive."""
         left, right = self._plant.travel()
         return math.degrees(1000.0 * (right - left) / self.model.wheel_separation_mm)
 
     def bumpers(self) -> tuple[bool, bool]:
-        """Whether the left and the right bumper are pressed."""
+        """Tell whether the left and the right bumper are pressed."""
         left, right = self._plant.bumpers()
         return left or self.faults.left_bumper, right or self.faults.right_bumper
 
     def pack(self, number: int) -> bytes:
-        """The data of a packet or group as they stand on the wire; none of one that does not exist."""
+        """Return the data of a packet or group as they stand on the wire; none of one that does not exist."""
         return b"".join(
             FORMATS[packet].pack(self.value(packet)) for packet in packets_of(number, self.model) or ()
         )
 
     def value(self, packet: int) -> int:
-        """The count that a packet shows now. Reading distance or angle resets it, whoever reads."""
+        """Return the count that a packet shows now. Reading distance or angle resets it, whoever reads."""
         reader = self._readers.get(packet)
         return reader() if reader is not None else 0
 
     def _make_readers(self) -> dict[int, Callable[[], int]]:
-        """Packet -> what it shows; those that are not here show 0."""
+        """Map each packet to what it shows; those that are missing show 0."""
         faults, battery, songs = self.faults, self.battery, self.songs
         readers: dict[int, Callable[[], int]] = {
             7: self._bumps_and_wheel_drops,
@@ -213,7 +213,7 @@ NO_INFRARED = 255
 
 @dataclass(slots=True)
 class CreateFaults:
-    """What goes wrong and what happens to the robot; set any of it at any time.
+    """The faults and events that befall the robot; set any of it at any time.
 
     Attributes:
         silent: Nothing arrives at the host, what is sent meanwhile is lost; commands are still obeyed.
@@ -384,7 +384,7 @@ class Songs:
         return True
 
     def notes(self, number: int) -> bytes:
-        """Notes and durations of a song, alternating; none when it is not stored."""
+        """Return the notes and durations of a song, alternating; none when it is not stored."""
         return self._notes.get(number, b"")
 
     def play(self, number: int, now: float) -> bool:
@@ -402,7 +402,7 @@ class Songs:
             self._end = None
 
     def forget(self) -> None:
-        """The power went."""
+        """Forget the songs, as the power went."""
         self._notes.clear()
         self._end = None
         self.number = 0

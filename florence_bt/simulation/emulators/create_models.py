@@ -127,7 +127,7 @@ FORMATS: dict[int, struct.Struct] = {
 
 
 def packets_of(number: int, model: EmulatedModel) -> range | None:
-    """The packets that a requested number stands for, or None when the base does not know it."""
+    """Return the packets that a requested number stands for, or None when the base does not know it."""
     if number in model.groups:
         first, last = model.groups[number]
         return range(first, last + 1)
@@ -135,5 +135,5 @@ def packets_of(number: int, model: EmulatedModel) -> range | None:
 
 
 def size_of(number: int, model: EmulatedModel) -> int:
-    """Bytes of data that a requested number brings."""
+    """Return the bytes of data that a requested number brings."""
     return sum(FORMATS[packet].size for packet in packets_of(number, model) or ())

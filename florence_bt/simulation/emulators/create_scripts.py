@@ -44,7 +44,7 @@ class CommandReader:
         self._input.clear()
 
     def take(self) -> bytes | None:
-        """The next whole command, opcode first; None when there is none yet."""
+        """Return the next whole command, opcode first; None when there is none yet."""
         while self._input and self._input[0] not in self._commands:
             self.unknown_bytes += 1
             del self._input[0]
@@ -65,7 +65,7 @@ class CommandReader:
         self._input[:] = b"".join(whole)
 
     def _length(self) -> int | None:
-        """How long the first command is with its opcode; None while its count is not there."""
+        """Return how long the first command is with its opcode; None while its count is not there."""
         arguments = self._commands[self._input[0]]
         if arguments == COUNTED:
             return 2 + self._input[1] if len(self._input) > 1 else None
@@ -102,7 +102,7 @@ class WaitCommand:
             body.value(ANGLE)
 
     def is_over(self, now: float) -> bool:
-        """Whether what it waits for has come."""
+        """Tell whether what it waits for has come."""
         if self._opcode == WAIT_TIME:
             return now >= self._end
         gone = self._body.distance_mm() if self._opcode == WAIT_DISTANCE else self._body.angle_deg()

@@ -51,7 +51,7 @@ def pack_depth(raw: NDArray[np.uint16]) -> bytes:
 
 
 def frame_bytes(kind: int, width: int, height: int, timestamp: float, payload: bytes) -> bytes:
-    """A whole frame: header with check sum, payload."""
+    """Return a whole frame: header with checksum, payload."""
     head = _HEAD.pack(b"FKF1", kind, width, height, timestamp, len(payload))
     crc = zlib.crc32(payload, zlib.crc32(head + bytes(4)))
     return head + crc.to_bytes(4, "big") + payload
@@ -59,7 +59,7 @@ def frame_bytes(kind: int, width: int, height: int, timestamp: float, payload: b
 
 @dataclass(slots=True)
 class KinectFaults:
-    """What goes wrong; set it at any time.
+    """The faults; set it at any time.
 
     Attributes:
         silent: No frame is sent, though the connection stays.

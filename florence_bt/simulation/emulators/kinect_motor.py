@@ -27,7 +27,7 @@ UNKNOWN_ANGLE = -128
 
 @dataclass(slots=True)
 class MotorFaults:
-    """What goes wrong; set it at any time.
+    """The faults; set it at any time.
 
     Attributes:
         unplugged: The device is not on the bus; what was open fails.
@@ -79,11 +79,11 @@ class KinectMotorBackend(usb.backend.IBackend):
         return abs(self.angle - self._to) > 1e-9
 
     def enumerate_devices(self) -> Iterator[int]:
-        """The products on the bus."""
+        """Iterate over the products on the bus."""
         return iter(() if self.faults.unplugged else self.faults.products)
 
     def get_device_descriptor(self, dev: int) -> SimpleNamespace:
-        """The descriptor of a product, as pyusb reads it."""
+        """Return the descriptor of a product, as pyusb reads it."""
         return SimpleNamespace(
             bLength=18,
             bDescriptorType=1,
@@ -107,14 +107,14 @@ class KinectMotorBackend(usb.backend.IBackend):
         )
 
     def open_device(self, dev: int) -> int:
-        """A handle of a product."""
+        """Return a handle for a product."""
         self._plugged()
         if self.faults.forbidden:
             raise usb.core.USBError("Access denied (insufficient permissions)", -3, errno.EACCES)
         return dev
 
     def close_device(self, dev_handle: int) -> None:
-        """Nothing is kept open."""
+        """Do nothing: nothing is kept open."""
 
     def ctrl_transfer(
         self,

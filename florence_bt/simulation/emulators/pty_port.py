@@ -76,7 +76,7 @@ class PseudoTerminal:
         return _SPEEDS.get(termios.tcgetattr(self._client)[5])
 
     def fileno(self) -> int:
-        """The device end's file descriptor, for ``select``.
+        """Return the device end's file descriptor, for ``select``.
 
         Raises:
             DeviceLost: The line is closed.
@@ -86,7 +86,7 @@ class PseudoTerminal:
         return self._device
 
     def read(self) -> bytes:
-        """What the client has sent since the last call, often nothing.
+        """Read what the client has sent since the last call, often nothing.
 
         Raises:
             DeviceLost: The line is closed.

@@ -59,7 +59,7 @@ class LaserPlant(Protocol):
     """The world as the scanner sees it."""
 
     def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
-        """Distances of the steps first..last (inclusive) at this moment.
+        """Measure the distances of the steps first..last (inclusive) at this moment.
 
         Returns:
             Shape (last - first + 1,), millimetres; values below DMIN are error codes.
@@ -161,7 +161,7 @@ class ScipEmulator:
         return self._send(self._scan(self._stream, values, started), now)
 
     def next_deadline(self) -> float | None:
-        """When :meth:`poll` has something to do next, or None."""
+        """Return when :meth:`poll` has something to do next, or None."""
         slow = self._line.next_time()
         if self._stream is None:
             return slow
@@ -192,14 +192,14 @@ class ScipEmulator:
         return steps * self._period / self._model.number("ARES")
 
     def _moments(self, stream: ScanRequest) -> tuple[float, float]:
-        """When the beam looks ahead (or ends, should that be earlier), and when the last step has passed."""
+        """Return when the beam looks ahead (or the scan ends, if earlier), and when the last step is over."""
         done = self._turn_start + self._sweep(stream.last + 1)
         return min(self._turn_start + self._sweep(self._model.number("AFRT")), done), done
 
     # --- measuring --------------------------------------------------------------------------------------
 
     def _measure(self, wanted: ScanRequest) -> NDArray[np.int32]:
-        """The values of a window; steps outside of AMIN..AMAX count as not measurable."""
+        """Return the values of a window; steps outside of AMIN..AMAX count as not measurable."""
         first = max(wanted.first, self._model.number("AMIN"))
         last = min(wanted.last, self._model.number("AMAX"))
         values = np.full(wanted.last - wanted.first + 1, self._model.no_measurement, np.int32)
@@ -276,7 +276,7 @@ class ScipEmulator:
         return answer
 
     def _answer_scip1(self, line: str) -> bytes:
-        """SCIP 1.1, whose statuses are one character without a sum: who it is, and the way to SCIP 2.0."""
+        """Answer in SCIP 1.1 (one-character statuses without sum): who it is, and the way to SCIP 2.0."""
         lines: list[str] = []
         status = "0"
         if line == "SCIP2.0":
@@ -319,7 +319,7 @@ class ScipEmulator:
         return "00"
 
     def _single(self, letters: str, arguments: str, now: float) -> tuple[str, list[str]]:
-        """One scan at once; the real sensor lets the turn end first."""
+        """Measure one scan at once; the real sensor lets the turn end first."""
         wanted = parse_measurement(letters, arguments, self._model.outermost_step)
         if isinstance(wanted, str):
             return wanted, []
@@ -332,7 +332,7 @@ class ScipEmulator:
     # --- settings, timer and state ----------------------------------------------------------------------
 
     def timer(self, now: float) -> int:
-        """The timer: milliseconds, 24 bits."""
+        """Return the timer in milliseconds, 24 bits."""
         frozen = self.faults.frozen_timer_ms
         if frozen is not None:
             return frozen
@@ -345,11 +345,11 @@ class ScipEmulator:
 
     @property
     def bit_rate(self) -> int:
-        """Bits a second of its RS-232 line."""
+        """Bits per second of its RS-232 line."""
         return int(self._bit_rate)
 
     def _objection(self, letters: str, arguments: str, note: str) -> str | None:
-        """The status that refuses a command, None when there is nothing against it."""
+        """Return the status that refuses a command, None when there is nothing against it."""
         length = ARGUMENT_LENGTHS.get(letters)
         known = letters in self._model.commands
         if len(note) > LONGEST_NOTE:
@@ -405,7 +405,7 @@ class ScipEmulator:
         return "00", []
 
     def _reset(self, now: float, keep_speeds: bool = False) -> None:
-        """RT is the UTM's reset that leaves the speeds of motor and line."""
+        """Reset; RT is the UTM's reset, which leaves the speeds of motor and line as they are."""
         self._time_mode = False
         self._asleep = False
         self._sensitive = False
@@ -415,7 +415,7 @@ class ScipEmulator:
             self._bit_rate = BIT_RATES[0]
 
     def _information(self, now: float) -> dict[str, str]:
-        """The fields of II, in the words of the sensors whose replies are published.
+        """Return the fields of II, in the words of the sensors whose replies are published.
 
         The MESM of a UTM is made up of the answer to %ST.
         """
@@ -441,12 +441,12 @@ class ScipEmulator:
         return self._model.healthy if stat is None else stat
 
     def _speed(self) -> str:
-        """SCSP: the usual speed, or how much slower it is; hosts such as hokuyoaist read both."""
+        """Return SCSP: the usual speed, or how much slower it is; hosts such as hokuyoaist read both."""
         rpm = f"({round(60.0 / self._period)}[rpm])"
         return f"{self._slowness}%down{rpm}" if self._slowness else f"Initial{rpm}{BY_DEFAULT}"
 
     def _state_code(self) -> str:
-        """Standby, time adjustment, sleep, single scan or multi scan."""
+        """Return the code of standby, time adjustment, sleep, single scan or multi scan."""
         if self._time_mode:
             return "002"
         if self._asleep:
@@ -464,7 +464,7 @@ class ScipEmulator:
         return "00"
 
     def _restart(self, now: float) -> str:
-        """The first RB is answered 01; the second in a row restarts."""
+        """Restart at the second RB in a row; the first is answered 01."""
         if not self._restart_asked:
             self._restart_asked = True
             return "01"
@@ -491,7 +491,7 @@ class ScipEmulator:
                 return "01", []
 
     def _set_bit_rate(self, digits: str) -> str:
-        """Counts from the next command on; over USB and TCP it has no effect."""
+        """Set the bit rate, which counts from the next command on; over USB and TCP it has no effect."""
         if not digits.isdecimal():
             return "01"
         if digits not in BIT_RATES:
@@ -548,20 +548,20 @@ class SlowLine:
             self._waiting.append((self._free, bytes([byte])))
 
     def take(self, now: float) -> bytes:
-        """What leaves now."""
+        """Return what leaves now."""
         out = []
         while self._waiting and self._waiting[0][0] <= now:
             out.append(self._waiting.popleft()[1])
         return b"".join(out)
 
     def take_all(self) -> bytes:
-        """Everything that waits: the line is fast again."""
+        """Return everything that waits: the line is fast again."""
         out = b"".join(data for _, data in self._waiting)
         self.clear()
         return out
 
     def next_time(self) -> float | None:
-        """When something leaves next, or None."""
+        """Return when something leaves next, or None."""
         return self._waiting[0][0] if self._waiting else None
 
     def clear(self) -> None:
@@ -571,11 +571,11 @@ class SlowLine:
 
 
 def group(values: NDArray[np.int32], cluster: int, minimum_mm: int) -> NDArray[np.int32]:
-    """The smallest valid value of each group; a group without one gives its smallest code.
+    """Return the smallest valid value of each group; a group without one gives its smallest code.
 
     Args:
         values: Shape (n,), millimetres or error codes.
-        cluster: Steps a group; 0 and 1 both mean one.
+        cluster: Steps per group; 0 and 1 both mean one.
         minimum_mm: DMIN; smaller values are codes.
 
     Returns:
@@ -592,7 +592,7 @@ def group(values: NDArray[np.int32], cluster: int, minimum_mm: int) -> NDArray[n
 
 
 def with_intensities(values: NDArray[np.int32], minimum_mm: int) -> NDArray[np.int32]:
-    """Each distance followed by an intensity, as ME and GE send them.
+    """Add an intensity to each distance, as ME and GE send them.
 
     No manual gives the scale. Here a white wall at 1 m gives 4000, falling with the distance; a step without
     a distance gives 0.
@@ -612,41 +612,41 @@ SECOND_ECHO_MM = 500
 
 
 def summed(line: str) -> str:
-    """A line with its check character: the low six bits of the sum of its bytes, plus 0x30."""
+    """Add its check character to a line: the low six bits of the sum of its bytes, plus 0x30."""
     return line + chr((sum(line.encode("latin-1")) & 0x3F) + 0x30)
 
 
 def encode_number(value: int, width: int) -> str:
-    """A number as ``width`` characters of six bits, most significant first."""
+    """Encode a number as ``width`` characters of six bits, most significant first."""
     return "".join(chr(((value >> (6 * place)) & 0x3F) + 0x30) for place in reversed(range(width)))
 
 
 def encode_numbers(values: NDArray[np.int32], width: int) -> str:
-    """Many numbers in a row, as :func:`encode_number`."""
+    """Encode many numbers in a row, each as by :func:`encode_number`."""
     shifts = np.arange(6 * (width - 1), -1, -6)
     digits = ((values[:, np.newaxis] >> shifts) & 0x3F) + 0x30
     return digits.astype(np.uint8).tobytes().decode("ascii")
 
 
 def reply(echo: str, status: str, lines: Iterable[str] = ()) -> bytes:
-    """A whole reply: echo, status with its sum, lines that are ready to send, a blank line."""
+    """Write a whole reply: echo, status with its sum, lines that are ready to send, a blank line."""
     return "\n".join([echo, summed(status), *lines, "", ""]).encode("latin-1")
 
 
 def information_lines(fields: Mapping[str, str]) -> list[str]:
-    """The lines of VV, PP and II: the check character is that of the text before the semicolon."""
+    """Return the lines of VV, PP and II: the check character is that of the text before the semicolon."""
     return [f"{text};{summed(text)[-1]}" for text in (f"{tag}:{value}" for tag, value in fields.items())]
 
 
 def encode_echoes(values: NDArray[np.int32], numbers: int, minimum_mm: int) -> str:
-    """Every echo of each step: what follows an ampersand belongs to the step before it.
+    """Encode every echo of each step: what follows an ampersand belongs to the step before it.
 
     Each tenth step that measures something has a second echo half a metre behind the first, as of a pane of
     glass; the world itself has one distance a step.
 
     Args:
         values: Shape (steps * numbers,).
-        numbers: Numbers an echo: 1, or 2 with intensities.
+        numbers: Numbers per echo: 1, or 2 with intensities.
         minimum_mm: DMIN; smaller distances are codes.
     """
     echoes = []
@@ -660,11 +660,11 @@ def encode_echoes(values: NDArray[np.int32], numbers: int, minimum_mm: int) -> s
 
 
 def scan_lines(timestamp_ms: int, text: str) -> list[str]:
-    """The time stamp and the encoded values in lines of at most 64 characters."""
+    """Return the time stamp and the encoded values in lines of at most 64 characters."""
     blocks = [text[start : start + DATA_LINE] for start in range(0, len(text), DATA_LINE)]
     return [summed(encode_number(timestamp_ms, 4)), *map(summed, blocks)]
 
 
 def spoil_last_sum(data: bytes) -> bytes:
-    """A reply with another check character in its last line, which stands before the two closing LF."""
+    """Spoil the check character of a reply's last line, which stands before the two closing LF."""
     return data[:-3] + bytes([0x30 + (data[-3] - 0x30 + 1) % 64]) + data[-2:]

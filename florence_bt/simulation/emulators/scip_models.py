@@ -46,7 +46,7 @@ class ScannerModel:
     denies_time_mode: bool = False
 
     def number(self, tag: str) -> int:
-        """A numeric field of PP."""
+        """Return a numeric field of PP."""
         return int(self.parameters[tag])
 
 
@@ -141,7 +141,7 @@ MODELS = {model.name: model for model in (URG_04LX, UTM_30LX, UTM_30LX_EW, UST_1
 
 @dataclass(slots=True)
 class ScipFaults:
-    """What goes wrong; set it at any time.
+    """The faults; set it at any time.
 
     Attributes:
         silent: Nothing leaves the scanner, though it goes on working.
@@ -178,7 +178,7 @@ class ScipFaults:
 
 @dataclass(frozen=True, slots=True)
 class ScanRequest:
-    """What a measurement command asks for.
+    """The arguments of a measurement command.
 
     Attributes:
         first: First step.

@@ -12,7 +12,7 @@ from florence_bt.core.transforms import Transform3
 
 @dataclass(frozen=True, slots=True)
 class HardwareMounts:
-    """Where the sensors sit on the robot.
+    """The places of the sensors on the robot.
 
     Attributes:
         laser: base_footprint from the laser's frame.
@@ -25,7 +25,7 @@ class HardwareMounts:
 
 @dataclass(frozen=True, slots=True)
 class HardwareSettings(CheckedParameters):
-    """Where the ports appear, and how often the Kinect gives a frame.
+    """The settings of the hardware: the folder of the ports, and how often the Kinect gives a frame.
 
     Attributes:
         folder: Holds the links ``create`` and ``hokuyo`` to the pseudo-terminals and the socket ``kinect``.

@@ -115,7 +115,7 @@ class HardwareServer:
         return self.world.wheels, self.world.moving
 
     def truth(self) -> Mapping[str, Any]:
-        """What is really so, for judging a run; no part of the robot may use it."""
+        """Return what is true, for judging a run; no part of the robot may use it."""
         robot = self.world.robot_pose
         wheels, moving = self.motion
         return {

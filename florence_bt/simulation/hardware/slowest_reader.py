@@ -11,7 +11,7 @@ import threading
 
 
 class SlowestReader:
-    """How far the reader has come; updated on one thread and queried on another.
+    """The progress of the slowest reader; updated on one thread and queried on another.
 
     A reader that has nothing more to say at the lag where it is waited for is always behind by so much, or is
     gone. That lag is then taken for granted until it has been smaller, so that time never crawls.
@@ -30,7 +30,7 @@ class SlowestReader:
         self._granted = 0.0
 
     def received(self, stamp: float, wall: float) -> None:
-        """What it made of the hardware's data of a moment has come; the same moment again is not progress.
+        """Note that it has used the hardware's data of a moment; the same moment again is not progress.
 
         Args:
             stamp: Simulated seconds of that moment.
@@ -41,7 +41,7 @@ class SlowestReader:
                 self._reached, self._received_at = stamp, wall
 
     def is_behind(self, time: float, wall: float) -> bool:
-        """Whether the simulated time has to wait.
+        """Tell whether the simulated time has to wait.
 
         Args:
             time: Simulated seconds when the hardware spoke last; what was not said is not waited for.

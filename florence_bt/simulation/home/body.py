@@ -53,7 +53,7 @@ class BodyPart:
     turn: float = 0.0
 
     def seen_from_above(self) -> tuple[float, float]:
-        """Half of its sides along and across ``turn``, metres."""
+        """Return half of its sides along and across ``turn``, metres."""
         half_x, half_y = self.size if len(self.size) == 2 else (self.size[0], self.size[0])
         if self.shape == "sphere":
             return half_x, half_y
@@ -62,7 +62,7 @@ class BodyPart:
 
 
 def body_parts(spec: PersonSpec) -> tuple[BodyPart, ...]:
-    """The body of a person.
+    """Build the parts of the body of a person.
 
     Of somebody who stands it stays, below 0.6 m, within 0.18 m (sitting: 0.2 m) of the middle.
     """
@@ -80,12 +80,12 @@ def body_parts(spec: PersonSpec) -> tuple[BodyPart, ...]:
 
 
 def _build(height: float) -> float:
-    """A child's breadth as a part of an adult's."""
+    """Return a child's breadth as a part of an adult's."""
     return min(1.0, height / 1.6)
 
 
 def _limb(start: Point, end: Point, radius: float, colour: Colour) -> BodyPart:
-    """A cylinder between two points."""
+    """Make a cylinder between two points."""
     length = math.dist(start, end)
     x, y, z = ((a + b) / 2 for a, b in zip(start, end, strict=True))
     dx, dy, dz = (b - a for a, b in zip(start, end, strict=True))
@@ -131,7 +131,7 @@ def _upright(spec: PersonSpec) -> Iterator[BodyPart]:
 
 
 def _hands(spec: PersonSpec) -> Point | None:
-    """Where both hands hold something before the body (y of the left one), None when they hang."""
+    """Return where both hands hold something before the body (y of the left one), None when they hang."""
     if spec.aid == "rollator":
         return 0.26, 0.24, min(0.9, 0.55 * spec.height)
     return (0.26, 0.2, _hip(spec) + 0.12) if spec.load == "box" else None
@@ -156,7 +156,7 @@ def _sitting(shirt: Colour) -> Iterator[BodyPart]:
 
 
 def _leaning(spec: PersonSpec) -> Iterator[BodyPart]:
-    """Bent forward over something, the arms hanging."""
+    """Build a person who bends forward over something, the arms hanging."""
     hip, build, lean = _hip(spec), _build(spec.height), 0.38
     trunk = 0.36 * spec.height
     yield from _legs(spec)
@@ -169,19 +169,19 @@ def _leaning(spec: PersonSpec) -> Iterator[BodyPart]:
 
 
 def _trunk(hip: float, length: float, lean: float, build: float, shirt: Colour) -> BodyPart:
-    """A trunk that leans about the hips, which are at x = 0."""
+    """Make a trunk that leans about the hips, which are at x = 0."""
     x, middle = length / 2 * math.sin(lean), hip + length / 2 * math.cos(lean)
     half = (0.11 * build, 0.16 * build)
     return BodyPart("box", x, 0.0, middle - length / 2, middle + length / 2, half, shirt, tilt=lean)
 
 
 def knee_reach(height: float) -> float:
-    """How far the knees of somebody who sits are before the hips, metres."""
+    """Return how far the knees of somebody who sits are before the hips, metres."""
     return 0.42 * height / 1.72
 
 
 def _seated(spec: PersonSpec, seat: float) -> Iterator[BodyPart]:
-    """Leaning back a little, the hands in the lap; the feet of a child do not reach the floor."""
+    """Build a person who leans back, the hands in the lap; a child's feet do not reach the floor."""
     long, build, lean = spec.height / 1.72, _build(spec.height), -0.18
     trunk, knee, thigh = 0.53 * long, knee_reach(spec.height), seat + 0.07 * build
     foot = max(0.07, thigh - 0.45 * long)
@@ -199,7 +199,7 @@ def _seated(spec: PersonSpec, seat: float) -> Iterator[BodyPart]:
 
 
 def _lying(spec: PersonSpec) -> Iterator[BodyPart]:
-    """On the back, the head towards x; in a bed under a blanket."""
+    """Build a person who lies on the back, the head towards x; in a bed under a blanket."""
     height, build, low = spec.height, _build(spec.height), spec.surface
     for side in (1, -1):
         y, ankle = side * 0.09 * build, -0.46 * height

@@ -34,7 +34,7 @@ DOCK = "dock"
 
 
 def laser_map(flat: Flat) -> OccupancyGrid:
-    """The flat as it was when the map was made, cut at the laser plane; the laser does not see glass."""
+    """Draw the flat as it was when mapped, cut at the laser plane; the laser does not see glass."""
     frame = GridFrame.around(flat, RESOLUTION_M, MARGIN_M)
     cut = [
         solid
@@ -55,12 +55,12 @@ def laser_map(flat: Flat) -> OccupancyGrid:
 
 
 def pgm_bytes(grid: OccupancyGrid) -> bytes:
-    """A map as a PGM image (row 0 of the image is the top, REFERENCE 7.8)."""
+    """Write a map as a PGM image (row 0 of the image is the top, REFERENCE 7.8)."""
     return encode_pgm(trinary_pixels(grid.cells)[::-1])
 
 
 def map_yaml(grid: OccupancyGrid, image: str) -> str:
-    """The file beside the image, in the format of map_server."""
+    """Write the file beside the image, in the format of map_server."""
     values = {
         "image": image,
         "resolution": grid.resolution,
@@ -73,7 +73,7 @@ def map_yaml(grid: OccupancyGrid, image: str) -> str:
 
 
 def hotspots_yaml(flat: Flat) -> str:
-    """Rooms and objects with their poses (REFERENCE 12.3), and the dock; phi in radians."""
+    """Write the rooms and objects with their poses (REFERENCE 12.3), and the dock; phi in radians."""
     rooms = [
         {
             **_entry(room.hotspot.label, room.hotspot.pose, "room"),
@@ -99,7 +99,7 @@ def _generated(values: dict[str, Any]) -> str:
 
 
 def build_files(flat: Flat) -> dict[str, bytes]:
-    """Every generated file: path from the project's root -> content."""
+    """Build every generated file: path from the project's root -> content."""
     grid = laser_map(flat)
     return {
         f"maps/{flat.name}.pgm": pgm_bytes(grid),

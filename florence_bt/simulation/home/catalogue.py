@@ -14,7 +14,7 @@ from florence_bt.simulation.home.positioned_yaml import Location, PositionedYaml
 
 
 class PieceKind(Entry):
-    """How one of several models may stand there; the file says what each key means."""
+    """A kind of piece, of which one of several models may stand there; the file says what each key means."""
 
     models: Annotated[tuple[Name, ...], Field(min_length=1)]
     colours: Name | tuple[HexColour, ...]
@@ -41,7 +41,7 @@ class Group(PieceKind):
 
 
 class Furnishing(Entry):
-    """How many of a group a room gets."""
+    """A group of furniture for a room, and how many of it the room gets."""
 
     group: Name
     count: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0, le=20)]]
@@ -57,7 +57,7 @@ class Catalogue(Entry):
     rooms: dict[Name, tuple[Furnishing, ...]]
 
     def colours_of(self, kind: PieceKind) -> tuple[HexColour, ...]:
-        """The colours that a piece may have."""
+        """Return the colours that a piece may have."""
         return self.palettes[kind.colours] if isinstance(kind.colours, str) else kind.colours
 
 

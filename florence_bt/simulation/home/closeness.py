@@ -13,7 +13,7 @@ FACING_TOLERANCE = math.radians(15.0)
 
 @dataclass(frozen=True, slots=True)
 class Closeness:
-    """How the robot stands to a person.
+    """The pose of the robot towards a person.
 
     Attributes:
         distance: Between the centres in metres.
@@ -29,18 +29,18 @@ class Closeness:
         return self.polite_at(POLITE_DISTANCE_M)
 
     def polite_at(self, distance: float) -> bool:
-        """As :attr:`polite`, where a robot is only known to get as near as some distance, metres, >= 0.5."""
+        """Judge as :attr:`polite` does, for a robot known only to get within a distance, metres, >= 0.5."""
         nearest, farthest = POLITE_DISTANCE_M - DISTANCE_TOLERANCE_M, distance + DISTANCE_TOLERANCE_M
         return nearest <= self.distance <= farthest and self.facing <= FACING_TOLERANCE
 
 
 def closeness(robot: Pose2, person: Pose2) -> Closeness:
-    """How the robot stands to a person."""
+    """Return how the robot stands to a person."""
     return Closeness(robot.distance_to(person), abs(robot.bearing_to(person.x, person.y)))
 
 
 def closeness_text(value: Closeness) -> str:
-    """For people: distance and how far the robot looks past the person."""
+    """Write for people the distance and how far the robot looks past the person."""
     return (
         f"{value.distance:.2f} m from the person, facing them within {math.degrees(value.facing):.0f} degrees"
     )

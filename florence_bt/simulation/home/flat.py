@@ -81,7 +81,7 @@ class Room:
         return ((left, low), (right, low), (right, high), (left, high))
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether a point of the map frame lies in the room."""
+        """Tell whether a point of the map frame lies in the room."""
         return self.x[0] <= x < self.x[1] and self.y[0] <= y < self.y[1]
 
 
@@ -124,7 +124,7 @@ class Door:
 
 @dataclass(frozen=True, slots=True)
 class Flat:
-    """Everything about the simulated flat.
+    """The simulated flat.
 
     Attributes:
         name: Names the generated files.
@@ -161,7 +161,7 @@ class Flat:
         )
 
     def room(self, name: str) -> Room:
-        """The room of a name.
+        """Return the room of a name.
 
         Raises:
             ConfigError: There is no such room; the message lists those that exist.
@@ -173,12 +173,12 @@ class Flat:
         raise ConfigError(f"the flat has no room {name!r}", valid=closest_first(name, names))
 
     def room_at(self, x: float, y: float) -> Room | None:
-        """The room that holds a point of the map frame, or None."""
+        """Return the room that holds a point of the map frame, or None."""
         return next((room for room in self.rooms if room.contains(x, y)), None)
 
 
 def default_flat_file() -> Path:
-    """The source file of the flat that comes with the project."""
+    """Return the source file of the flat that comes with the project."""
     return find_data("maps", "flat.source.yaml")
 
 
@@ -206,7 +206,7 @@ def load_flat(file: Path | None = None) -> Flat:
 
 
 def build_flat(entries: FlatFile) -> Flat:
-    """The flat that the entries of a source file describe; their names must fit together."""
+    """Build the flat that the entries of a source file describe; their names must fit together."""
     return Flat(
         name=entries.name,
         start=_pose(entries.start),
@@ -237,7 +237,7 @@ def _colour(text: str) -> Colour:
 
 
 def _walls(walls: WallsEntry, *, mapped: bool) -> Iterator[Solid]:
-    """The pieces between the doors, a lintel above each door, and the doors' leaves."""
+    """Yield the pieces between the doors, a lintel above each door, and the doors' leaves."""
     for wall in walls.lines:
         length = math.dist(wall.from_, wall.to)
         start = -walls.thickness / 2
@@ -269,7 +269,7 @@ def _wall_piece(walls: WallsEntry, wall: WallEntry, start: float, end: float, bo
 
 
 def _leaf(walls: WallsEntry, wall: WallEntry, door: DoorEntry, *, mapped: bool) -> Solid:
-    """A door's leaf; its hinge is beside the gap, so that an open one does not narrow it."""
+    """Make a door's leaf; its hinge is beside the gap, so that an open one does not narrow it."""
     along = Pose2(*wall.from_, 0.0 if wall.from_[1] == wall.to[1] else math.pi / 2)
     degrees = door.open_deg if door.mapped_open_deg is None or not mapped else door.mapped_open_deg
     closed = abs(degrees) < _CLOSED_DEG
@@ -314,7 +314,7 @@ def _furniture(entries: FlatFile) -> Iterator[Solid]:
 
 
 def _mapped_furniture(entries: FlatFile) -> Iterator[Solid]:
-    """What stood there when the map was made, where it stood then."""
+    """Yield what stood there when the map was made, where it stood then."""
     for piece in entries.furniture:
         if piece.on_map:
             then = _stand(piece) if piece.moved_from is None else _pose(piece.moved_from)
@@ -348,7 +348,7 @@ def _placed(piece: FurnitureEntry, turned: Pose2, part: PartEntry) -> Solid:
 
 
 def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
-    """Names of things that the robot can touch are unique; so are those that it can drive to."""
+    """Check that things that the robot can touch have unique names; so have those it can drive to."""
     seen: set[str] = set()
     named: list[tuple[Location, str]]
     named = [(("walls", "lines", index, "name"), wall.name) for index, wall in enumerate(entries.walls.lines)]
@@ -368,7 +368,7 @@ def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
 
 
 def _check_places(source: PositionedYaml, entries: FlatFile, flat: Flat) -> None:
-    """Hotspots, seats and the start lie where they claim to lie."""
+    """Check that hotspots, seats and the start lie where they claim to lie."""
     names = [room.name for room in flat.rooms]
     for room in flat.rooms:
         if not room.contains(room.hotspot.pose.x, room.hotspot.pose.y):
@@ -406,7 +406,7 @@ Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 
 
 class Entry(BaseModel):
-    """What every entry of the file has in common: nothing unknown, nothing changed later."""
+    """An entry of the file: nothing unknown, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -504,7 +504,7 @@ class PartEntry(Entry):
 
 
 class PlaceEntry(PoseEntry):
-    """Where one person sits or lies on a model, in the model's frame; :class:`RestingPlace` says what of."""
+    """A place to sit or lie on a model, in its frame; :class:`RestingPlace` says what of a person."""
 
     posture: Literal["seated", "lying"]
     height: Metres

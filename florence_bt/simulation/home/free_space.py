@@ -28,7 +28,7 @@ _RESOLUTION_M = 0.05
 
 @dataclass(frozen=True, slots=True)
 class GridFrame:
-    """Where a grid lies: row 0 has the lowest y.
+    """The frame of a grid: row 0 has the lowest y.
 
     Attributes:
         x: Outer corner of cell [0, 0] in the map frame, metres.
@@ -46,7 +46,7 @@ class GridFrame:
 
     @staticmethod
     def around(flat: Flat, resolution: float, margin: float) -> GridFrame:
-        """A grid that covers the flat and ``margin`` metres around it."""
+        """Make a grid that covers the flat and ``margin`` metres around it."""
         left, low, right, high = flat.bounds
         return GridFrame(
             left - margin,
@@ -57,15 +57,15 @@ class GridFrame:
         )
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
-        """(row, column) of a point of the map frame; may lie outside the grid."""
+        """Return the (row, column) of a point of the map frame; may lie outside the grid."""
         return math.floor((y - self.y) / self.resolution), math.floor((x - self.x) / self.resolution)
 
     def contains(self, row: int, column: int) -> bool:
-        """Whether a cell lies in the grid."""
+        """Tell whether a cell lies in the grid."""
         return 0 <= row < self.rows and 0 <= column < self.columns
 
     def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The x of every column's centre and y of every row's centre."""
+        """Return the x of every column's centre and y of every row's centre."""
         half = self.resolution / 2
         return (
             np.arange(self.columns, dtype=np.float64) * self.resolution + (self.x + half),
@@ -74,7 +74,7 @@ class GridFrame:
 
 
 def cells_covered(frame: GridFrame, solids: Iterable[Solid], share: float = 0.2) -> BoolGrid:
-    """Which cells the solids stand on, seen from above.
+    """Tell which cells the solids stand on, seen from above.
 
     Args:
         frame: The grid.
@@ -119,14 +119,14 @@ class FreeSpace:
         self._opaque = cells_covered(self.frame, tall)
 
     def clearance_at(self, x: float, y: float) -> float:
-        """Metres from a point to the next solid; below zero inside of one or outside of the grid."""
+        """Return the metres from a point to the next solid; below zero inside of one or off the grid."""
         row, column = self.frame.cell_of(x, y)
         return float(self.clearance[row, column]) if self.frame.contains(row, column) else -math.inf
 
     def reachable(
         self, start: tuple[float, float], radius: float, person: tuple[float, float, float] | None = None
     ) -> BoolGrid:
-        """Where the centre of a round robot can get to.
+        """Return where the centre of a round robot can get to.
 
         Args:
             start: Where it stands, map frame.
@@ -150,7 +150,7 @@ class FreeSpace:
         radius: float,
         bodies: Sequence[tuple[float, float, float]] = (),
     ) -> list[Point] | None:
-        """The shortest way for something round.
+        """Return the shortest way for something round.
 
         Args:
             start: Where it is, map frame.
@@ -184,7 +184,7 @@ class FreeSpace:
     def nearest(
         self, point: Point, radius: float, bodies: Sequence[tuple[float, float, float]] = ()
     ) -> Point | None:
-        """The middle of the nearest cell where something round can be; None without any.
+        """Return the middle of the nearest cell where something round can be; None without any.
 
         Args:
             point: Map frame.
@@ -223,18 +223,18 @@ class FreeSpace:
         return kept
 
     def fits(self, start: Point, end: Point, radius: float) -> bool:
-        """Whether something round can go straight from one point to another; beyond the grid nothing can."""
+        """Tell whether something round can go straight between two points; off the grid nothing can."""
         rows, columns = self._cells_between(start, end)
         height, width = self.clearance.shape
         inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
         return bool(inside.all() and (self.clearance[rows, columns] >= radius).all())
 
     def sees(self, eye: tuple[float, float], target: tuple[float, float]) -> bool:
-        """Whether nothing of a person's chest height or more stands between two points."""
+        """Tell whether nothing of a person's chest height or more stands between two points."""
         return not self._opaque[self._cells_between(eye, target)].any()
 
     def _cells_between(self, start: Point, end: Point) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Rows and columns of the cells on a straight line."""
+        """Return the rows and columns of the cells on a straight line."""
         steps = max(1, math.ceil(math.dist(start, end) / (self.frame.resolution / 2)))
         parts = np.linspace(0.0, 1.0, steps + 1)
         x, y = start[0] + parts * (end[0] - start[0]), start[1] + parts * (end[1] - start[1])
@@ -244,7 +244,7 @@ class FreeSpace:
 
 
 def _graph(free: BoolGrid) -> scipy.sparse.csr_array:
-    """The steps between neighbouring free cells, also across corners, in cells; cells numbered row by row."""
+    """Return the steps between neighbouring free cells, also diagonal, in cells; numbered row by row."""
     numbers = np.arange(free.size).reshape(free.shape)
     here, there, cost = [], [], []
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
@@ -266,5 +266,5 @@ _EYE_HEIGHT_M = 0.95
 
 @functools.lru_cache(maxsize=8)
 def free_space_of(flat: Flat) -> FreeSpace:
-    """The free space of a flat, computed once."""
+    """Return the free space of a flat, computed once."""
     return FreeSpace(flat)

@@ -41,7 +41,7 @@ _DOOR_FREE_M = 0.7
 
 
 def generate_home(seed: int) -> FlatFile:
-    """The entries of a home.
+    """Generate the entries of a home.
 
     Args:
         seed: Chooses everything.
@@ -63,13 +63,13 @@ def generate_home(seed: int) -> FlatFile:
 
 
 def generated_flat(seed: int) -> Flat:
-    """The home of a seed; see :func:`generate_home`."""
+    """Generate the home of a seed; see :func:`generate_home`."""
     return build_flat(generate_home(seed))
 
 
 @functools.lru_cache(maxsize=8)
 def choose_flat(world: Path | None = None, seed: int | None = None) -> Flat:
-    """The flat that somebody asks for: of a file, generated from a seed, or the one that comes with Florence.
+    """Choose the flat: from a file, generated from a seed, or the one that comes with Florence.
 
     A file may also be a map of map_server: its walls, and nothing else.
 
@@ -86,7 +86,7 @@ def choose_flat(world: Path | None = None, seed: int | None = None) -> Flat:
 
 
 def source_text(entries: FlatFile) -> str:
-    """The entries as the text of a source file, to be read by ``load_flat`` and edited by hand."""
+    """Write the entries as the text of a source file, to be read by ``load_flat`` and edited by hand."""
     values = entries.model_dump(by_alias=True, exclude_defaults=True, mode="json")
     return yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=110)
 
@@ -136,13 +136,13 @@ class _Furnisher:
         self.keep_free(x, y, 0.4)
 
     def clearance(self, blocked: BoolGrid | None = None) -> NDArray[np.float64]:
-        """Metres from each cell to what can be touched, shape (rows, columns)."""
+        """Return the metres from each cell to what can be touched, shape (rows, columns)."""
         free = ~(self._blocked() if blocked is None else blocked)
         distance: NDArray[np.float64] = scipy.ndimage.distance_transform_edt(free)
         return distance * _RESOLUTION_M - _RESOLUTION_M / 2
 
     def reachable(self, clearance: NDArray[np.float64]) -> BoolGrid | None:
-        """Where the robot gets to from the doors and hotspots; None when these do not hang together."""
+        """Return where the robot gets to from the doors and hotspots; None if these are not connected."""
         labels, _ = scipy.ndimage.label(clearance >= ROBOT_RADIUS_M)
         found = {int(labels[self.frame.cell_of(*stop)]) for stop in self._stops}
         return labels == found.pop() if len(found) == 1 and 0 not in found else None
@@ -187,7 +187,7 @@ class _Furnisher:
         return moved if self._fits(moved, self._taken(), self._blocked()) else None
 
     def _place_group(self, area: Area, group: Group) -> None:
-        """Try some places for the main piece; leave the group away when none is good."""
+        """Try some places for the main piece; leave the group out when none is good."""
         taken, blocked = self._taken(), self._blocked()
         for _ in range(_TRIES):
             look = self._look(group)
@@ -231,7 +231,7 @@ class _Furnisher:
         }
 
     def _pose(self, area: Area, group: Group, parts: Sequence[PartEntry]) -> Pose2:
-        """Somewhere in a room; against a wall often in the corner, as people put their things."""
+        """Choose a pose in a room; against a wall often in the corner, as people put their things."""
         rng = self._rng
         quarter = int(rng.integers(4))
         yaw = float(rng.uniform(-math.pi, math.pi)) if group.stands == "any" else quarter * math.pi / 2
@@ -259,14 +259,14 @@ class _Furnisher:
         return _Piece(entry, kind.moves if kind else 0.0, touchable, covered)
 
     def _fits(self, piece: _Piece, taken: BoolGrid, blocked: BoolGrid, front: BoolGrid | None = None) -> bool:
-        """Whether nothing is where a piece stands, and the robot still gets everywhere."""
+        """Tell whether nothing is where a piece stands, and the robot still gets everywhere."""
         if (piece.covered & taken).any() or (front is not None and (front & blocked).any()):
             return False
         return self.reachable(self.clearance(blocked | piece.touchable)) is not None
 
 
 def _furnished(name: str, layout: Layout, rng: np.random.Generator) -> dict[str, Any] | None:
-    """The entries of a furnished plan; None when the robot cannot get everywhere."""
+    """Return the entries of a furnished plan; None when the robot cannot get everywhere."""
     rooms = {
         label: {"x": list(area.x), "y": list(area.y), "hotspot": {"x": area.x[0], "y": area.y[0]}}
         for label, area in layout.rooms.items()
@@ -316,7 +316,7 @@ def _furnished(name: str, layout: Layout, rng: np.random.Generator) -> dict[str,
 
 
 def _roomy_spot(furnisher: _Furnisher, area: Area) -> Pose2 | None:
-    """The middle of a room as far as things leave room there, looking at the middle."""
+    """Return the middle of a room as far as things leave room there, looking at the middle."""
     middle = (sum(area.x) / 2, sum(area.y) / 2)
     clearance, distance, inside = _spots(furnisher, area, middle)
     if not inside.any():
@@ -327,7 +327,7 @@ def _roomy_spot(furnisher: _Furnisher, area: Area) -> Pose2 | None:
 
 
 def _far_spot(furnisher: _Furnisher, area: Area, hotspot: Pose2) -> Pose2:
-    """The place that is furthest from a room's hotspot, to which it looks."""
+    """Return the place that is furthest from a room's hotspot, to which it looks."""
     _, distance, inside = _spots(furnisher, area, (hotspot.x, hotspot.y))
     x, y = _point(furnisher, np.where(inside, distance, -np.inf))
     return Pose2(x, y, math.atan2(hotspot.y - y, hotspot.x - x))
@@ -336,7 +336,7 @@ def _far_spot(furnisher: _Furnisher, area: Area, hotspot: Pose2) -> Pose2:
 def _spots(
     furnisher: _Furnisher, area: Area, centre: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], BoolGrid]:
-    """Clearance, distance from a point, and where in a room the robot gets to and can turn."""
+    """Return clearance, distance from a point, and where in a room the robot gets to and can turn."""
     clearance = furnisher.clearance()
     x, y = furnisher.frame.centres()
     (left, right), (low, high), edge = area.x, area.y, _TURN_FREE_M
@@ -348,14 +348,14 @@ def _spots(
 
 
 def _point(furnisher: _Furnisher, score: NDArray[np.float64]) -> tuple[float, float]:
-    """The middle of the best cell."""
+    """Return the middle of the best cell."""
     row, column = np.unravel_index(int(np.argmax(score)), score.shape)
     x, y = furnisher.frame.centres()
     return round(float(x[column]), 3), round(float(y[row]), 3)
 
 
 def _reached(furnisher: _Furnisher) -> Iterator[tuple[str, Pose2]]:
-    """The hotspots before pieces that the robot gets to."""
+    """Yield the hotspots before pieces that the robot gets to."""
     clearance = furnisher.clearance()
     reachable = furnisher.reachable(clearance)
     for label, pose in furnisher.objects.items():
@@ -369,13 +369,13 @@ def _pose_entry(pose: Pose2) -> dict[str, float]:
 
 
 def _standing(main: Pose2, own: Pose2) -> dict[str, float]:
-    """Where a piece stands whose pose is given in the frame of another one."""
+    """Return where a piece stands whose pose is given in the frame of another one."""
     x, y = main.apply(own.x, own.y)
     return {"x": round(x, 3), "y": round(y, 3), "turn_deg": round(math.degrees(main.yaw + own.yaw), 1)}
 
 
 def _half(part: PartEntry) -> tuple[float, float]:
-    """Half of the sides of a part along x and y."""
+    """Return half of the sides of a part along x and y."""
     radius = part.cylinder or 0.0
     return (part.box[0] / 2, part.box[1] / 2) if part.box else (radius, radius)
 
@@ -391,7 +391,7 @@ def _disc(x: float, y: float, radius: float) -> Solid:
 
 
 def _front(main: Pose2, parts: Sequence[PartEntry], depth: float) -> Solid:
-    """The floor before a piece, as wide as the piece."""
+    """Return the floor before a piece, as wide as the piece."""
     front = max(part.at[0] + _half(part)[0] for part in parts)
     width = max(abs(part.at[1]) + _half(part)[1] for part in parts)
     x, y = main.apply(front + depth / 2, 0.0)
@@ -399,6 +399,6 @@ def _front(main: Pose2, parts: Sequence[PartEntry], depth: float) -> Solid:
 
 
 def _before(main: Pose2, parts: Sequence[PartEntry]) -> Pose2:
-    """Where the robot stands before a piece and looks at it."""
+    """Return where the robot stands before a piece and looks at it."""
     x, y = main.apply(max(part.at[0] + _half(part)[0] for part in parts) + _BEFORE_M, 0.0)
     return Pose2(x, y, normalize_angle(main.yaw + math.pi))

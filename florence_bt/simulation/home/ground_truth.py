@@ -36,7 +36,7 @@ _EVERY_CELLS = 4
 
 @dataclass(frozen=True, slots=True)
 class BestCase:
-    """What could be done at best.
+    """The best that could be done.
 
     Attributes:
         visible: Whether trunk or head are in sight from somewhere the robot gets to.
@@ -54,7 +54,7 @@ class BestCase:
 
 
 def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2) -> BestCase:
-    """What a perfect robot could do, while everything stands as it does now.
+    """Compute what a perfect robot could do, while everything stands as it does now.
 
     Args:
         flat: The home.
@@ -88,12 +88,12 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
 
 
 def _at(distance: float, ways: BoolGrid, apart: NDArray[np.float64]) -> BoolGrid:
-    """Where the robot gets to at that distance, or about there."""
+    """Return where the robot gets to at that distance, or about there."""
     return ways & (np.abs(apart - distance) <= DISTANCE_TOLERANCE_M)
 
 
 class _Sight:
-    """Whether trunk or head of a person are in sight of the camera of a robot."""
+    """The sight of the robot's camera of the trunk or head of a person."""
 
     def __init__(self, world: SimulatedWorld, spec: PersonSpec, space: FreeSpace) -> None:
         shown = [
@@ -106,7 +106,7 @@ class _Sight:
         self._x, self._y = space.frame.centres()
 
     def nearest(self, cells: BoolGrid, apart: NDArray[np.float64]) -> float:
-        """The smallest distance of those cells from which the person is in sight, infinite without one."""
+        """Return the smallest distance of cells with the person in sight; infinite without one."""
         spots = np.argwhere(cells)
         distances = apart[cells]
         for number in np.argsort(distances, kind="stable"):
@@ -118,7 +118,7 @@ class _Sight:
 
 
 def _solid(spec: PersonSpec, part: BodyPart) -> Solid:
-    """A part's outline from above, as a box."""
+    """Return a part's outline from above, as a box."""
     x, y = spec.pose.apply(part.x, part.y)
     yaw = spec.pose.yaw + part.turn
     return Solid(spec.name, x, y, yaw, part.seen_from_above(), 0.0, part.bottom, part.top, part.colour)

@@ -45,11 +45,11 @@ class Area:
         return (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether a point lies in it."""
+        """Tell whether a point lies in it."""
         return self.x[0] <= x < self.x[1] and self.y[0] <= y < self.y[1]
 
     def turned(self) -> Area:
-        """Seen from the other side: x and y exchanged."""
+        """Return it seen from the other side: x and y exchanged."""
         return Area(self.y, self.x)
 
 
@@ -124,7 +124,7 @@ def _divide(area: Area, rng: np.random.Generator, cuts: list[Cut]) -> list[Area]
 
 
 def _named(areas: list[Area], hall: Area | None, outer: Collection[Cut]) -> dict[str, Area]:
-    """The largest area that has an outer wall is the living room, and the smallest one the bathroom."""
+    """Name the rooms: the largest with an outer wall is the living room, the smallest the bathroom."""
     ordered = sorted(areas, key=lambda area: (-area.size, area.x, area.y))
     living_room = next(area for area in ordered if any(_shared(cut, area) for cut in outer))
     ordered.sort(key=lambda area: area is not living_room)
@@ -152,7 +152,7 @@ def _outer_cuts(width: float, top: float) -> dict[str, Cut]:
 def _outer_walls(
     cuts: dict[str, Cut], rooms: dict[str, Area], entrance: str, rng: np.random.Generator
 ) -> list[dict[str, Any]]:
-    """Four walls; the entrance has the front door, the living room often a glass door to a balcony."""
+    """Make the outer walls: the entrance has the front door, the living room often a glass balcony door."""
     doors: dict[str, list[dict[str, Any]]] = {name: [] for name in cuts}
     wanted = [("front_door", entrance, "wood", (0.9, 0.9))]
     if rng.random() < 0.6 and entrance != "living_room":
@@ -167,7 +167,7 @@ def _outer_walls(
 
 
 def _shared(cut: Cut, area: Area) -> Span | None:
-    """The part of a wall along which an area lies, None for less than a door with its margins."""
+    """Return the part of a wall along which an area lies, None for less than a door with its margins."""
     across, along = (area.y, area.x) if cut.along_x else (area.x, area.y)
     low, high = max(cut.span[0], along[0]), min(cut.span[1], along[1])
     fits = high - low >= DOOR_WIDTH_M[1] + 2 * _DOOR_MARGIN_M
@@ -177,7 +177,7 @@ def _shared(cut: Cut, area: Area) -> Span | None:
 def _doors_between(
     number: int, cut: Cut, rooms: dict[str, Area], hall: Area | None, rng: np.random.Generator
 ) -> list[dict[str, Any]]:
-    """The doors of an inner wall: each room to the hall; between other rooms one that must be, or chance."""
+    """Make the doors of an inner wall: each room to the hall; between other rooms one, and more by chance."""
     pairs = [
         (first, second, span)
         for first, second in itertools.combinations(rooms, 2)
@@ -193,7 +193,7 @@ def _doors_between(
 
 
 def _common(cut: Cut, first: Area, second: Area) -> Span | None:
-    """Where two rooms lie on the two sides of a wall, from the wall's first end."""
+    """Return where two rooms lie on the two sides of a wall, from the wall's first end."""
     one, other = _shared(cut, first), _shared(cut, second)
     across = [area.y if cut.along_x else area.x for area in (first, second)]
     if one is None or other is None or across[0].index(cut.at) == across[1].index(cut.at):
@@ -203,7 +203,7 @@ def _common(cut: Cut, first: Area, second: Area) -> Span | None:
 
 
 def _door(name: str, span: Span, widths: Span, rng: np.random.Generator) -> dict[str, Any]:
-    """A gap somewhere in a part of a wall, given in metres from the wall's first end."""
+    """Place a gap somewhere in a part of a wall, given in metres from the wall's first end."""
     most = min(widths[1], span[1] - span[0] - 2 * _DOOR_MARGIN_M)
     width = _metres(rng, min(widths[0], most), most)
     room = width / 2 + _DOOR_MARGIN_M
@@ -211,14 +211,14 @@ def _door(name: str, span: Span, widths: Span, rng: np.random.Generator) -> dict
 
 
 def _leaf(rng: np.random.Generator) -> dict[str, Any]:
-    """A leaf that was open on the map, and is about as open now, or closed."""
+    """Make a leaf that was open on the map, and is about as open now, or closed."""
     side = 1 if rng.random() < 0.5 else -1
     now = 0.0 if rng.random() < _CLOSED_CHANCE else round(side * float(rng.uniform(85.0, 110.0)))
     return {"leaf": "wood", "mapped_open_deg": side * 90.0, "open_deg": now}
 
 
 def door_spots(layout: Layout) -> Iterator[tuple[tuple[float, float], tuple[float, float], str]]:
-    """Both sides of each door between rooms, 0.5 m from the wall, and the door's name."""
+    """Yield both sides of each door between rooms, 0.5 m from the wall, and the door's name."""
     for wall in layout.walls[4:]:
         (x, y), along_x = wall["from"], wall["from"][1] == wall["to"][1]
         for door in wall["doors"]:

@@ -23,7 +23,7 @@ _EDGE = np.ones((3, 3), bool)
 
 
 def is_map(file: Path) -> bool:
-    """Whether a YAML file describes a map, and not a home."""
+    """Tell whether a YAML file describes a map, and not a home."""
     try:
         return re.search(r"^image\s*:", decode(read_bytes(file), file), re.MULTILINE) is not None
     except ConfigError:
@@ -31,7 +31,7 @@ def is_map(file: Path) -> bool:
 
 
 def flat_of_map(file: Path) -> Flat:
-    """The world of a map: one room without doors, in which the robot starts where most room is.
+    """Return the world of a map: one room without doors, in which the robot starts where most room is.
 
     Raises:
         ConfigError: The map is wrong, or has no free place.
@@ -63,7 +63,7 @@ def flat_of_map(file: Path) -> Flat:
 
 
 def _walls(cells: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """The occupied cells, and where the free ones end without a wall: at the unknown outside, or the edge."""
+    """Mark the occupied cells, and where free ones end without a wall: at unknown outside, or the edge."""
     framed = np.pad(cells, 1, constant_values=UNKNOWN)
     labels, _ = scipy.ndimage.label(framed == UNKNOWN, structure=_EDGE)
     outside = labels == labels[0, 0]
@@ -81,7 +81,7 @@ def _widest_place(grid: OccupancyGrid, walls: NDArray[np.bool_]) -> Pose2:
 
 
 def _solids(grid: OccupancyGrid, walls: NDArray[np.bool_]) -> Iterator[Solid]:
-    """The walls as few boxes: runs along a row, joined with the same runs of the next rows."""
+    """Yield the walls as few boxes: runs along a row, joined with the same runs of the next rows."""
     res = grid.resolution
     open_runs: dict[tuple[int, int], int] = {}
     for row in range(len(walls) + 1):

@@ -42,7 +42,7 @@ _POSTS = ((0.1, 0.09), (0.1, -0.09), (-0.1, 0.09), (-0.1, -0.09))
 
 
 def build_mjcf(flat: Flat, people: Sequence[PersonSpec], start: Pose2, wheel_friction: float) -> str:
-    """The model as MJCF text.
+    """Write the model as MJCF text.
 
     Args:
         flat: Where everything stands.
@@ -125,7 +125,7 @@ def _add_person(world: ET.Element, spec: PersonSpec) -> None:
 
 
 def _orientation(part: BodyPart) -> tuple[float, ...]:
-    """A part's tilt about y, then its turn about z, as a quaternion."""
+    """Return a part's tilt about y, then its turn about z, as a quaternion."""
     turn, tilt = part.turn / 2, part.tilt / 2
     return (
         math.cos(turn) * math.cos(tilt),
@@ -175,7 +175,7 @@ def _add_robot(world: ET.Element, start: Pose2, wheel_friction: float) -> None:
 
 
 def _add_wheel(robot: ET.Element, side: str, y: float, friction: float) -> None:
-    """A wheel that touches the floor in one point: round in every direction, like a narrow tyre."""
+    """Add a wheel that touches the floor in one point: round in every direction, like a narrow tyre."""
     wheel = ET.SubElement(robot, "body", name=f"{side}_wheel", pos=_numbers((0.0, y, WHEEL_RADIUS_M)))
     ET.SubElement(
         wheel, "joint", name=f"{side}_wheel", type="hinge", axis="0 1 0", armature="0.002", damping="0.001"

@@ -116,7 +116,7 @@ def _random_poses(room: Room, rng: np.random.Generator) -> Iterator[Pose2]:
 
 
 def is_approachable(flat: Flat, space: FreeSpace, room: Room, pose: Pose2) -> bool:
-    """Whether a person may be here; what that means is said at :func:`place_person`.
+    """Tell whether a person may be here; what that means is said at :func:`place_person`.
 
     Args:
         flat: The flat.
@@ -147,7 +147,7 @@ def is_approachable(flat: Flat, space: FreeSpace, room: Room, pose: Pose2) -> bo
 
 
 def approach_spots(person: Pose2, robot: Pose2) -> Sequence[tuple[float, float]]:
-    """Where the robot would stand: 0.5 m from the person towards itself, and 45 degrees beside that.
+    """Return where the robot would stand: 0.5 m from the person towards itself, and 45 degrees beside that.
 
     Source: REFERENCE 12.8.
     """

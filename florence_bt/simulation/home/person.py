@@ -96,10 +96,10 @@ _FORWARD_M: dict[str, float] = {"rollator": 0.66, "wheelchair": 0.6, "box": 0.5}
 
 
 def forward_reach(spec: PersonSpec) -> float:
-    """How far a standing or walking person, with what they push or carry, reaches forward, metres."""
+    """Return how far a standing or walking person, with what they push or carry, reaches forward, metres."""
     return max(_FORWARD_M.get(spec.aid, 0.0), _FORWARD_M.get(spec.load, 0.0), BODY_RADIUS_M)
 
 
 def half_width(aid: Aid) -> float:
-    """Half of the width that a walking person needs to pass, metres."""
+    """Return half of the width that a walking person needs to pass, metres."""
     return 0.33 if aid == "wheelchair" else 0.27

@@ -34,7 +34,7 @@ class PositionedYaml:
         self._root = root
 
     def parse(self, model: type[Model]) -> Model:
-        """The file as a model.
+        """Read the file as a model.
 
         Args:
             model: The pydantic class that says what belongs into the file. It types the values: in the file
@@ -51,7 +51,7 @@ class PositionedYaml:
             raise self.error(first["loc"], _describe(first)) from error
 
     def error(self, location: Location, problem: str, valid: Sequence[str] = ()) -> ConfigError:
-        """An error at a value of the file.
+        """Make an error at a value of the file.
 
         Args:
             location: Keys and indices from the root to the value, e.g. ``("furniture", 3, "model")``.
@@ -62,11 +62,11 @@ class PositionedYaml:
         return ConfigError(problem, file=self.file, line=place.line, column=place.column, valid=valid)
 
     def unknown(self, location: Location, what: str, wanted: str, known: Sequence[str]) -> ConfigError:
-        """An error for a name that does not exist, with the names that do."""
+        """Make an error for a name that does not exist, with the names that do."""
         return self.error(location, f"unknown {what} {wanted!r}", closest_first(wanted, known))
 
     def _place_of(self, location: Location) -> Position:
-        """Where the deepest value on the way to the location begins; its key, when that is a line above."""
+        """Return where the deepest value on the way to the location begins; its key, if a line above."""
         node: YamlNode = self._root
         place = node.position
         for step in location:

@@ -83,12 +83,12 @@ Random = np.random.Generator
 
 
 def easy(flat: Flat, rng: Random) -> PersonSpec:
-    """In view of a room's hotspot and easy to approach, standing or on a stool of their own."""
+    """Place a person in view of a room's hotspot, easy to approach, standing or on their own stool."""
     return place_person(flat, None, rng)
 
 
 def standing(flat: Flat, rng: Random) -> PersonSpec:
-    """Standing anywhere free, one in four leaning on something."""
+    """Place a person standing anywhere free, one in four leaning on something."""
     space = free_space_of(flat)
     if rng.random() >= 0.25:
         x, y = _free_place(flat, space, rng, _BODY_M)
@@ -100,7 +100,7 @@ def standing(flat: Flat, rng: Random) -> PersonSpec:
 
 
 def sitting(flat: Flat, rng: Random) -> PersonSpec:
-    """Sitting on the furniture, the shins before its edge and where nothing else stands."""
+    """Place a person sitting on the furniture, the shins before its edge and where nothing else stands."""
     frame = free_space_of(flat).frame
     someone = _person(rng, Pose2(), "seated")
     poses = []
@@ -123,7 +123,7 @@ def sitting(flat: Flat, rng: Random) -> PersonSpec:
 
 
 def lying(flat: Flat, rng: Random) -> PersonSpec:
-    """Lying in bed, or on the floor."""
+    """Place a person lying in bed, or on the floor."""
     beds = [place for place in flat.places if place.posture == "lying"]
     if beds and rng.random() < _BED_CHANCE:
         place = beds[int(rng.integers(len(beds)))]
@@ -144,12 +144,12 @@ def lying(flat: Flat, rng: Random) -> PersonSpec:
 
 
 def walking(flat: Flat, rng: Random) -> PersonSpec:
-    """Walking there and back between two places, in two rooms where there are two, with a pause at each."""
+    """Place a person who walks between two places, in two rooms if there are, with a pause at each."""
     return _walker(flat, rng)
 
 
 def aided(flat: Flat, rng: Random) -> PersonSpec:
-    """Carrying a bag or a box, pushing a rollator or in a wheelchair; every second one on the way."""
+    """Place a person with a bag, box, rollator or wheelchair; every second one on the way."""
     aids: list[tuple[Aid, Load]] = [
         ("rollator", "none"),
         ("wheelchair", "none"),
@@ -177,7 +177,7 @@ SITUATIONS: dict[str, Callable[[Flat, Random], PersonSpec]] = {
 
 
 def person_in(situation: str, flat: Flat, rng: Random) -> PersonSpec:
-    """A person in a situation; clothes and height by chance too.
+    """Make a person in a situation; clothes and height by chance too.
 
     Raises:
         ConfigError: The situation is unknown, or the home has no place for it; the message says what would
@@ -189,7 +189,7 @@ def person_in(situation: str, flat: Flat, rng: Random) -> PersonSpec:
 
 
 def company_in(flat: Flat, rng: Random) -> list[PersonSpec]:
-    """Two or three people, each in a situation of their own (none is easy), at first well apart.
+    """Place two or three people, each in a situation of their own (none is easy), at first well apart.
 
     Raises:
         ConfigError: The home has no place for them.
@@ -209,7 +209,7 @@ def company_in(flat: Flat, rng: Random) -> list[PersonSpec]:
 
 @dataclass(frozen=True, slots=True)
 class LedWalk:
-    """Somebody leads the robot through a home.
+    """A walk on which somebody leads the robot through a home.
 
     Attributes:
         start: Where the robot stands at first, map frame; it faces the leader.
@@ -223,7 +223,7 @@ class LedWalk:
 
 
 def led_walk(flat: Flat, rng: Random, length_m: float = 60.0) -> LedWalk:
-    """A walk from room to room, through doors, where the robot fits everywhere.
+    """Choose a walk from room to room, through doors, where the robot fits everywhere.
 
     Args:
         flat: The home.
@@ -251,7 +251,7 @@ def led_walk(flat: Flat, rng: Random, length_m: float = 60.0) -> LedWalk:
 
 
 def room_with_decoy(flat: Flat, rng: Random) -> str:
-    """A room with something that looks like a person, if there is one."""
+    """Choose a room with something that looks like a person, if there is one."""
     names = [
         room.name
         for solid in flat.solids
@@ -262,7 +262,7 @@ def room_with_decoy(flat: Flat, rng: Random) -> str:
 
 
 def _covers(cells: BoolGrid, flat: Flat, point: Point) -> bool:
-    """Whether a point in a room lies in one of the cells."""
+    """Tell whether a point in a room lies in one of the cells."""
     return flat.room_at(*point) is not None and bool(cells[free_space_of(flat).frame.cell_of(*point)])
 
 
@@ -271,7 +271,7 @@ def _errand(rng: Random) -> float:
 
 
 def _ways_to_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float) -> list[list[Point]]:
-    """Points between which the robot can go straight, to other rooms again and again; empty without a way.
+    """Return points for the robot to go straight between, to other rooms again and again; empty without.
 
     Returns:
         Where the walk begins, alone, and then the further points of the way to each next room.
@@ -297,14 +297,14 @@ def _ways_to_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float) -> 
 
 
 def _can_turn_round(space: FreeSpace, way: Sequence[Point]) -> bool:
-    """Whether somebody can come back along a way past the robot that followed."""
+    """Tell whether somebody can come back along a way past the robot that followed."""
     robot = _point_along(way[::-1], _BEHIND_M)
     back = space.shortest_way(way[-1], way[0], half_width("none"), [(*robot, _PAST_M)])
     return back is not None and _length(back) <= _length(way) + _ROUND_M
 
 
 def _start_behind(space: FreeSpace, leg: Sequence[Point]) -> Pose2 | None:
-    """Where the robot faces somebody who sets off on a leg: as much behind them as is free."""
+    """Return where the robot faces somebody who sets off on a leg: as much behind them as is free."""
     (x, y), (to_x, to_y) = leg
     back = math.atan2(y - to_y, x - to_x)
     for turn in sorted(np.linspace(-math.pi / 2, math.pi / 2, 13).tolist(), key=abs):
@@ -316,7 +316,7 @@ def _start_behind(space: FreeSpace, leg: Sequence[Point]) -> Pose2 | None:
 
 
 def _crossing(space: FreeSpace, rng: Random, route: Sequence[Point]) -> list[Point] | None:
-    """The ends of a straight way across a route, somewhere."""
+    """Choose the ends of a straight way across a route, somewhere."""
     total, radius = _length(route), half_width("none")
     for _ in range(_TRIES):
         along = float(rng.uniform(0.0, total - 0.1))
@@ -331,7 +331,7 @@ def _crossing(space: FreeSpace, rng: Random, route: Sequence[Point]) -> list[Poi
 
 
 def _furthest(space: FreeSpace, start: Point, heading: float, radius: float) -> Point:
-    """How far somebody gets straight on, up to the longest way across."""
+    """Return the furthest point that somebody gets to straight on, up to the longest way across."""
     points = [
         Pose2(*start, heading).apply(distance, 0.0)
         for distance in np.arange(0.1, _CROSSING_M[1], 0.1).tolist()
@@ -348,7 +348,7 @@ def _length(points: Sequence[Point]) -> float:
 
 
 def _point_along(points: Sequence[Point], along: float) -> Point:
-    """The point at so many metres along straight legs; the last one beyond their end."""
+    """Return the point at so many metres along straight legs; the last one beyond their end."""
     for (ax, ay), (bx, by) in itertools.pairwise(points):
         length = math.dist((ax, ay), (bx, by))
         if along < length:
@@ -358,7 +358,7 @@ def _point_along(points: Sequence[Point], along: float) -> Point:
 
 
 def _on_route(rng: Random, points: Sequence[Point], speeds: tuple[float, float]) -> PersonSpec:
-    """Somebody who walks from the first of some points to the others."""
+    """Make somebody who walks from the first of some points to the others."""
     (x, y), (to_x, to_y) = points[:2]
     heading = math.atan2(to_y - y, to_x - x)
     speed = round(float(rng.uniform(*speeds)), 2)
@@ -373,7 +373,7 @@ def _free_place(
     most: float = math.inf,
     among: BoolGrid | None = None,
 ) -> tuple[float, float]:
-    """A point of a room's floor with free metres around, any as likely as any other."""
+    """Choose a point of a room's floor with free metres around, any as likely as any other."""
     inside = np.zeros_like(space.clearance, bool)
     x, y = space.frame.centres()
     for room in flat.rooms:
@@ -418,7 +418,7 @@ def _person(
     aid: Aid = "none",
     load: Load = "none",
 ) -> PersonSpec:
-    """Somebody of any height, in clothes of any colour; children push and carry nothing."""
+    """Make somebody of any height, in clothes of any colour; children push and carry nothing."""
     child = aid == load == "none" and rng.random() < _CHILD_CHANCE
     height = round(float(rng.uniform(0.95, 1.5) if child else rng.uniform(1.5, 1.95)), 2)
     shirt, trousers = _colour(rng, 40, 230), _colour(rng, 25, 150)

@@ -172,20 +172,20 @@ class Walker:
         return Pose2(there.x, there.y, normalize_angle(there.yaw + math.pi))
 
     def _runs_into(self, there: Pose2, bodies: Sequence[Pose2]) -> bool:
-        """Near somebody only steps that lead away from them are taken."""
+        """Tell whether a step runs into somebody: near a body only steps that lead away from it are taken."""
         return any(
             (after := there.distance_to(body)) < self._distance and after <= self.pose.distance_to(body)
             for body in bodies
         )
 
     def _steps_ahead(self, distance: float) -> list[float]:
-        """How far will have been walked at points ahead, up to where the person turns round."""
+        """Return how far will have been walked at points ahead, up to where the person turns round."""
         left = min(distance, self._route.length - self._walked % self._route.length)
         count = math.floor(left / _SPACING_M)
         return [*(self._walked + _SPACING_M * number for number in range(1, count + 1)), self._walked + left]
 
     def _ahead(self, bodies: Sequence[Pose2]) -> list[Pose2]:
-        """The route right ahead; nothing while nobody is near enough to be on it."""
+        """Return the route right ahead; nothing while nobody is near enough to be on it."""
         if all(self.pose.distance_to(body) > self._distance + _SIGHT_M for body in bodies):
             return []
         return [self._pose_after(walked) for walked in self._steps_ahead(_SIGHT_M)]
@@ -213,7 +213,7 @@ class Walker:
     def _way_round(
         self, space: FreeSpace, goal: Point, bodies: Sequence[tuple[float, float, float]]
     ) -> _Line | None:
-        """From here to a point, a step back first from anybody too near; rather on the right of everybody."""
+        """Return the way to a point, first a step away from anybody too near; rather to their right."""
         here = (self.pose.x, self.pose.y)
         radius = half_width(self._spec.aid) - _RESERVE_M
         towards = math.atan2(goal[1] - here[1], goal[0] - here[0])
@@ -243,7 +243,7 @@ class _Line:
         self.length = self.ends[-1]
 
     def back_from(self, along: float) -> _Line | None:
-        """The way from so many metres along back to the beginning; None when that is here."""
+        """Return the way from so many metres along back to the beginning; None when that is here."""
         if along <= 0.0:
             return None
         here = self.at(min(along, self.length))
@@ -251,7 +251,7 @@ class _Line:
         return _Line([(here.x, here.y), *reversed(passed), self._points[0]])
 
     def at(self, along: float) -> Pose2:
-        """The point at so many metres from the beginning, looking along the leg."""
+        """Return the point at so many metres from the beginning, looking along the leg."""
         leg = min(bisect.bisect_right(self.ends, along), len(self.ends) - 1)
         (ax, ay), (bx, by) = self._points[leg], self._points[leg + 1]
         start = self.ends[leg - 1] if leg else 0.0
@@ -275,7 +275,7 @@ class _Detour:
         self._gone = 0.0
 
     def back(self, left_at: float) -> _Detour | None:
-        """The same way back to where the person left the route; None where they have just left it.
+        """Return the same way back to where the person left the route; None where they have just left it.
 
         Args:
             left_at: How much of the route has been walked there, metres.
@@ -284,7 +284,7 @@ class _Detour:
         return None if way is None else _Detour(way, left_at)
 
     def after(self, step: float) -> Pose2:
-        """Where the person is so many metres further on."""
+        """Return where the person is so many metres further on."""
         return self._way.at(min(self._gone + step, self._way.length))
 
     def go(self, step: float) -> bool:

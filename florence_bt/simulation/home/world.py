@@ -200,15 +200,15 @@ class SimulatedWorld:
         return bool(speed > 0.01 or rate > 0.02)
 
     def travel(self) -> tuple[float, float]:
-        """Metres that the left and the right wheel turned since the start (slip included)."""
+        """Return the metres that the left and the right wheel turned since the start (slip included)."""
         return float(self._data.qpos[7]) * WHEEL_RADIUS_M, float(self._data.qpos[8]) * WHEEL_RADIUS_M
 
     def yaw_rate(self) -> float:
-        """How fast the robot truly turns, rad/s, counter-clockwise positive."""
+        """Return how fast the robot truly turns, rad/s, counter-clockwise positive."""
         return float(self._data.qvel[5])
 
     def bumpers(self) -> tuple[bool, bool]:
-        """Whether the left and the right half of the bumper are pressed."""
+        """Tell whether the left and the right half of the bumper are pressed."""
         since = self._steps - round(_BUMPER_HOLD_S / TIMESTEP_S)
         return self._last_bump[0] > since, self._last_bump[1] > since
 
@@ -231,7 +231,7 @@ class SimulatedWorld:
         mujoco.mj_forward(self._model, self._data)
 
     def person_pose(self, name: str) -> Pose2:
-        """Where a person is and looks, map frame.
+        """Return where a person is and looks, map frame.
 
         Raises:
             ConfigError: There is no such person; the message lists those that are there.
@@ -239,7 +239,7 @@ class SimulatedWorld:
         return self._people_poses[self._mocap_of(name)]
 
     def walks(self, name: str) -> bool:
-        """Whether a person walks, or will: not at the end of a route that is walked once.
+        """Tell whether a person walks, or will: not at the end of a route that is walked once.
 
         Raises:
             ConfigError: There is no such person.
@@ -248,7 +248,7 @@ class SimulatedWorld:
         return walker is not None and not walker.arrived
 
     def sees(self, eye: Point3, name: str, point: Point3) -> bool:
-        """Whether nothing but a person is between an eye and a point of the person; glass is in the way too.
+        """Tell whether nothing but a person is between an eye and a point of them; glass is in the way too.
 
         Args:
             eye: Map frame, metres.
@@ -304,7 +304,7 @@ class SimulatedWorld:
         return bool(self._model.geom_bodyid[geom] >= self._robot_body)
 
     def _make_scene(self) -> RayScene:
-        """The scene's geoms come before the robot's, so their ids are the scene's rows."""
+        """Make the scene. Its geoms come before the robot's, so their ids are the scene's rows."""
         model, data = self._model, self._data
         count = int(np.count_nonzero(model.geom_bodyid < self._robot_body))
         kind = np.array([_KINDS[int(each)] for each in model.geom_type[:count]], np.int8)

@@ -55,7 +55,7 @@ SETTLE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class RigSetting:
-    """What a rig is built from.
+    """The setting that a rig is built from.
 
     Attributes:
         flat: The simulated flat.
@@ -190,7 +190,7 @@ class Rig:
 
 
 class _BaseSkills:
-    """Everything that drives, on one navigator."""
+    """The skills that drive, on one navigator."""
 
     def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
         parameters = navigator_parameters(setting.config)
@@ -207,7 +207,7 @@ class _BaseSkills:
         return bool(self._navigator.active)
 
     def global_grid(self) -> OccupancyGrid:
-        """The global costmap."""
+        """Return the global costmap."""
         return self._navigator.global_grid()
 
     def on_scan(self, source: str, scan: LaserScan) -> None:
@@ -289,7 +289,7 @@ class _BaseSkills:
 
 
 def navigator_parameters(config: Config) -> NavigatorParameters:
-    """All parameters of navigation from the flat section of the node ``navigate``."""
+    """Return all parameters of navigation from the flat section of the node ``navigate``."""
     hints = get_type_hints(NavigatorParameters)
     return NavigatorParameters(
         **{

@@ -58,7 +58,7 @@ Config = Mapping[str, Mapping[str, Any]]
 
 
 def parameters_of(cls: type[T], config: Config, node: str) -> T:
-    """The part of a node's configuration that a pure component has parameters for."""
+    """Return the part of a node's configuration that a pure component has parameters for."""
     return fill_dataclass(cls, config.get(node, {}).get)
 
 
@@ -223,7 +223,7 @@ class RigRobot:
     def _take_images(
         self, now: float, *, looking: bool
     ) -> tuple[DepthImage, Callable[[], ColourImage] | None]:
-        """A depth image; a larger one, and what makes its colours, while somebody looks for people."""
+        """Take a depth image; a larger one, and what makes its colours, while somebody looks for people."""
         kinect = self._looking_kinect if looking else self._driving_kinect
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
         if not looking:

@@ -101,7 +101,7 @@ class RigTopic:
 def rig_skills(
     components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
 ) -> dict[str, Skill]:
-    """Every shipped skill by name.
+    """Make every shipped skill by name.
 
     Args:
         components: Those that the tables of the skills name.

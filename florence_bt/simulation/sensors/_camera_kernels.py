@@ -23,7 +23,7 @@ NEAR_M = 0.05
 
 @numba.njit(cache=True, error_model="numpy")
 def _screen_box(corners: Floats) -> tuple[float, float, float, float, float]:
-    """Bounds of a box in the image, as x/z and y/z, and its nearest z; empty when behind the camera."""
+    """Return the bounds of a box in the image, as x/z and y/z, and its nearest z; empty if behind."""
     left = top = np.inf
     right = bottom = -np.inf
     nearest = np.inf
@@ -52,7 +52,7 @@ def _screen_box(corners: Floats) -> tuple[float, float, float, float, float]:
 def _draw_plane(
     start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
 ) -> None:
-    """As :func:`_draw_box` for a plane."""
+    """Draw a plane as :func:`_draw_box` draws a box."""
     for u in range(len(depth)):
         t = -start[2] / (ray[2] + slope[2] * u)
         better = (t >= NEAR_M) & (t < depth[u]) & (start[2] > 0.0)
@@ -64,7 +64,7 @@ def _draw_plane(
 def _draw_sphere(
     size: Floats, start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
 ) -> None:
-    """As :func:`_draw_box` for a sphere."""
+    """Draw a sphere as :func:`_draw_box` draws a box."""
     c = start[0] * start[0] + start[1] * start[1] + start[2] * start[2] - size[0] * size[0]
     for u in range(len(depth)):
         dx, dy, dz = ray[0] + slope[0] * u, ray[1] + slope[1] * u, ray[2] + slope[2] * u
@@ -81,7 +81,7 @@ def _draw_sphere(
 def _draw_cylinder(
     size: Floats, start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
 ) -> None:
-    """As :func:`_draw_box` for a cylinder."""
+    """Draw a cylinder as :func:`_draw_box` draws a box."""
     c = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
     low, high = -size[1] - start[2], size[1] - start[2]
     for u in range(len(depth)):
@@ -133,7 +133,7 @@ def _draw_box(
 
 @numba.njit(cache=True, error_model="numpy")
 def _is_hidden(depth: Depths, nearest: float) -> bool:
-    """Whether something of which the nearest part is given would be behind all that is drawn of a line."""
+    """Tell whether something whose nearest part is given would be behind all that is drawn of a line."""
     beyond = np.int32(0)
     for u in range(len(depth)):
         beyond += np.int32(depth[u] > np.float32(nearest))

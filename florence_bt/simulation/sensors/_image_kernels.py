@@ -60,7 +60,7 @@ def to_raw(
 def _spoil_edges(
     depth: NDArray[np.float32], rows: NDArray[np.int16], chance: NDArray[np.float32], raw: NDArray[np.uint16]
 ) -> None:
-    """Where two things meet at different depths some pixels get no value, others that of the next column."""
+    """Spoil pixels where things meet at different depths: no value, or that of the next column."""
     height, width = depth.shape
     for v in range(height):
         up, down = max(v - 1, 0), min(v + 1, height - 1)

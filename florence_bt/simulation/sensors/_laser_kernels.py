@@ -18,7 +18,7 @@ from florence_bt.simulation.sensors.scene import PLANE, Shapes
 
 @numba.njit(cache=True, error_model="numpy")
 def _beam_span(corners: Floats, centre: Floats) -> tuple[float, float]:
-    """The interval of angles that a bounding box covers in the plane of the beams."""
+    """Return the interval of angles that a bounding box covers in the plane of the beams."""
     middle = math.atan2(centre[1], centre[0])
     low = high = 0.0
     for corner in range(8):

@@ -18,7 +18,7 @@ _TINY = 1e-12
 
 @numba.njit(cache=True, error_model="numpy")
 def _slab(offset: float, slope: float, half: float) -> tuple[float, float]:
-    """Where a line enters and leaves the layer -half..half of one axis."""
+    """Return where a line enters and leaves the layer -half..half of one axis."""
     if abs(slope) < _TINY:
         if abs(offset) > half:
             return np.inf, -np.inf
@@ -32,7 +32,7 @@ def _slab(offset: float, slope: float, half: float) -> tuple[float, float]:
 
 @numba.njit(cache=True, error_model="numpy")
 def hit(kind: int, size: Floats, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> float:
-    """Where a ray meets a shape from outside.
+    """Return where a ray meets a shape from outside.
 
     Args:
         kind: What the shape is.
@@ -82,7 +82,7 @@ def hit(kind: int, size: Floats, ox: float, oy: float, oz: float, dx: float, dy:
 
 @numba.njit(cache=True, error_model="numpy")
 def outward_normal(kind: int, size: Floats, x: float, y: float, z: float) -> Vector:
-    """The direction out of a shape at a point (x, y, z) of its surface, in its own frame."""
+    """Return the direction out of a shape at a point (x, y, z) of its surface, in its own frame."""
     if kind == PLANE:
         return 0.0, 0.0, 1.0
     if kind == SPHERE:
@@ -102,7 +102,7 @@ def outward_normal(kind: int, size: Floats, x: float, y: float, z: float) -> Vec
 
 @numba.njit(cache=True, error_model="numpy")
 def _half_sides(kind: int, size: Floats) -> Vector:
-    """Half of the sides of a shape's bounding box in its own frame."""
+    """Return half of the sides of a shape's bounding box in its own frame."""
     if kind == SPHERE:
         return size[0], size[0], size[0]
     if kind == CYLINDER:

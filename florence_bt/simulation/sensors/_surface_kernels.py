@@ -30,7 +30,7 @@ _BEYOND_M = 1e-6
 
 @numba.njit(cache=True, error_model="numpy")
 def _unturned(rotation: Floats, x: float, y: float, z: float) -> Vector:
-    """A vector of the map frame in a shape's frame."""
+    """Turn a vector of the map frame into a shape's frame."""
     return (
         rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
         rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
@@ -40,7 +40,7 @@ def _unturned(rotation: Floats, x: float, y: float, z: float) -> Vector:
 
 @numba.njit(cache=True, error_model="numpy")
 def _turned(rotation: Floats, x: float, y: float, z: float) -> Vector:
-    """A vector of a shape's or the sensor's frame in the map frame."""
+    """Turn a vector of a shape's or the sensor's frame into the map frame."""
     return (
         rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
         rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
@@ -50,7 +50,7 @@ def _turned(rotation: Floats, x: float, y: float, z: float) -> Vector:
 
 @numba.njit(cache=True, error_model="numpy")
 def _nearest(shapes: Shapes, start: Vector, along: Vector, skip: int, furthest: float) -> tuple[float, int]:
-    """The first shape that a ray meets, and the multiple of its direction; (infinite, -1) for none."""
+    """Return the first shape that a ray meets, and the multiple of its direction; (infinite, -1) for none."""
     kind, position, rotation, size, reach, _, _ = shapes
     dx, dy, dz = along
     best, best_row = furthest, -1
@@ -78,7 +78,7 @@ def _nearest(shapes: Shapes, start: Vector, along: Vector, skip: int, furthest: 
 
 @numba.njit(cache=True, error_model="numpy")
 def _normal(shapes: Shapes, row: int, point: Vector) -> Vector:
-    """The direction out of a shape at a point of its surface."""
+    """Return the direction out of a shape at a point of its surface."""
     at, turn = shapes.position[row], shapes.rotation[row]
     x, y, z = _unturned(turn, point[0] - at[0], point[1] - at[1], point[2] - at[2])
     nx, ny, nz = outward_normal(shapes.kind[row], shapes.size[row], x, y, z)
@@ -92,7 +92,7 @@ def _on(start: Vector, along: Vector, t: float) -> Vector:
 
 @numba.njit(cache=True, error_model="numpy")
 def _followed(shapes: Shapes, start: Vector, along: Vector, first: float, row: int, furthest: float) -> float:
-    """How far a ray goes that meets a surface first: as a multiple of its direction; infinite if too far."""
+    """Return how far a ray from a first surface goes: a multiple of its direction; infinite if too far."""
     total, t = 0.0, first
     for _ in range(_MOST_SURFACES):
         if row < 0 or shapes.surface[row] == 0:

@@ -21,18 +21,18 @@ class BasePlant(Protocol):
         """Command the wheel speeds in m/s, forward positive; they hold until the next call."""
 
     def travel(self) -> tuple[float, float]:
-        """Metres that the left and the right wheel have rolled since the start, forward positive."""
+        """Return the metres rolled by the left and the right wheel, forward positive."""
 
     def yaw_rate(self) -> float:
-        """True turning rate in rad/s, counter-clockwise positive."""
+        """Return the true turning rate in rad/s, counter-clockwise positive."""
 
     def bumpers(self) -> tuple[bool, bool]:
-        """Whether the left and the right bumper are pressed."""
+        """Tell whether the left and the right bumper are pressed."""
 
 
 @dataclass(frozen=True, slots=True)
 class BaseNoiseParameters(CheckedParameters):
-    """How wrong the sensors are; all zero for a perfect base.
+    """The errors of the sensors; all zero for a perfect base.
 
     Attributes:
         wheel_scale_sigma: Each wheel's scale error, drawn once: standard deviation as a fraction.
@@ -107,19 +107,19 @@ class BaseSensors:
             self._offset += self._random.normal(0.0, self._parameters.gyro_bias_walk * math.sqrt(elapsed))
 
     def take_distance_mm(self, *, keep: bool = True) -> int:
-        """Forward travel in whole millimetres since the last call of this; ``keep`` the rest for the next."""
+        """Take the forward travel since the last call in whole millimetres; ``keep`` the rest."""
         whole, rest = _int16(self._distance_mm)
         self._distance_mm = rest if keep else 0.0
         return whole
 
     def take_angle_deg(self, *, keep: bool = True) -> int:
-        """Turn in whole degrees since the last call, counter-clockwise positive; ``keep`` the rest."""
+        """Take the turn since the last call in whole degrees, counter-clockwise positive; ``keep`` the rest."""
         whole, rest = _int16(self._angle_deg)
         self._angle_deg = rest if keep else 0.0
         return whole
 
     def gyro_adc(self) -> int:
-        """The gyro's voltage as counts, 0 to 1023; a turn to the left lowers it.
+        """Return the gyro's voltage as counts, 0 to 1023; a turn to the left lowers it.
 
         Source: REFERENCE 1.8, row "Emulator inverse".
         """
@@ -131,7 +131,7 @@ class BaseSensors:
         return max(0, min(ADC_MAX, round(counts)))
 
     def _measure(self, travel_m: float, scale: float) -> float:
-        """What a wheel's sensor makes of its travel; a wheel at rest measures exactly nothing."""
+        """Return what a wheel's sensor makes of its travel; a wheel at rest measures exactly nothing."""
         if travel_m == 0.0:
             return 0.0
         slip = self._parameters.slip_sigma * math.sqrt(abs(travel_m))
@@ -139,6 +139,6 @@ class BaseSensors:
 
 
 def _int16(value: float) -> tuple[int, float]:
-    """The whole part, toward zero, and the rest; what saturates 16 bits is lost (REFERENCE 1.5)."""
+    """Split into the whole part, toward zero, and the rest; what exceeds 16 bits is lost (REFERENCE 1.5)."""
     whole = math.trunc(value)
     return max(-INT16_MAX - 1, min(INT16_MAX, whole)), value - whole

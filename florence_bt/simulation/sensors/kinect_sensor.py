@@ -25,7 +25,7 @@ from florence_bt.simulation.sensors.scene import Lens
 
 @dataclass(frozen=True, slots=True)
 class KinectNoiseParameters(CheckedParameters):
-    """How good the Kinect is.
+    """The quality of the Kinect.
 
     Attributes:
         min_depth_m: What is nearer gives no value.
@@ -109,12 +109,12 @@ class KinectSensor:
         return raw
 
     def _draw(self, pool: NDArray[np.float32]) -> NDArray[np.float32]:
-        """As many numbers as there are pixels, from a random place of a pool: much cheaper than new ones."""
+        """Draw a number for each pixel from a random place of a pool: much cheaper than new ones."""
         first = int(self._rng.integers(len(pool) - self._depth.size + 1))
         return pool[first : first + self._depth.size].reshape(self._depth.shape)
 
     def true_depth(self) -> NDArray[np.float32]:
-        """The exact depth along the axis in metres, shape (height, width), infinite where nothing is."""
+        """Return the exact depth along the axis, metres, shape (height, width), infinite where nothing is."""
         self._look()
         return self._depth.copy()
 
@@ -136,7 +136,7 @@ class KinectSensor:
             )
 
     def colours(self, step: int = 1) -> NDArray[np.uint8]:
-        """The colours of the last depth image, if nothing has moved since; see :meth:`measure`.
+        """Return the colours of the last depth image, if nothing has moved since; see :meth:`measure`.
 
         Args:
             step: So many columns and rows further is the next pixel that is wanted, a power of two.

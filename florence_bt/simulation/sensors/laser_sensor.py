@@ -32,7 +32,7 @@ _FAILED = np.array([6, 7, 9], np.int32)
 
 @dataclass(frozen=True, slots=True)
 class LaserParameters(CheckedParameters):
-    """How good the scanner is.
+    """The quality of the scanner.
 
     Attributes:
         noise_mm: Standard deviation of a range below 1 m.
@@ -109,7 +109,7 @@ class LaserSensor:
         return millimetres
 
     def true_ranges(self, first_step: int = 44, last_step: int = 725) -> NDArray[np.float64]:
-        """The exact ranges in metres, infinite beyond the maximum; arguments as in :meth:`measure`."""
+        """Return the exact ranges in metres, infinite beyond the maximum; arguments as in :meth:`measure`."""
         seen = (self._world.robot_pose, first_step, last_step)
         if self._world.resting and seen == self._seen:
             return self._ranges

@@ -49,7 +49,7 @@ class Lens(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RayScene:
-    """Everything but the robot; people's rows change as they walk, all others stay.
+    """The scene that rays meet: everything but the robot; people's rows change as they walk, all others stay.
 
     Attributes:
         shapes: What there is.
@@ -61,7 +61,7 @@ class RayScene:
 
 
 def reach_of(kind: NDArray[np.int8], size: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Radius of the sphere around each shape, shape (n,), metres."""
+    """Return the radius of the sphere around each shape, shape (n,), metres."""
     reach = np.linalg.norm(size, axis=1)
     reach[kind == PLANE] = np.inf
     return reach

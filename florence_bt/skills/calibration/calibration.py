@@ -34,7 +34,7 @@ from florence_bt.skills.calibration.factors import (
 
 @dataclass(frozen=True, slots=True)
 class CalibrationParameters(CheckedParameters):
-    """How the base is turned and what counts as calibrated.
+    """The parameters of the turns, and of what counts as calibrated.
 
     Attributes:
         has_gyro: Whether the gyro is calibrated too (document: ``turtlebot_node/has_gyro``).
@@ -87,7 +87,7 @@ SWEEPS = 5.0
 
 
 class State(enum.Enum):
-    """What the calibration does."""
+    """The states of the calibration."""
 
     REST = "standing still for the gyro's drift"
     ALIGN = "turning towards the wall"
@@ -234,7 +234,7 @@ class Calibration:
         return STANDSTILL
 
     def _largest_error(self) -> float:
-        """How far from where the odometry puts the wall it may be.
+        """Return the largest angle that the wall may be off from where the odometry puts it.
 
         Further away the next wall round the corner would be taken for the one that the turn began with, or
         half a turn too many for none.
@@ -290,13 +290,13 @@ class Calibration:
         return Twist2(0.0, self._speed)
 
     def _whole(self) -> float:
-        """A whole turn by the odometry, with what is known of it by now."""
+        """Return a whole turn by the odometry, with what is known of it by now."""
         if not self.turns:
             return math.tau
         return math.tau * sum(turn.odometry / turn.wall for turn in self.turns) / len(self.turns)
 
     def _enough(self) -> float:
-        """The turn by the odometry after which to brake, so that the wall is in sight again."""
+        """Return the turn by the odometry after which to brake, so that the wall is in sight again."""
         return self._whole() - self._speed**2 / (2.0 * self._parameters.braking)
 
     def _wait_for_sensors(self, now: float, sources: tuple[Source, ...], moment: float) -> Twist2:
@@ -325,7 +325,7 @@ class Calibration:
 
 
 def _problem_with(turn: MeasuredTurn) -> str:
-    """Why a turn cannot be used, empty when it can."""
+    """Tell why a turn cannot be used; empty when it can."""
     seen = {Source.WALL: turn.wall, Source.ODOMETRY: turn.odometry, Source.GYRO: turn.gyro}
     for source, angle in seen.items():
         if angle is not None and abs(angle - math.tau) > LARGEST_ERROR:

@@ -11,7 +11,7 @@ from florence_bt.core.geometry import angle_difference
 
 
 class Source(enum.Enum):
-    """What measures where the robot looks."""
+    """The sources that measure where the robot looks."""
 
     WALL = "scan of the wall"
     ODOMETRY = "odometry"
@@ -75,7 +75,7 @@ class Readings:
         self.turned = 0.0
 
     def behind(self, moment: float, sources: tuple[Source, ...]) -> list[Source]:
-        """The sources that have not spoken since a moment."""
+        """Return the sources that have not spoken since a moment."""
         return [s for s in sources if s not in self.newest or self.newest[s].stamp < moment]
 
 
@@ -108,7 +108,7 @@ class MeasuredTurn:
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """What to multiply the parameters of the base with.
+    """The factors for the parameters of the base.
 
     Attributes:
         odometry: For ``odom_angular_scale_correction``.
@@ -121,11 +121,11 @@ class Factors:
     turns: tuple[MeasuredTurn, ...]
 
     def near(self, tolerance: float) -> bool:
-        """Whether every factor is that close to 1."""
+        """Tell whether every factor is that close to 1."""
         return all(abs(f - 1.0) <= tolerance for f in (self.odometry, self.gyro) if f is not None)
 
     def by_parameter(self) -> dict[str, float]:
-        """Parameter of ``turtlebot_node`` -> factor."""
+        """Map each parameter of ``turtlebot_node`` to its factor."""
         factors = {} if self.gyro is None else {GYRO_PARAMETER: self.gyro}
         return {**factors, ODOMETRY_PARAMETER: self.odometry}
 
@@ -133,7 +133,7 @@ class Factors:
 def measure_turn(
     speed: float, start: Mapping[Source, Direction], end: Mapping[Source, Direction], drift: float | None
 ) -> MeasuredTurn:
-    """A turn of about 360 degrees from the readings before and after it.
+    """Compute a turn of about 360 degrees from the readings before and after it.
 
     Args:
         speed: What was asked for, rad/s.
@@ -152,7 +152,7 @@ def measure_turn(
 
 
 def factors_from_turns(turns: Sequence[MeasuredTurn]) -> Factors:
-    """The factors from all turns.
+    """Compute the factors from all turns.
 
     Source: REFERENCE 3.3, steps 2f and 3.
     """

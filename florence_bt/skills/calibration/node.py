@@ -29,7 +29,7 @@ DISCOVERY_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class CalibrationNodeParameters:
-    """Where the readings come from.
+    """The sources of the readings.
 
     Attributes:
         scan_topic: Scans whose angle zero is straight ahead and whose z axis points up; the Kinect as a laser
@@ -98,7 +98,7 @@ class CalibrationNode(FlorenceNode):
             readings.take(Source.WALL, scan.middle_stamp, wall.angle)
 
     def _on_state(self, message: TurtlebotSensorState) -> None:
-        """The wheels alone: the heading of ``odom`` is the gyro's."""
+        """Take the turn of the wheels alone: the heading of ``odom`` is the gyro's."""
         self._missing.discard(Source.ODOMETRY)
         self._turned += message.angle * self._scale
         self.rounds.current.readings.take(

@@ -14,7 +14,7 @@ from florence_bt.core.sensing import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class WallParameters(CheckedParameters):
-    """Which part of a scan is the wall, and what counts as one.
+    """The parameters of the part of a scan that is the wall, and of what counts as one.
 
     Attributes:
         min_angle: First direction looked at, radians (REFERENCE 3.1).

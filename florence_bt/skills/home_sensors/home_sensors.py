@@ -32,7 +32,7 @@ class BadReport(FlorenceError):
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a sensor said.
+    """The report of a sensor.
 
     Attributes:
         sensor: Its name.
@@ -47,7 +47,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class SensedRoom:
-    """Where the user is, as far as home sensors know.
+    """The room of the user, as far as home sensors know.
 
     Attributes:
         room: The label of the room.
@@ -64,7 +64,7 @@ class SensedRoom:
 
 @dataclass(slots=True)
 class _State:
-    """What is known of one sensor; times in seconds."""
+    """The state of one sensor; times in seconds."""
 
     active: bool | None = None
     last_report: float | None = None
@@ -107,7 +107,7 @@ class HomeSensors:
             raise BadReport(f"there is no home sensor {report.sensor!r} (would have worked: {names})")
         if report.at is None:
             if sensor.kind is SensorKind.DEVICE:
-                # Not when, but what it is: the next change is one.
+                # It tells the state, but not since when: the next report that differs is a change.
                 state.active = report.active
             return
         if not math.isfinite(report.at) or report.at > now + AHEAD_S:
@@ -126,13 +126,13 @@ class HomeSensors:
         state.active, state.last_report = report.active, at
 
     def is_press(self, report: Report, now: float) -> bool:
-        """Whether a report says that a button was pressed a moment ago."""
+        """Tell whether a report says that a button was pressed a moment ago."""
         sensor = self._sensors[report.sensor]
         fresh = report.at is not None and now - report.at <= PRESS_S
         return sensor.kind is SensorKind.BUTTON and report.active and fresh
 
     def locate(self, now: float) -> SensedRoom | None:
-        """Where the user is, None while no sensor has said so. Call it after each report, and often."""
+        """Locate the user; None while no sensor has said anything. Call it after each report, and often."""
         last, began = self._sensed, self._candidates(now)
         if not began:
             return last
@@ -144,14 +144,14 @@ class HomeSensors:
         return self._sensed
 
     def diagnoses(self, now: float) -> dict[str, Diagnosis]:
-        """How each sensor does, and whether they agree."""
+        """Report how each sensor does, and whether they agree."""
         return {
             "user": self._agreement(now),
             **{name: self._diagnosis(name, now) for name in self._sensors},
         }
 
     def _candidates(self, now: float) -> dict[str, float]:
-        """The sensors that may say where the user is, and since when each does."""
+        """Return the sensors that may say where the user is, and since when each has said it."""
         last = self._sensed
         began = {
             name: state.counts_from for name, state in self._states.items() if state.counts_from is not None
@@ -168,7 +168,7 @@ class HomeSensors:
         }
 
     def _until(self, name: str, now: float) -> float:
-        """Until when a sensor that has begun said that somebody is in its room."""
+        """Return until when a sensor that has begun said that somebody is in its room."""
         sensor, state = self._sensors[name], self._states[name]
         if self._sees_motion(name, now):
             return now
@@ -179,14 +179,14 @@ class HomeSensors:
         return min(state.last_report, state.began + sensor.stuck_after) if state.active else state.ended
 
     def _was_operated(self, name: str, now: float) -> bool:
-        """Whether it is a device that was operated a moment ago."""
+        """Tell whether it is a device that was operated a moment ago."""
         began = self._states[name].began
         return (
             self._sensors[name].kind is not SensorKind.MOTION and began is not None and now - began <= HOLD_S
         )
 
     def _sees_motion(self, name: str, now: float) -> bool:
-        """Whether it is a motion detector that sees motion now, and is trusted."""
+        """Tell whether it is a motion detector that sees motion now, and is trusted."""
         sensor, state = self._sensors[name], self._states[name]
         return (
             sensor.kind is SensorKind.MOTION
@@ -206,7 +206,7 @@ class HomeSensors:
         )
 
     def _agreement(self, now: float) -> Diagnosis:
-        """Whether motion detectors see somebody in two rooms at once."""
+        """Report whether motion detectors see somebody in two rooms at once."""
         since: dict[str, float] = {}
         for name, sensor in self._sensors.items():
             began = self._states[name].began
@@ -251,7 +251,7 @@ class HomeSensors:
 
 
 def _begins(sensor: HomeSensor, state: _State, active: bool, at: float) -> bool:
-    """Whether a report is the beginning of something, and not the same state once more."""
+    """Tell whether a report is the beginning of something, and not the same state once more."""
     if sensor.kind is SensorKind.BUTTON:
         return active
     if sensor.kind is SensorKind.DEVICE:

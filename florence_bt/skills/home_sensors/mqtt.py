@@ -147,7 +147,7 @@ class MqttClient:
 
 
 def require_paho() -> Any:
-    """The module ``paho.mqtt.client``.
+    """Import and return the module ``paho.mqtt.client``.
 
     Raises:
         ConfigError: It is not installed, or as old as that of Ubuntu 24.04 (1.6).

@@ -125,7 +125,7 @@ class HomeSensorsNode(FlorenceNode):
         self._user_seen.publish(message)
 
     def _publish_again(self) -> None:
-        """The clock has jumped: who subscribes later gets the stamps of the new time."""
+        """Publish again when the clock has jumped, so that later subscribers get stamps of the new time."""
         self._published = None
         self._publish_user()
 

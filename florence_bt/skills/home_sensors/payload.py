@@ -69,7 +69,7 @@ def _state(sensor: HomeSensor, value: Any) -> bool:
 
 
 def _time(value: Any) -> float:
-    """Seconds since 1970 from a number or ISO 8601."""
+    """Read seconds since 1970 from a number or ISO 8601."""
     wrong = _bad(f"the time is {_shown(value)}", "seconds since 1970, or 2026-01-31T08:00:00Z")
     if isinstance(value, str):
         try:
@@ -84,7 +84,7 @@ def _time(value: Any) -> float:
 
 
 def _shown(value: Any) -> str:
-    """A value for people; of what is nested, its type only: it may be nested as deep as Python goes."""
+    """Show a value to people; of a nested one only its type, as it may be nested as deep as Python allows."""
     return f"a {type(value).__name__}" if isinstance(value, list | dict) else _short(str(value))
 
 

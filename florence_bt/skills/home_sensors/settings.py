@@ -29,7 +29,7 @@ MAX_TOPIC_BYTES = 65_535
 
 
 class SensorKind(Enum):
-    """What a report means."""
+    """The kinds of sensors, by the meaning of their reports."""
 
     MOTION = "motion"
     """Somebody is in the room from the first report of motion to the one that says that it is over."""
@@ -68,7 +68,7 @@ class HomeSensor:
 
 @dataclass(frozen=True, slots=True)
 class BrokerSettings:
-    """How to reach the MQTT broker.
+    """The settings for reaching the MQTT broker.
 
     Attributes:
         host: Its name or address.
@@ -98,7 +98,7 @@ class BrokerSettings:
         return f"{self.host}:{self.port}"
 
     def password(self, environment: Mapping[str, str] = os.environ) -> str | None:
-        """The password, None when there is none.
+        """Return the password, None when there is none.
 
         Raises:
             ConfigError: The variable is not set, or the file cannot be read. The password is never in it.
@@ -122,7 +122,7 @@ class BrokerSettings:
 
 @dataclass(frozen=True, slots=True)
 class HomeSettings:
-    """What the file says.
+    """The contents of the file.
 
     Attributes:
         sensors: The sensors by name, in the order of the file.

@@ -123,7 +123,7 @@ def _rooms(inputs: Inputs, result: Result) -> Result:
 
 
 def _labels(texts: Iterable[str]) -> tuple[str, ...]:
-    """The labels among some texts, each once."""
+    """Return the labels among some texts, each once."""
     labels = (label.strip() for label in texts)
     return tuple(dict.fromkeys(label for label in labels if label))
 

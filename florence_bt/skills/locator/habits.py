@@ -33,7 +33,7 @@ class RoomHabits:
         """Whether something was counted since the last :meth:`save`."""
 
     def saw(self, room: str, at: float) -> None:
-        """The user was seen in a room.
+        """Note that the user was seen in a room.
 
         Args:
             room: The label of the room.
@@ -49,7 +49,7 @@ class RoomHabits:
             self.unsaved = True
 
     def count(self, room: str, at: float) -> int:
-        """On how many days the user was seen in a room at the hour of a moment, as of :meth:`saw`."""
+        """Count the days when the user was seen in a room at a moment's hour, as given to :meth:`saw`."""
         return self._counts[room][time.localtime(at).tm_hour] if room in self._counts else 0
 
     def save(self, file: Path) -> None:
@@ -66,7 +66,7 @@ class RoomHabits:
 
 
 def load_habits(file: Path) -> RoomHabits:
-    """The counts that a file keeps; none when there is no file yet.
+    """Load the counts that a file keeps; none when there is no file yet.
 
     Raises:
         ConfigError: The file cannot be read, or is damaged.

@@ -44,7 +44,7 @@ class Hotspot:
     polygon: tuple[Point, ...] = ()
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the polygon contains a point (even-odd rule); False without a polygon."""
+        """Tell whether the polygon contains a point (even-odd rule); False without a polygon."""
         inside = False
         for (ax, ay), (bx, by) in zip(self.polygon, self.polygon[1:] + self.polygon[:1], strict=True):
             if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
@@ -67,31 +67,31 @@ class Hotspots:
         self._positions = dict(positions or {})
 
     def __iter__(self) -> Iterator[Hotspot]:
-        """Every hotspot in order."""
+        """Iterate over the hotspots in order."""
         return iter(self._by_label.values())
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Count the hotspots."""
         return len(self._by_label)
 
     def copy(self) -> Hotspots:
-        """The same hotspots, to go back to."""
+        """Copy the hotspots, to go back to them."""
         return Hotspots(self, self._positions)
 
     def labels(self) -> tuple[str, ...]:
-        """Every label in order."""
+        """Return every label in order."""
         return tuple(self._by_label)
 
     def rooms(self) -> tuple[Hotspot, ...]:
-        """The hotspots that are rooms."""
+        """Return the hotspots that are rooms."""
         return tuple(hotspot for hotspot in self if hotspot.kind == "room")
 
     def get(self, label: str) -> Hotspot | None:
-        """The hotspot with this label, or None."""
+        """Return the hotspot with this label, or None."""
         return self._by_label.get(label)
 
     def position_of(self, label: str) -> Position:
-        """Where a hotspot stands in the file that was read; the beginning when it came from elsewhere."""
+        """Return where a hotspot stands in its file; the file's beginning if it is from elsewhere."""
         return self._positions.get(label, Position())
 
     def put(self, label: str, pose: Pose2) -> Hotspot:
@@ -102,7 +102,7 @@ class Hotspots:
         return new
 
     def unknown(self, label: str) -> str:
-        """A sentence that says that a label does not exist, and which do."""
+        """Say that a label does not exist, and which ones do."""
         if not self._by_label:
             return f"there is no hotspot {label!r}: the list of hotspots is empty"
         close = ", ".join(closest_first(label, self.labels()))
@@ -157,7 +157,7 @@ _Dumper.add_representer(str, _Dumper.represent_str)
 
 
 def dump_hotspots(hotspots: Hotspots) -> str:
-    """The text of a hotspot file; :func:`parse_hotspots` reads the same hotspots back."""
+    """Write the text of a hotspot file; :func:`parse_hotspots` reads the same hotspots back."""
     entries = []
     for hotspot in hotspots:
         entry: dict[str, object] = {

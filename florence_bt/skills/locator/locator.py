@@ -49,7 +49,7 @@ INITIAL_ROOM, SET_ROOM, SET_POSITION = "initial_user_room", "setUserPosRoom", "s
 
 @dataclass(frozen=True, slots=True)
 class LastSeen:
-    """When and how the user was last located.
+    """The time and source of the last location of the user.
 
     Attributes:
         source: The sensor, service or topic.
@@ -107,7 +107,7 @@ class Locator:
                 raise ConfigError(f"{INITIAL_ROOM}: {result.reason}")
 
     def room_of(self, x: float, y: float) -> str:
-        """The room of a point: the polygon that contains it, else the nearest room hotspot, else empty."""
+        """Return a point's room: the polygon that contains it, else the nearest room hotspot, else empty."""
         rooms = self.hotspots.rooms()
         for room in rooms:
             if room.contains(x, y):
@@ -116,7 +116,7 @@ class Locator:
         return min(rooms, key=lambda room: here.distance_to(room.pose)).label if rooms else ""
 
     def room_of_pose(self, pose: Pose2 | None) -> str:
-        """As :meth:`room_of`; empty when there is no pose."""
+        """Do as :meth:`room_of`; empty when there is no pose."""
         return self.room_of(pose.x, pose.y) if pose is not None else ""
 
     def set_user_position(self, pose: Pose2, source: str = SET_POSITION) -> Result:
@@ -145,11 +145,11 @@ class Locator:
         return success()
 
     def _off_the_map(self, pose: Pose2, slack: float = 0.0) -> str | None:
-        """Why the map, if it is known, says nothing about a place, or None."""
+        """Tell why the map, if known, says nothing about a place; None if it does."""
         return None if self.map is None else self.map.problem_with_place(pose.x, pose.y, slack)
 
     def _in_obstacle(self, pose: Pose2) -> bool:
-        """Whether the map, if it is known, has an obstacle at a point."""
+        """Tell whether the map, if known, has an obstacle at a point."""
         return self.map is not None and self.map.is_occupied(pose.x, pose.y)
 
     def set_user_room(self, label: str) -> Result:
@@ -201,7 +201,7 @@ class Locator:
         return success()
 
     def get_user_room(self) -> Result:
-        """The skill ``get_user_room``."""
+        """Run the skill ``get_user_room``."""
         if self.user is None:
             return failure("user_unknown", USER_UNKNOWN)
         assert self._last_seen is not None  # set together with the user
@@ -209,14 +209,14 @@ class Locator:
         return success(room=self.room_of_pose(self.user), source=self._last_seen.source, age=age)
 
     def get_hotspot(self, label: str) -> Result:
-        """The skill ``get_hotspot``."""
+        """Run the skill ``get_hotspot``."""
         hotspot = self.hotspots.get(label)
         if hotspot is None:
             return failure("unknown_hotspot", self.hotspots.unknown(label))
         return success(pose=hotspot.pose)
 
     def get_view(self, room: str, number: int) -> Result:
-        """The skill ``get_view``.
+        """Run the skill ``get_view``.
 
         Args:
             room: The label of its hotspot.
@@ -241,7 +241,7 @@ class Locator:
         return views(room.pose, lambda x, y: self.room_of(x, y) == room.label, self.map)
 
     def robot_in_room(self, label: str) -> Result:
-        """The skill ``robot_in_room``."""
+        """Run the skill ``robot_in_room``."""
         if self.robot is None:
             return failure("no_pose", NO_POSE)
         room = self.room_of_pose(self.robot)
@@ -251,11 +251,11 @@ class Locator:
         return failure("elsewhere", f"the robot is in {room!r}, not in {label!r}{hint}")
 
     def get_robot_pose(self) -> Result:
-        """The skill ``get_robot_pose``."""
+        """Run the skill ``get_robot_pose``."""
         return success(pose=self.robot) if self.robot is not None else failure("no_pose", NO_POSE)
 
     def likely_rooms(self) -> tuple[str, ...]:
-        """Every room, in the order in which to look for the user.
+        """Return every room, in the order in which to look for the user.
 
         First the room where the user was last known to be, then those where the user was on most days at this
         hour, then the nearest to the robot and to the room before, by the straight line to their hotspots.
@@ -284,24 +284,24 @@ class Locator:
         return STATUS_OF_RUN_STATE.get(self._run_state, self._run_state)
 
     def why_not_goto_user(self) -> str | None:
-        """Why the robot cannot be sent to the user now, or None when it can."""
+        """Tell why the robot cannot be sent to the user now, or None when it can."""
         return self._override_reason() or (USER_UNKNOWN if self.user is None else None)
 
     def why_not_goto_room(self, label: str) -> str | None:
-        """Why the robot cannot be sent to a hotspot now, or None when it can."""
+        """Tell why the robot cannot be sent to a hotspot now, or None when it can."""
         hotspot = self.hotspots.get(label)
         if hotspot is None:
             return self._override_reason() or self.hotspots.unknown(label)
         return self._override_reason() or self._why_no_goal(f"the hotspot {label!r}", hotspot.pose)
 
     def why_not_goto_pose(self, pose: Pose2) -> str | None:
-        """Why the robot cannot be sent to a pose now, or None when it can."""
+        """Tell why the robot cannot be sent to a pose now, or None when it can."""
         if not pose.is_finite():
             return self._override_reason() or f"the goal must be finite, not {pose}"
         return self._override_reason() or self._why_no_goal("the goal", pose)
 
     def _why_no_goal(self, what: str, pose: Pose2) -> str | None:
-        """Why navigation and ``florence check --map`` refuse a place of which the map knows nothing."""
+        """Tell why navigation and ``florence check --map`` refuse a place that the map does not know."""
         problem = self._off_the_map(pose)
         return problem and f"{what} at ({pose.x:.2f} m, {pose.y:.2f} m) is {problem}"
 

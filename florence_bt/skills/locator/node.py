@@ -353,7 +353,7 @@ class _MissionClient:
 
 
 def _with_pose(response: Any, result: Result) -> Any:
-    """The pose that a skill gave, or why there is none."""
+    """Fill in the pose that a skill gave, or why there is none."""
     response.valid, response.message = result.succeeded, result.reason
     if result.succeeded:
         pose = result.outputs["pose"]

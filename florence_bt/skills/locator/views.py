@@ -39,7 +39,7 @@ _RAY_STEP_M = 0.1
 
 
 def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: OccupancyGrid) -> Iterator[Pose2]:
-    """Where to look from, one after the other.
+    """Yield the poses to look from, one after the other.
 
     Args:
         hotspot: The hotspot of the room, map frame; it is the first view.
@@ -85,7 +85,7 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
 
 
 def _open_floor(grid: OccupancyGrid) -> NDArray[np.bool_]:
-    """Where the map shows free floor, in its shape."""
+    """Mark where the map shows free floor, in its shape."""
     from florence_bt.core.sensing import OCCUPIED
 
     open_floor: NDArray[np.bool_] = (grid.cells >= 0) & (grid.cells < OCCUPIED // 2)
@@ -95,7 +95,7 @@ def _open_floor(grid: OccupancyGrid) -> NDArray[np.bool_]:
 def _points_of_room(
     hotspot: Pose2, in_room: Callable[[float, float], bool], grid: OccupancyGrid
 ) -> NDArray[np.float64]:
-    """Points of the map that belong to the room and are not far from its hotspot, shape (n, 2)."""
+    """Return points of the map that belong to the room and are not far from its hotspot, shape (n, 2)."""
     import numpy as np
 
     height, width = (size * grid.resolution for size in grid.cells.shape)
@@ -107,7 +107,7 @@ def _points_of_room(
 
 
 def _some(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """At most this many of the points, spread over all of them, and always the same."""
+    """Return at most this many of the points, spread over all of them, and always the same ones."""
     import numpy as np
 
     return points[np.sort(np.random.default_rng(0).permutation(len(points))[:most])]
@@ -116,7 +116,7 @@ def _some(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
 def _cells_of(
     points: NDArray[np.float64], grid: OccupancyGrid
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows and columns of points, shape (..., 2), each at most as far as the grid goes."""
+    """Return the rows and columns of points, shape (..., 2), each at most as far as the grid goes."""
     import numpy as np
 
     cells = np.floor((points - (grid.origin.x, grid.origin.y)) / grid.resolution).astype(np.int64)
@@ -130,7 +130,7 @@ def _seen(
     open_floor: NDArray[np.bool_],
     grid: OccupancyGrid,
 ) -> NDArray[np.bool_]:
-    """Where a robot at a place would see somebody, shape (n,); where it stands itself nobody can be."""
+    """Tell at which points a robot would see somebody, shape (n,); nobody can be where it stands."""
     import numpy as np
 
     away = points - eye

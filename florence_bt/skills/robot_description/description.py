@@ -77,7 +77,7 @@ def load_description(file: str | Path = "") -> RobotDescription:
 
 
 def default_file() -> Path:
-    """The description that comes with Florence."""
+    """Return the description that comes with Florence."""
     return find_data("urdf", FILE_NAME)
 
 

@@ -67,11 +67,11 @@ class Footprint:
         return Footprint(padded, inner, max(math.hypot(x, y) for x, y in padded))
 
     def outline(self, spacing: float) -> NDArray[np.float64]:
-        """Points along all edges, at most ``spacing`` metres apart, shape (n, 2); only to be read."""
+        """Return points along all edges, at most ``spacing`` metres apart, shape (n, 2); only to be read."""
         return _outline(self.corners, spacing)
 
     def corner_array(self) -> NDArray[np.float64]:
-        """The corners, shape (n, 2)."""
+        """Return the corners, shape (n, 2)."""
         return np.array(self.corners)
 
 
@@ -85,7 +85,7 @@ def _outline(corners: Corners, spacing: float) -> NDArray[np.float64]:
 
 
 def corners_from_flat(numbers: Sequence[float]) -> Corners:
-    """Corners from x, y, x, y, ... as a parameter holds them.
+    """Return corners from x, y, x, y, ... as a parameter holds them.
 
     Raises:
         ConfigError: An odd count of numbers, or one that is not finite.

@@ -39,7 +39,7 @@ class TurningJoint:
     axis: NDArray[np.float64]
 
     def at(self, angle: float) -> Transform3:
-        """Parent from child.
+        """Return the transform of the parent from the child.
 
         Args:
             angle: Radians.
@@ -50,7 +50,7 @@ class TurningJoint:
 
 
 def turning_joints(urdf_text: str) -> list[TurningJoint]:
-    """The joints of a robot that turn, in the order of the file.
+    """Return the joints of a robot that turn, in the order of the file.
 
     Raises:
         ConfigError: As :func:`static_frames`, or an axis has no direction.

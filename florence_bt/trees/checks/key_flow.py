@@ -31,7 +31,7 @@ class Written:
     surely: int
 
     def plus(self, keys: int) -> Written:
-        """After these keys were written too."""
+        """Return the state after these keys were written too."""
         return Written(self.maybe | keys, self.surely | keys)
 
 
@@ -41,7 +41,7 @@ State = Written | None
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """What a node does to the keys.
+    """The effect of a node on the keys.
 
     Attributes:
         success: The state after its success.
@@ -55,10 +55,10 @@ class Flow:
 
 
 class ReadObserver(Protocol):
-    """Is called for every read while the flow is followed."""
+    """An observer that is called for every read while the flow is followed."""
 
     def read(self, reference: Reference, before: Written) -> Written:
-        """A node reads a key that it needs; gives the state with which to go on."""
+        """Take note that a node reads a key that it needs, and return the state with which to go on."""
 
 
 class KeyFlow:
@@ -127,7 +127,7 @@ class KeyFlow:
         )
 
     def _reads(self, node: Node, before: Written, observer: ReadObserver | None) -> tuple[State, State]:
-        """What a node reads when it begins: the state to go on with, and the state when that fails."""
+        """Return the states after the reads with which a node begins: to go on with, and when one fails."""
         state, failed = before, None
         for reference in _read_by(node):
             bit = self._bits.get(reference.key)
@@ -169,7 +169,7 @@ class KeyFlow:
     def _chain(
         self, node: Node, children: Iterable[Node], before: Written, observer: ReadObserver | None
     ) -> Flow:
-        """A sequence goes on after a success, a selector after a failure."""
+        """Follow children in turn: a sequence goes on after a success, a selector after a failure."""
         is_sequence = isinstance(node, model.Sequence)
         state: State = before
         ended: State = None
@@ -185,7 +185,7 @@ class KeyFlow:
     def _reactive(
         self, node: Node, children: tuple[Node, ...], before: Written, observer: ReadObserver | None
     ) -> Flow:
-        """Without memory the first children begin again while a later one runs."""
+        """Follow children without memory: the first children begin again while a later one runs."""
         state = before
         while (touched := self._chain(node, children, state, None).touched) | state.maybe != state.maybe:
             state = Written(state.maybe | touched, state.surely)
@@ -218,7 +218,7 @@ class KeyFlow:
 
     def _if(self, node: model.If, before: Written, observer: ReadObserver | None) -> Flow:
         if not node.memory:
-            # Decided again with every tick: what one branch wrote the other may read.
+            # Decided again at every tick: one branch may read what the other wrote.
             branches = [node.then, *([node.otherwise] if node.otherwise is not None else [])]
             state = before
             for branch in branches * 2:
@@ -304,10 +304,10 @@ class KeyFlow:
         return Flow(success, Written(touched, before.surely), touched)
 
     def _together(self, children: Iterable[Node], before: Written) -> Written:
-        """The state when any of some nodes begins that are done at the same time, again and again."""
+        """Return the state when any of some nodes begins that are done at the same time, again and again."""
         state, children = before, tuple(children)
         while True:
-            # What one of them writes the others may read.
+            # Each may read what the others write.
             touched = state.maybe
             for child in children:
                 touched |= self.follow(child, state).touched
@@ -316,7 +316,7 @@ class KeyFlow:
             state = Written(touched, before.surely)
 
     def _loop(self, node: model.Retry | model.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
-        """The last round, and what comes between two rounds."""
+        """Follow the last round, and what comes between two rounds."""
         flow = self.follow(node.child, start, observer)
         if not isinstance(node, model.Retry) or node.between is None or flow.failure is None:
             return flow
@@ -324,7 +324,7 @@ class KeyFlow:
         return Flow(flow.success, join(flow.failure, pause.failure), flow.touched | pause.touched)
 
     def _start_of_rounds(self, node: model.Retry | model.Repeat, before: Written) -> Written:
-        """The state at the beginning of any round of a loop, the first one included."""
+        """Return the state at the beginning of any round of a loop, the first one included."""
         state = before
         while True:
             flow = self.follow(node.child, state)
@@ -349,7 +349,7 @@ class KeyFlow:
 
 
 def join(one: State, other: State) -> State:
-    """The state where two ways meet."""
+    """Return the state where two ways meet."""
     if one is None or other is None:
         return one if other is None else other
     return Written(one.maybe | other.maybe, one.surely & other.surely)
@@ -360,7 +360,7 @@ def _also_maybe(state: State, keys: int) -> State:
 
 
 def _either(ways: Iterable[Flow], before: Written, *, nothing_done: State, not_done: State) -> Flow:
-    """One of several ways; or none of them, which is a success, or none of them, which is a failure."""
+    """Join several ways of which one is taken; or none, which is a success, or none, which is a failure."""
     success, failure, touched = nothing_done, not_done, before.maybe
     for way in ways:
         success, failure = join(success, way.success), join(failure, way.failure)
@@ -369,7 +369,7 @@ def _either(ways: Iterable[Flow], before: Written, *, nothing_done: State, not_d
 
 
 def _read_by(node: Node) -> Iterable[Reference]:
-    """The keys that a node needs when it begins, guards first."""
+    """Return the keys that a node needs when it begins, guards first."""
     for expression in node.expressions:
         yield from model.references(expression)
     for value in model.values_of(node):

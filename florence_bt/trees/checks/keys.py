@@ -60,7 +60,7 @@ class KeyChecks:
         start = sum(self._bits[name] for name in dict.fromkeys(there))
         self._check_outputs(self._flow.follow(self._mission.tree, Written(start, start), self).success)
         if known and not self._mission.findings:
-            # What is read by a wrong name, or where nothing can be read, is not said to be read by nobody.
+            # A key that is read under a wrong name, or in an unreadable part, is not reported as unread.
             read = {reference.key for reference in self._wanted()}
             self._check_read_at_all(read | set(self._mission.outputs))
 
@@ -87,7 +87,7 @@ class KeyChecks:
         ]
 
     def read(self, reference: Reference, before: Written) -> Written:
-        """A node reads a key that it needs (see :class:`florence_bt.trees.checks.key_flow.ReadObserver`)."""
+        """Note that a node reads a key that it needs (see :class:`~.key_flow.ReadObserver`)."""
         key, bit = reference.key, self._bits[reference.key]
         if self._findings.full:
             return before.plus(bit)
@@ -100,7 +100,7 @@ class KeyChecks:
         elif not before.surely & bit:
             message = f"the key {key!r} may have no value here: not every path writes it"
             self._findings.warning(reference.position, message)
-        # Said once on each way.
+        # Reported once on each path.
         return before.plus(bit)
 
     def _lines_that_write(self, key: str) -> list[int]:
@@ -158,7 +158,7 @@ class KeyChecks:
 def _outputs_of_nothing(
     nodes: Iterable[Node], analysis: Analysis
 ) -> Iterator[tuple[Literal, Literal, Mapping[str, Kind]]]:
-    """Outputs that a skill or mission does not have, with the key each goes to and those that there are."""
+    """Yield outputs that a skill or mission lacks, with the key each goes to and those that it has."""
     for node in nodes:
         if isinstance(node, model.RunSkill | model.CallMission) and node.outputs:
             given = analysis.output_kinds(node)
@@ -166,13 +166,13 @@ def _outputs_of_nothing(
 
 
 def _needed_by(node: Node) -> Iterator[Value]:
-    """The values that a node needs when it begins."""
+    """Yield the values that a node needs when it begins."""
     yield from node.expressions
     yield from model.values_of(node)
 
 
 def _explanations_of(node: Node) -> Iterator[Value]:
-    """The texts with which a node explains itself; a missing key there does no harm."""
+    """Yield the texts with which a node explains itself; a missing key there does no harm."""
     if node.reasons is not None:
         if node.reasons.always is not None:
             yield node.reasons.always

@@ -70,7 +70,7 @@ def read_files(files: Iterable[Path], library: MissionLibrary) -> tuple[list[Mis
 def errors_of_called(
     missions: Collection[Mission], library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> list[Finding]:
-    """An error at each call of a mission that cannot run, itself or through what it calls.
+    """Report an error at each call of a mission that cannot run, itself or through what it calls.
 
     Args:
         missions: What is checked; what is wrong with these is reported at their own places.
@@ -112,7 +112,7 @@ def errors_of_called(
 def written_labels(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> list[tuple[str, Position]]:
-    """The labels of hotspots that are written in a mission, each with its place."""
+    """Return the labels of hotspots that are written in a mission, each with its place."""
     return [(text, position) for text, position, _ in labels_in(mission, Analysis(library, declarations))]
 
 
@@ -124,7 +124,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
     check_structure(mission, analysis, notes)
     keys = KeyChecks(mission, analysis, notes)
     if has_errors(mission.findings):
-        # What could not be read may be what writes a key first, or what can fail.
+        # A part that could not be read may be the one that writes a key first, or that can fail.
         keys.check_names()
     else:
         ReachChecks(mission, analysis, notes).check()
@@ -134,7 +134,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
 
 
 def _lacking_skills(mission: Mission, skills: Collection[str], library: MissionLibrary) -> Iterator[Finding]:
-    """A warning for each skill that is declared but not there, at its first use.
+    """Yield a warning for each skill that is declared but not there, at its first use.
 
     Args:
         mission: The mission.

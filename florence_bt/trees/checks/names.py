@@ -130,7 +130,7 @@ class NameChecks:
         self._check_outputs(node.skill, declaration.outputs, node.outputs)
 
     def _unknown_kind(self, node: model.RunSkill) -> None:
-        """A name that is no skill and no kind of node; missions are called otherwise."""
+        """Report a name that is no skill and no kind of node; missions are called otherwise."""
         missions = {name: f"run: {name}" for name in self._analysis.library.names()}
         names = dict.fromkeys((*NODE_KINDS, *self._analysis.declarations, *missions))
         close = closest_first(node.skill, names)
@@ -245,7 +245,7 @@ class NameChecks:
 
 
 def _with_input(node: model.RunSkill | model.CallMission, entry: str) -> str:
-    """An input as it would have worked; with the table round it when there is none."""
+    """Return an input as it would have worked; with the table round it when there is none."""
     if node.inputs or node.unread:
         return entry
     return f"with: {{{entry}}}" if isinstance(node, model.CallMission) else f"{node.skill}: {{{entry}}}"

@@ -36,7 +36,7 @@ class Outcomes:
 def possible_outcomes(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> list[tuple[Node, Outcomes]]:
-    """Every node of a mission with the outcomes that it can have, in the order of the file.
+    """Return every node of a mission with the outcomes that it can have, in the order of the file.
 
     Args:
         mission: The mission, without errors.
@@ -64,7 +64,7 @@ def _can_succeed(node: Node, outcomes: NodeOutcomes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Prospects:
-    """What can come of a mission, for those who hold expectations against it.
+    """The prospects of a mission, for those who hold expectations against it.
 
     Attributes:
         kinds: The kinds of its inputs and keys, as far as they are known.
@@ -80,7 +80,7 @@ class Prospects:
 def prospects_of(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> Prospects:
-    """What can come of a mission.
+    """Return what can come of a mission.
 
     Args:
         mission: The mission, without errors.

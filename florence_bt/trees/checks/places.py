@@ -56,7 +56,7 @@ def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, find
 
 
 def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Position, str]]:
-    """Every written label, where it stands, and what it names.
+    """Yield every written label, where it stands, and what it names.
 
     An empty text in a key names nothing: it says that no place is known yet. What an author gives to an
     input is meant to be a label.
@@ -82,7 +82,7 @@ def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Posit
 
 
 def _meets_key(node: Node) -> Iterator[tuple[Literal, str]]:
-    """Literals that are written to a key, or held against one."""
+    """Yield literals that are written to a key, or held against one."""
     match node:
         case model.Set(values=values):
             yield from ((value, key.text) for key, value in values if isinstance(value, Literal))

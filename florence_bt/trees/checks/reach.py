@@ -80,14 +80,14 @@ class ReachChecks:
     # ---- codes ----------------------------------------------------------------------------------------
 
     def _can_be(self, word: str, codes: frozenset[str]) -> bool:
-        """Whether a code, or one of a group, is among some codes."""
+        """Tell whether a code, or one of a group, is among some codes."""
         return not codes_named(word, self._groups).isdisjoint(codes)
 
     def _in_words(self, word: str) -> str:
         return f"any code of the group {word!r}" if word in self._groups else repr(word)
 
     def _most_likely(self, code: str, codes: Collection[str]) -> Sequence[str]:
-        """Possible codes and groups, the one first that a wrong code most likely stands for."""
+        """Return the possible codes and groups, the one first that a wrong code most likely stands for."""
         groups = [name for name, group in self._groups.items() if not group.codes.isdisjoint(codes)]
         return closest_first(RENAMED_CODES.get(code, code), [*codes, *groups])
 
@@ -153,7 +153,7 @@ class ReachChecks:
             self._findings.in_vain(never.position, message, ["an expression with a $key"])
 
     def _check_switch(self, node: model.Switch) -> None:
-        """A value that is always the same leads to the same branch every time."""
+        """Check a switch: a value that is always the same leads to the same branch every time."""
         if not isinstance(node.value, model.Literal):
             return
         text = node.value.text
@@ -204,7 +204,7 @@ class ReachChecks:
             self._findings.warning(node.position, message, ["wait: a pause, after the node"])
 
     def _check_duration(self, node: model.Timeout | model.Cooldown) -> None:
-        """A time-out of no time stops everything, and a cool-down of none nothing."""
+        """Check a duration: a time-out of no time stops everything, and a cool-down of none nothing."""
         try:
             duration = port_value(node.duration, PAUSE)
         except ConfigError:
@@ -273,7 +273,7 @@ class ReachChecks:
             self._findings.warning(node.goal.position, message, ["an expression with a $key"])
 
     def _check_rounds(self, node: model.Retry | model.Repeat, *, surely: bool) -> None:
-        """A loop of nodes that take no time is ended at some point.
+        """Check that a loop of nodes that take no time is ended at some point.
 
         Args:
             node: The loop.
@@ -296,7 +296,7 @@ class ReachChecks:
         report(node.position, message, valid)
 
     def _quick_rounds(self, node: Node) -> int:
-        """How often a node has the tree ticked at most, as far as numbers are written; at least once."""
+        """Return how often a node has the tree ticked at most, as far as written; at least once."""
         below = max((self._quick_rounds(part) for part in node.parts), default=1)
         match node:
             case (
@@ -339,6 +339,6 @@ class ReachChecks:
 
 
 def _does_nothing(node: Node) -> bool:
-    """Whether a node is a ``fail``, or holds nothing else: it neither acts nor asks nor takes time."""
+    """Tell whether a node is a ``fail``, or holds nothing else: it neither acts nor asks nor takes time."""
     holds = isinstance(node, model.Fail | model.Sequence | model.Selector | model.Parallel | model.Once)
     return holds and node.cleanup is None and all(map(_does_nothing, node.parts))

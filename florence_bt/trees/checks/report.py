@@ -25,12 +25,12 @@ _RED, _YELLOW, _GREEN, _BOLD, _PLAIN = "\x1b[1;31m", "\x1b[1;33m", "\x1b[32m", "
 
 
 def report_text(findings: Iterable[Finding]) -> str:
-    """One line per finding: ``file:line:column: severity: message (would have worked: ...)``."""
+    """Write one line per finding: ``file:line:column: severity: message (would have worked: ...)``."""
     return "\n".join(f"{f.file}:{f.line}:{f.column}: {f.severity}: {_with_valid(f)}" for f in findings)
 
 
 def report_full(findings: Iterable[Finding], excerpts: Excerpts, *, colour: bool = False) -> str:
-    """Findings for people: each with the offending line, marks under the offending text, and what would work.
+    """Write findings for people: each with its line, marks under the offending text, and what would work.
 
     Args:
         findings: The findings in order.
@@ -41,7 +41,7 @@ def report_full(findings: Iterable[Finding], excerpts: Excerpts, *, colour: bool
 
 
 def report_json(findings: Iterable[Finding], excerpts: Excerpts | None = None) -> str:
-    """A JSON list of objects with the fields of :class:`Finding` and the offending ``text``."""
+    """Write a JSON list of objects with the fields of :class:`Finding` and the offending ``text``."""
     return json.dumps(
         [{**asdict(finding), "text": _offending(finding, excerpts)} for finding in findings],
         indent=1,
@@ -50,7 +50,7 @@ def report_json(findings: Iterable[Finding], excerpts: Excerpts | None = None) -
 
 
 def report_github(findings: Iterable[Finding], excerpts: Excerpts | None = None) -> str:
-    """GitHub workflow commands, which show the findings beside the lines of a pull request."""
+    """Write GitHub workflow commands, which show the findings beside the lines of a pull request."""
     return "\n".join(
         f"::{f.severity} file={_escape(f.file, property_=True)},line={f.line},col={f.column}"
         f",endColumn={f.column + max(1, len(_offending(f, excerpts))) - 1},title=florence check"
@@ -60,7 +60,7 @@ def report_github(findings: Iterable[Finding], excerpts: Excerpts | None = None)
 
 
 def summary(findings: Iterable[Finding]) -> str:
-    """How many errors and warnings there are, in words."""
+    """Count the errors and warnings, in words."""
     findings = list(findings)
     errors = sum(finding.severity == ERROR for finding in findings)
     warnings = len(findings) - errors
@@ -111,7 +111,7 @@ def _valid(finding: Finding) -> str:
 
 
 def _shortened(text: str) -> str:
-    """A text on one line, without the middle of what somebody wrote much too long."""
+    """Shorten what somebody wrote much too long: one line, without its middle."""
     text = " ".join(text.split("\n"))
     half = MAX_MESSAGE // 2
     return text if len(text) <= MAX_MESSAGE else f"{text[:half]} … {text[-half:]}"
@@ -167,7 +167,7 @@ class Excerpts:
         self._lines = {file: _LINE_BREAK.split(text) for file, text in (known or {}).items()}
 
     def of(self, finding: Finding) -> Excerpt | None:
-        """The offending line of a finding, None when the file has no such line or cannot be read."""
+        """Return the offending line of a finding, None when the file has no such line or cannot be read."""
         lines = self._lines.get(finding.file)
         if lines is None:
             lines = self._lines[finding.file] = _lines_of(finding.file)
@@ -183,14 +183,14 @@ class Excerpts:
 
 
 def marks_under(excerpt: Excerpt) -> str:
-    """The carets under the offending text, as wide as it is in a terminal."""
+    """Return the carets under the offending text, as wide as it is in a terminal."""
     wide = width(excerpt.line[: excerpt.start])
     room = excerpt.line[excerpt.start : excerpt.start + len(excerpt.text)]
     return " " * wide + "^" * max(1, width(room))
 
 
 def width(text: Iterable[str]) -> int:
-    """How many columns of a terminal a text takes."""
+    """Return how many columns of a terminal a text takes."""
     return sum(
         0 if unicodedata.combining(char) else 2 if unicodedata.east_asian_width(char) in "WF" else 1
         for char in text
@@ -198,12 +198,12 @@ def width(text: Iterable[str]) -> int:
 
 
 def _offending_text(line: str, start: int, message: str) -> str:
-    """What of a line a message is about."""
+    """Return the part of a line that a message is about."""
     if NOT_UTF8 in message:
         return line[start : start + 1]  # one byte, whatever stands round it
     match = _OFFENDING.match(line, start)
     text = match[0].rstrip() if match else line[start : start + 1]
-    # What the message itself quotes stands there as a whole, whatever signs are in it.
+    # A text that the message itself quotes is taken as a whole, whatever signs are in it.
     in_message = [quoted for quoted in _QUOTED.findall(message) if line.startswith(quoted, start)]
     return max((text, *in_message), key=len)
 

@@ -87,7 +87,7 @@ def _check_resources(
 
 
 def _named(branch: Node, resource: str, analysis: Analysis) -> str:
-    """A branch, with the skill or call in it that uses a resource when that is not the branch itself."""
+    """Name a branch, with the skill or call in it that uses a resource when that is not the branch itself."""
     for node in model.walk(branch):
         uses = (
             isinstance(node, model.RunSkill)

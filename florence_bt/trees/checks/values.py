@@ -89,7 +89,7 @@ class ValueChecks:
             self._findings.error(expression.position, f"{what}: {error.problem}", error.valid)
 
     def kind(self, value: model.Value) -> Kind | None:
-        """The kind of a value, None when it is not known."""
+        """Return the kind of a value, None when it is not known."""
         return kind_of(value, self._kinds)
 
     def _written(self, value: model.Value, port: Port | None, what: str) -> None:
@@ -162,7 +162,7 @@ class ValueChecks:
 
 
 def literal_kind(literal: model.Literal, kind: Kind | None) -> object:
-    """What distinguishes a literal from another one: its value if it has one of the kind, else its text."""
+    """Return what tells a literal from another one: its value if it has one of the kind, else its text."""
     try:
         return tree_value(model.Literal(literal.text, literal.quoted, literal.position), kind)
     except ConfigError:

@@ -36,7 +36,7 @@ class WatchChecks:
         self._check_every()
 
     def _check_can_be_watched(self, node: Node) -> None:
-        """A clean-up would run after each question, and what is asked once is not watched."""
+        """Refuse what cannot be watched: a clean-up, which each question would run, and ``once``."""
         facts = self._known.of(node)
         if facts.unwatchable is None or node in self._told:
             return
@@ -67,7 +67,7 @@ class WatchChecks:
         self._findings.error(place, message, valid)
 
     def _check_asked_once(self, guard: Node) -> None:
-        """What takes time is done once and not asked again."""
+        """Warn of what takes time, as it is done once and not asked again."""
         node = asked_first(guard)
         if node.guards or not self._takes_time(node):
             return
@@ -83,7 +83,7 @@ class WatchChecks:
         return isinstance(node, model.Wait)
 
     def _check_every(self) -> None:
-        """Where nobody asks again, or the skill says by itself when to ask, ``every`` has no effect."""
+        """Warn of ``every`` without effect: nobody asks again, or the skill itself says when to ask."""
         tree, skills = self._mission.tree, self._skills
         uses = [node for node in self._known.all if isinstance(node, model.RunSkill) and node.skill in skills]
         # A mission of nothing but conditions may be one where it is called.

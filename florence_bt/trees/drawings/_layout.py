@@ -44,7 +44,7 @@ class Item:
     rows: list[list[Item]] = field(default_factory=list)
 
     def walk(self) -> Iterator[Item]:
-        """This item and every item below."""
+        """Yield this item and every item below."""
         yield self
         for child in self.children:
             yield from child.walk()
@@ -113,7 +113,7 @@ def _in_rows(item: Item, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
 
 
 def _broken(item: Item, kept: tuple[_Choice, ...], width: float) -> _Choice:
-    """Children in rows that are not wider than so much."""
+    """Put children in rows that are not wider than so much."""
     rows: list[list[_Choice]] = [[]]
     for choice in kept:
         if rows[-1] and _row_width(rows[-1]) + GAP_X + choice.width > width:
@@ -138,7 +138,7 @@ def _narrowest(choices: list[_Choice], height: float) -> _Choice | None:
 
 
 def _best(choices: list[_Choice]) -> list[_Choice]:
-    """Those that no other beats in width and height, the narrowest first; not more than this many."""
+    """Return those that no other beats in width and height, the narrowest first; not more than this many."""
     kept: list[_Choice] = []
     for choice in sorted(choices, key=lambda c: (c.width, c.height)):
         if not kept or choice.height < kept[-1].height:

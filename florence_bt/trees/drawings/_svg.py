@@ -59,12 +59,12 @@ class TextLine:
 
 
 def text_width(text: str, size: float) -> float:
-    """The estimated width of a text in pixels."""
+    """Return the estimated width of a text in pixels."""
     return size * sum(_WIDTH_OF.get(char, 0.7 if ord(char) < 0x2E80 else 1.0) for char in text)
 
 
 def box_lines(box: Box) -> list[TextLine]:
-    """The lines of a box from top to bottom."""
+    """Return the lines of a box from top to bottom."""
     label = _label(box)
     lines = [TextLine(label, LABEL, "label")] if label else []
     lines += [TextLine(line, TITLE, "title") for line in _broken(box.title)]
@@ -78,7 +78,7 @@ def box_lines(box: Box) -> list[TextLine]:
 
 
 def _label(box: Box) -> str:
-    """The small words on top: the way from the box above, and the kind where the title does not say it."""
+    """Return the words on top: the way from the box above, and the kind if the title does not say it."""
     in_title = box.kind == "skill" or box.title.lower().startswith(box.kind)
     return " · ".join(word for word in (box.edge, "" if in_title else box.kind) if word)
 
@@ -138,7 +138,7 @@ class _Drawn:
 
 
 def diagram_svg(root: Box, max_width: float = MAX_WIDTH) -> str:
-    """An SVG picture of a diagram.
+    """Draw an SVG picture of a diagram.
 
     Args:
         root: The diagram.
@@ -215,7 +215,7 @@ def _box(drawn: _Drawn) -> str:
 
 
 def _legend(root: Box) -> Iterator[tuple[str, str, float]]:
-    """The kinds that appear, what they mean, and how much room each takes."""
+    """Yield the kinds that appear, what they mean, and how much room each takes."""
     kinds = {"if" if box.kind in ("switch", "condition") else box.kind for box in root.walk()}
     for kind, meaning in _MEANING.items():
         if kind in kinds:

@@ -43,7 +43,7 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
 
 
 class Left(NamedTuple):
-    """Where a node stood when the nodes above it went on without it.
+    """The state of a node when the nodes above it went on without it.
 
     Attributes:
         status: Its last status; RUNNING when it was stopped before its end.
@@ -95,7 +95,7 @@ class TreeRow(NamedTuple):
 def tree_rows(
     root: Behaviour, durations: Callable[[Behaviour], float | None], left: LeftNodes
 ) -> tuple[TreeRow, ...]:
-    """The nodes of a tree as they stand now, in the order of a dump; to be drawn later.
+    """Return the nodes of a tree as they stand now, in the order of a dump; to be drawn later.
 
     Args:
         root: The tree.
@@ -168,14 +168,14 @@ def _kind(node: Behaviour) -> str:
 
 @cache
 def _word_for(kind: type[Behaviour]) -> str:
-    """The word for a class of composites, empty for every other."""
+    """Return the word for a class of composites, empty for every other."""
     return next((word for known, word in _KINDS if issubclass(kind, known)), "")
 
 
 def _message(
     node: Behaviour, why: Why | None, says: str, known: dict[Behaviour, Why], left: LeftNodes
 ) -> str:
-    """What a node says; the reason of a failure only where it begins or changes."""
+    """Return what a node says; the reason of a failure only where it begins or changes."""
     if why is None:
         return _one_line(says)
     if isinstance(node, (Composite, Decorator)):
@@ -186,13 +186,13 @@ def _message(
 
 
 def _why(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> Why | None:
-    """Why a node failed, also one that was left; None when it has not failed."""
+    """Tell why a node failed, also one that was left; None when it has not failed."""
     stood = left(node) if node.status is Status.INVALID else None
     return explain(node, known) if stood is None else stood.why
 
 
 def _is_repeated(reason: str, below: Iterable[str]) -> bool:
-    """Whether the lines below say it; each branch of a selector does, so its summary adds nothing."""
+    """Tell whether the lines below say it; each branch of a selector does, so its summary adds nothing."""
     return any(reason == said or reason.startswith(f"{said}{EARLIER}") for said in below)
 
 

@@ -33,7 +33,7 @@ class Box:
     because: tuple[str, ...] = ()
 
     def walk(self) -> Iterator[Box]:
-        """This box and every box below."""
+        """Yield this box and every box below."""
         yield self
         for box in self.below:
             yield from box.walk()
@@ -94,7 +94,7 @@ def _kind(node: Node) -> str:
 
 
 def _edges(node: Node) -> list[str]:
-    """A word for the line to each part."""
+    """Return a word for the line to each part."""
     match node:
         case model.If():
             asked = ["if"] if isinstance(node.condition, Node) else []

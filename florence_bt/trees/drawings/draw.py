@@ -72,12 +72,12 @@ def draw(
 
 
 def diagram_text(root: Box) -> str:
-    """An indented text, one line per box."""
+    """Write an indented text, one line per box."""
     return "\n".join(_text_lines(root, "", ""))
 
 
 def diagram_mermaid(root: Box) -> str:
-    """A Mermaid flowchart, which Markdown pages can show."""
+    """Write a Mermaid flowchart, which Markdown pages can show."""
     return "\n".join(["flowchart LR", *_mermaid_lines(root)])
 
 

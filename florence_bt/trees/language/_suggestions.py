@@ -61,12 +61,12 @@ _BELOW = ("do", "then", "cases")
 
 
 def meant_kind(word: str) -> tuple[str, ...]:
-    """The kinds of nodes that somebody may mean who writes a word that is none, most likely first."""
+    """Return the kinds of nodes that somebody may mean who writes a word that is none, most likely first."""
     return _other_word(word) or tuple(close_matches(word.lower(), NODE_KINDS))
 
 
 def is_no_skill(key: YamlScalar, value: YamlNode, source: YamlMapping) -> bool:
-    """Whether a node is written like a kind of node and not like a skill: with nodes below it.
+    """Tell whether a node is written like a kind of node and not like a skill: with nodes below it.
 
     Args:
         key: What should be its kind.
@@ -85,14 +85,14 @@ def is_no_skill(key: YamlScalar, value: YamlNode, source: YamlMapping) -> bool:
 
 
 def _other_word(word: str) -> tuple[str, ...]:
-    """The kind of node that a word certainly means."""
+    """Return the kind of node that a word certainly means."""
     alike = [kind for kind in NODE_KINDS if spelling(kind) == spelling(word)]
     others = [kind for name, kind in OTHER_KINDS.items() if spelling(name) == spelling(word)]
     return tuple(dict.fromkeys((*alike, *others)))
 
 
 def for_not_a_node(source: YamlNode) -> tuple[str, tuple[str, ...]]:
-    """What is wrong with something that is not a node, and what would have worked.
+    """Say what is wrong with something that is not a node, and what would have worked.
 
     Args:
         source: A text or a list where a node is needed.
@@ -115,7 +115,7 @@ def for_not_a_node(source: YamlNode) -> tuple[str, tuple[str, ...]]:
 
 
 def for_call(source: YamlNode) -> tuple[str, ...]:
-    """What would have worked where the name of a mission has its inputs behind it."""
+    """Suggest what would have worked where the name of a mission has its inputs behind it."""
     match = _CALL.fullmatch(source.text.strip()) if isinstance(source, YamlScalar) else None
     if match is None:
         return ()
@@ -123,7 +123,7 @@ def for_call(source: YamlNode) -> tuple[str, ...]:
 
 
 def for_no_kind(keys: list[str]) -> tuple[str, tuple[str, ...]]:
-    """What is wrong with a table of modifiers alone, and what would have worked."""
+    """Say what is wrong with a table of modifiers alone, and what would have worked."""
     if keys and keys[0] in _BESIDE_A_KIND:
         message = f"{keys[0]!r} is not a node: it belongs to a node"
         return message, (f"{keys[0]} without a dash, indented like the node that it belongs to",)
@@ -131,7 +131,7 @@ def for_no_kind(keys: list[str]) -> tuple[str, tuple[str, ...]]:
 
 
 def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
-    """What would have worked where a composite has something else than a list of nodes below it."""
+    """Suggest what would have worked where a composite has something else than a list of nodes below it."""
     if isinstance(source, YamlMapping) and source.entries:
         first = source.entries[0][0].text
         where = "a space after the dash" if first.startswith("-") else "a dash before each node"
@@ -142,7 +142,7 @@ def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
 
 
 def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tuple[str, ...]:
-    """What would have worked where a table has two kind keys."""
+    """Suggest what would have worked where a table has two kind keys."""
     word = _OTHER_WORDS.get(second.text)
     if word is not None and first.text in MODIFIERS.get(word, ()):
         return (word,)
@@ -163,14 +163,14 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
 
 
 def for_section(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
-    """What would have worked where a mission has a section of an unknown name."""
+    """Suggest what would have worked where a mission has a section of an unknown name."""
     if name in NODE_KINDS:
         return (f"tree: with {name} below it",)
     return closest_first(name.lower(), names)
 
 
 def named_in(source: YamlNode) -> Iterator[str]:
-    """The names that a table gives, also one that is written as a list or as a text."""
+    """Yield the names that a table gives, also one that is written as a list or as a text."""
     if isinstance(source, YamlScalar):
         match = IDENTIFIER.match(source.text.removeprefix("$"))
         yield from (match[0],) if match else ()
@@ -187,7 +187,7 @@ def named_in(source: YamlNode) -> Iterator[str]:
 
 
 def written_keys(source: YamlNode | None) -> Iterator[str]:
-    """The keys that nodes would write, whether the nodes can be read or not."""
+    """Yield the keys that nodes would write, whether the nodes can be read or not."""
     if isinstance(source, YamlSequence):
         for item in source.items:
             yield from written_keys(item)

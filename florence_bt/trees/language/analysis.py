@@ -22,7 +22,7 @@ NOTHING = frozenset[str]()
 
 @dataclass(frozen=True, slots=True)
 class NodeFacts:
-    """What is known of one node with everything below it, called missions included.
+    """The facts about one node with everything below it, called missions included.
 
     Attributes:
         outcomes: How it can end.
@@ -52,7 +52,7 @@ class NodeFacts:
 
 @dataclass(frozen=True, slots=True)
 class MissionFacts:
-    """What is known of one mission.
+    """The facts about one mission.
 
     Attributes:
         mission: The mission.
@@ -75,7 +75,7 @@ class MissionFacts:
         return self.nodes[self.mission.tree] if self.mission.tree is not None else None
 
     def of(self, node: Node) -> NodeFacts:
-        """What is known of a node of this mission."""
+        """Return what is known of a node of this mission."""
         return self.nodes[node]
 
 
@@ -103,7 +103,7 @@ class Analysis:
         return groups_of(self.declarations)
 
     def of(self, mission: Mission) -> MissionFacts:
-        """What is known of a mission."""
+        """Return what is known of a mission."""
         if mission in self._known:
             return self._known[mission]
         waiting, begun = [mission], set[Mission]()
@@ -120,16 +120,16 @@ class Analysis:
         return self._known[mission]
 
     def called(self, name: str) -> MissionFacts | None:
-        """What is known of a mission that is called; None when there is none, or it calls itself."""
+        """Return what is known of a mission that is called; None when there is none, or it calls itself."""
         mission = self.library.find(name)
         return self._known.get(mission) if mission is not None else None
 
     def calls(self, mission: Mission) -> Iterator[model.CallMission]:
-        """Every call of another mission."""
+        """Yield every call of another mission."""
         return (node for node in mission.nodes() if isinstance(node, model.CallMission))
 
     def callees(self, mission: Mission) -> tuple[str, ...]:
-        """The missions that a mission calls, each once."""
+        """Return the missions that a mission calls, each once."""
         known = self._callees.get(mission)
         if known is None:
             names = dict.fromkeys(call.mission.text for call in self.calls(mission))
@@ -137,12 +137,12 @@ class Analysis:
         return known
 
     def callees_of(self, name: str) -> tuple[str, ...]:
-        """The missions that the mission of a name calls; none when there is no such mission."""
+        """Return the missions that the mission of a name calls; none when there is no such mission."""
         mission = self.library.find(name)
         return self.callees(mission) if mission is not None else ()
 
     def cycle_of(self, mission: Mission) -> frozenset[str]:
-        """The missions through which a mission calls itself, itself among them; none when it does not."""
+        """Return the missions through which a mission calls itself, with itself; none if it does not."""
         return self._cycles.get(mission.name, NOTHING)
 
     @cached_property
@@ -150,7 +150,7 @@ class Analysis:
         return cycles(self.library.names(), self.callees_of)
 
     def output_kinds(self, node: model.RunSkill | model.CallMission) -> Mapping[str, Kind]:
-        """The outputs that a node can give, with their kinds."""
+        """Return the outputs that a node can give, with their kinds."""
         if isinstance(node, model.RunSkill):
             declaration = self.declarations.get(node.skill)
             return {name: port.kind for name, port in declaration.outputs.items()} if declaration else {}
@@ -158,7 +158,7 @@ class Analysis:
         return {name: port.kind for name, port in mission.outputs.items()} if mission else {}
 
     def writes(self, node: Node, kinds: Mapping[str, Kind]) -> Iterator[tuple[Literal, Kind | None]]:
-        """The keys that a node itself writes, each with its kind if that is known.
+        """Yield the keys that a node itself writes, each with its kind if that is known.
 
         Args:
             node: The node.
@@ -184,7 +184,7 @@ class Analysis:
                     yield Literal(key_name, True, code.position), Kind.TEXT
 
     def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
-        """The kinds of a mission's inputs and keys: as declared, else as the first writer has it.
+        """Return the kinds of a mission's inputs and keys: as declared, else as the first writer has it.
 
         Of the missions that it calls only the outputs are looked at, so this costs less than :meth:`of`.
         """
@@ -202,7 +202,7 @@ class Analysis:
         return kinds
 
     def names_in(self, node: Node) -> Iterator[tuple[Literal, model.Value, str]]:
-        """The inputs of a skill or a called mission that name something: (input, value, what it names)."""
+        """Yield inputs of a skill or called mission that name something: (input, value, what it names)."""
         if isinstance(node, model.RunSkill):
             declaration = self.declarations.get(node.skill)
             ports = declaration.inputs if declaration else {}
@@ -309,7 +309,7 @@ class _FactsOfMission:
 
 
 def reachable(start: Iterable[str], next_to: Callable[[str], Iterable[str]]) -> dict[str, str]:
-    """Every name that can be reached from some names, each with the name from which it was reached first."""
+    """Map every name that can be reached from some names to the name from which it was reached first."""
     came_from: dict[str, str] = {}
     waiting = list(start)
     for name in waiting:
@@ -321,7 +321,7 @@ def reachable(start: Iterable[str], next_to: Callable[[str], Iterable[str]]) -> 
 
 
 def callers_among(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dict[str, list[str]]:
-    """Each mission that some missions call, with those among them that call it."""
+    """Map each mission that some missions call, with those among them that call it."""
     callers: dict[str, list[str]] = {}
     for name in names:
         for called in callees(name):
@@ -332,7 +332,7 @@ def callers_among(names: Iterable[str], callees: Callable[[str], Iterable[str]])
 def chain_back(
     start: str, goal: str, cycle: frozenset[str], callees: Callable[[str], Iterable[str]]
 ) -> list[str]:
-    """The shortest chain of calls from one mission to another in the same cycle, both ends included."""
+    """Return the shortest chain of calls from one mission to another in its cycle, ends included."""
     callers = callers_among(sorted(cycle), callees)
     back = reachable([goal], lambda name: callers.get(name, ()))
     chain = [start]
@@ -342,7 +342,7 @@ def chain_back(
 
 
 def cycles(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dict[str, frozenset[str]]:
-    """Each mission that calls itself, with all missions through which it does (itself among them).
+    """Map each mission that calls itself, with all missions through which it does (itself among them).
 
     Linear in the number of calls.
 
@@ -397,7 +397,7 @@ MAX_TREE_DEPTH = 150
 
 
 def too_large(mission: Mission, analysis: Analysis) -> Iterator[ConfigError]:
-    """Why a mission is too large to run, with everything that it calls; nothing when it is not.
+    """Tell why a mission is too large to run, with everything that it calls; nothing when it is not.
 
     Args:
         mission: The mission.

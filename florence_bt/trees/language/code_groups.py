@@ -29,7 +29,7 @@ def codes_named(word: str, groups: Mapping[str, CodeGroup]) -> frozenset[str]:
 
 
 def by_code(words: Iterable[tuple[str, Item]], groups: Mapping[str, CodeGroup]) -> dict[str, Item]:
-    """Code -> what is written for it. A code itself counts before a group that has it.
+    """Map each code to what is written for it. A code itself counts before a group that has it.
 
     Args:
         words: Codes and groups, each with what is written for it.

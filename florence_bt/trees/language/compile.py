@@ -81,18 +81,18 @@ class CompiledTree:
     keys: KeyStore
 
     def outputs(self) -> dict[str, Any]:
-        """The outputs that have been written so far, in SI units."""
+        """Return the outputs that have been written so far, in SI units."""
         return {name: self.keys.read(name) for name in self.mission.outputs if name in self.keys}
 
     def output_texts(self) -> dict[str, str]:
-        """The same as the mission language writes them, with units."""
+        """Return the outputs as the mission language writes them, with units."""
         ports = self.mission.outputs
         return {name: format_value(value, ports[name].kind) for name, value in self.outputs().items()}
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """What a behaviour was built from.
+    """The part of a mission from which a behaviour was built.
 
     Attributes:
         mission: The mission whose file it stands in.
@@ -104,7 +104,7 @@ class Origin:
 
 
 def origin_of(behaviour: Behaviour) -> Origin | None:
-    """What a behaviour was built from, None when it is only a part of what a node became."""
+    """Return what a behaviour was built from, None when it is only a part of what a node became."""
     origin = annotations_of(behaviour).origin
     return origin if isinstance(origin, Origin) else None
 
@@ -175,7 +175,7 @@ class _WholeTree:
 
 
 class _Parts:
-    """What is made of the missions of a library once, for all runs: whatever depends on no run.
+    """The parts made of the missions of a library once, for all runs: whatever depends on no run.
 
     Args:
         library: The missions.
@@ -195,7 +195,7 @@ class _Parts:
         self._made: dict[tuple[int, object], tuple[object, Any]] = {}
 
     def get(self, source: object, what: object, make: Callable[[], Made]) -> Made:
-        """What is made of a part of a mission.
+        """Return what is made of a part of a mission.
 
         Args:
             source: The part; two parts that look the same are two.
@@ -211,7 +211,7 @@ class _Parts:
 
 
 def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> _Parts:
-    """What was made of a library before, as long as its missions and the skills are the same."""
+    """Return what was made of a library before, as long as its missions and the skills are the same."""
     parts = library.compiled
     if not isinstance(parts, _Parts) or parts.given != declarations:
         parts = library.compiled = _Parts(library, declarations)
@@ -220,7 +220,7 @@ def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclarati
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """What is asked before a node starts.
+    """The questions before a node starts.
 
     Attributes:
         name: The name of the guard.
@@ -233,7 +233,7 @@ class _Start:
 
 @dataclass(frozen=True, slots=True)
 class _OfNode:
-    """What is made of a node of a mission file once, whatever its kind.
+    """The parts made of a node of a mission file once, whatever its kind.
 
     Attributes:
         title: Its name in the tree.
@@ -312,7 +312,7 @@ class _TreeBuilder:
         return behaviour
 
     def _of_node(self, node: Node) -> _OfNode:
-        """What is made of a node once."""
+        """Return what is made of a node once."""
         # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
         holds = node.holds if node.cleanup is not None else None
         asked = {"unless": node.unless, "when": node.when, "while": holds}
@@ -339,7 +339,7 @@ class _TreeBuilder:
     # ---- guards and clean-ups -------------------------------------------------------------------------
 
     def _guarded(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
-        """What the conditions for the start of a node stand before."""
+        """Build what the conditions for the start of a node stand before."""
         if node.cleanup is None:
             return self._while(node, self._bare(node, name, skipped_fails))
         return self._finally(node, node.cleanup, name, skipped_fails)
@@ -584,7 +584,7 @@ class _TreeBuilder:
         return frozenset().union(*(codes_named(word.text, self.parts.analysis.groups) for word in words))
 
     def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
-        """How often, or how long."""
+        """Return how often, or how long."""
         kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
         return self._value(next(model.values_of(node)), kind), kind
 
@@ -617,7 +617,7 @@ class _TreeBuilder:
         }
 
     def _added(self, key: Literal, value: Value) -> Any:
-        """What is added to a list, or to a text."""
+        """Return what is added to a list, or to a text."""
         kind = self._kinds.get(key.text)
         if kind is not None and kind.item is not None:
             return self._value(value, kind.item)
@@ -668,7 +668,7 @@ class _TreeBuilder:
         return compile_expression(expression, self._kinds)
 
     def _value(self, value: Value, kind: Kind | None) -> Any:
-        """A value in SI units, or a value source."""
+        """Return a value in SI units, or a value source."""
 
         def make() -> Any:
             return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
@@ -694,7 +694,7 @@ class _TreeBuilder:
         return inputs
 
     def _case_values(self, literal: Literal, value: Value) -> tuple[Any, ...]:
-        """What a value can be when a case fits; more than one when its kind is not known."""
+        """Return what a value can be when a case fits; more than one when its kind is not known."""
         kind = kind_of(value, self._kinds)
         if literal.quoted or kind is Kind.TEXT:
             return (literal.text,)
@@ -704,7 +704,7 @@ class _TreeBuilder:
         return (guessed,) if guessed == literal.text else (guessed, literal.text)
 
     def _kinds_for(self, value: Value) -> Mapping[str, Kind]:
-        """Only expressions need to know kinds, and these take a walk through the mission to find."""
+        """Return the keys' kinds, whose search walks the mission, for expressions; others need none."""
         parts: tuple[Value, ...] = (value,)
         if isinstance(value, model.PoseParts):
             parts = (value.x, value.y, value.yaw)
@@ -727,25 +727,25 @@ class _TreeBuilder:
 def _texts_of(
     reasons: model.Reasons, groups: Mapping[str, CodeGroup]
 ) -> tuple[TextTemplate | None, dict[str, TextTemplate]]:
-    """The author's words for every failure, and for those with a code."""
+    """Return the author's words for every failure, and for those with a code."""
     texts = by_code(((word, template_of(text)) for word, text in reasons.by_code.items()), groups)
     return (template_of(reasons.always) if reasons.always is not None else None), texts
 
 
 def _declared_keys(mission: Mission) -> dict[str, Port]:
-    """What the declared keys of a mission hold; outputs and inputs are keys too, without limits."""
+    """Return what the declared keys of a mission hold; outputs and inputs are keys too, without limits."""
     outputs = {name: Port(port.kind, port.description) for name, port in mission.outputs.items()}
     inputs = {name: Port(port.kind, port.description) for name, port in mission.inputs.items()}
     return {**outputs, **inputs, **mission.keys}
 
 
 def _one_step(name: str) -> str:
-    """A name that is one step of a path: the slash between steps stands in no name."""
+    """Return a name that is one step of a path: the slash between steps stands in no name."""
     return name.replace("/", "\N{DIVISION SLASH}")
 
 
 def _numbered(siblings: list[Behaviour]) -> list[Behaviour]:
-    """Number siblings with equal names, so that every path is unique."""
+    """Give numbers to siblings with equal names, so that every path is unique."""
     if len({behaviour.name for behaviour in siblings}) == len(siblings):
         return siblings
     taken: set[str] = set()

@@ -34,7 +34,7 @@ class Declarations(dict[str, SkillDeclaration]):
 
 
 def collect_declarations(*, third_party: bool = True) -> Declarations:
-    """Every declaration of our own skills, and those of installed packages.
+    """Collect every declaration of our own skills, and those of installed packages.
 
     Our own stand in ``florence_bt.skills.*.*.declaration``; those of a package in the module that its entry
     point in the group ``florence_bt.skills`` names. What is wrong with a package is in the findings.
@@ -67,7 +67,7 @@ def collect_declarations(*, third_party: bool = True) -> Declarations:
 
 
 def declarations_in(modules: Iterable[ModuleType]) -> Declarations:
-    """Every declaration in some modules, by name, in alphabetical order.
+    """Collect every declaration in some modules, by name, in alphabetical order.
 
     Raises:
         ConfigError: As :func:`collect_declarations`.
@@ -91,7 +91,7 @@ def declarations_in(modules: Iterable[ModuleType]) -> Declarations:
 
 
 def skills_in(module: ModuleType) -> Iterator[SkillDeclaration]:
-    """The skills that a module declares."""
+    """Yield the skills that a module declares."""
     return (value for value in vars(module).values() if isinstance(value, SkillDeclaration))
 
 

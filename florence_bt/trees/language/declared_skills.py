@@ -50,7 +50,7 @@ class DeclaredSkills:
 
 
 def is_skills_file(path: Path) -> bool:
-    """Whether a file declares skills, by its name."""
+    """Tell whether a file declares skills, by its name."""
     return path.name.endswith(ENDING)
 
 
@@ -159,7 +159,7 @@ def _failures(reader: Reader, source: YamlNode | None) -> tuple[dict[str, str], 
 
 
 def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:
-    """``groups``: the words under which missions find codes of the skill, each with the codes."""
+    """Read ``groups``: the words under which missions find codes of the skill, each with the codes."""
     groups = []
     table = reader.mapping(source, "groups")
     for key, item in table.entries if table else ():
@@ -182,7 +182,7 @@ def _deadline(reader: Reader, source: YamlNode | None) -> float:
 
 
 def skills_document(declarations: Iterable[SkillDeclaration]) -> dict[str, Any]:
-    """Skills as the mappings of such a file; reading them gives the declarations again.
+    """Write skills as the mappings of such a file; reading them gives the declarations again.
 
     A file cannot say what a mock gives that leaves an output out.
     """
@@ -219,7 +219,7 @@ def _pose(pose: Pose2) -> dict[str, str]:
 
 
 def port_document(port: Port) -> dict[str, Any]:
-    """A port as a mapping of a mission file or a file of skills."""
+    """Write a port as a mapping of a mission file or a file of skills."""
     written: dict[str, Any] = {"type": port.kind.value}
     limits = {"default": None if port.required else port.default, "min": port.minimum, "max": port.maximum}
     for key, value in limits.items():

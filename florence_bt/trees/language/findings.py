@@ -38,7 +38,7 @@ class Finding:
     valid: tuple[str, ...] = ()
 
     def as_error(self) -> ConfigError:
-        """The same as an exception."""
+        """Convert the finding to an exception."""
         return ConfigError(self.message, file=self.file, line=self.line, column=self.column, valid=self.valid)
 
 
@@ -99,7 +99,7 @@ class FindingList:
 
 
 def finding_from_error(error: ConfigError) -> Finding:
-    """A configuration error as a finding."""
+    """Convert a configuration error to a finding."""
     return Finding(error.file or "", error.line or 1, error.column or 1, ERROR, error.problem, error.valid)
 
 
@@ -123,7 +123,7 @@ def limit_findings(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def has_errors(findings: Iterable[Finding]) -> bool:
-    """Whether any finding keeps a mission from running."""
+    """Tell whether any finding keeps a mission from running."""
     return any(finding.severity == ERROR for finding in findings)
 
 

@@ -62,7 +62,7 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _argument(name: str, value: str) -> str:
-    """An input as it is typed on the command line, where blanks and brackets need quotes."""
+    """Write an input as it is typed on the command line, where blanks and brackets need quotes."""
     return f"{name}={shlex.quote(value)}"
 
 
@@ -82,7 +82,7 @@ def _read(value: Any, port: Port) -> Any:
 
 
 def _read_poses(text: str, kind: Kind) -> Any:
-    """A pose or a list of poses."""
+    """Read a pose or a list of poses."""
     try:
         source = parse_yaml(text.encode(), Path("input"))
     except ConfigError:

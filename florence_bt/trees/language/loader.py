@@ -117,7 +117,7 @@ class MissionLibrary:
                 looked_for.add(file)
 
     def with_declared(self, declarations: Mapping[str, SkillDeclaration]) -> Mapping[str, SkillDeclaration]:
-        """The given skills, and behind them those that are only declared; later ones are seen too."""
+        """Return the given skills, and behind them those that are only declared; later ones are seen too."""
         return ChainMap(dict(declarations), self.declarations)
 
     def _add_skills_of(self, folder: Path) -> None:
@@ -155,11 +155,11 @@ class MissionLibrary:
         self._missions[name] = mission
 
     def unreadable(self) -> dict[str, ConfigError]:
-        """The names of the files that could not be read at all, and why."""
+        """Return the names of the files that could not be read at all, and why."""
         return dict(self._unreadable)
 
     def get(self, name: str) -> Mission:
-        """The mission of a name.
+        """Return the mission of a name.
 
         Raises:
             ConfigError: There is none, or its file cannot be read.
@@ -171,15 +171,15 @@ class MissionLibrary:
         return self._missions[name]
 
     def find(self, name: str) -> Mission | None:
-        """The mission of a name, or None."""
+        """Return the mission of a name, or None."""
         return self._missions.get(name)
 
     def missions(self) -> list[Mission]:
-        """Every mission, in alphabetical order."""
+        """Return every mission, in alphabetical order."""
         return [self._missions[name] for name in self.names()]
 
     def names(self) -> list[str]:
-        """The names of every mission, in alphabetical order."""
+        """Return the names of every mission, in alphabetical order."""
         return sorted(self._missions)
 
     def __contains__(self, name: object) -> bool:
@@ -190,7 +190,7 @@ class MissionLibrary:
 
 
 def _same_mission(first: Path, second: Path) -> bool:
-    """Whether two files are one, or one is a plain copy of the other."""
+    """Tell whether two files are one, or one is a plain copy of the other."""
     try:
         return first.samefile(second) or filecmp.cmp(first, second, shallow=False)
     except OSError:

@@ -111,7 +111,7 @@ class Reasons:
 
 
 def references(value: Value) -> Iterator[Reference]:
-    """Every key that a value needs."""
+    """Yield every key that a value needs."""
     match value:
         case Reference():
             yield value
@@ -128,7 +128,7 @@ def references(value: Value) -> Iterator[Reference]:
 
 
 def show(value: Value) -> str:
-    """A value as the author wrote it, on one line."""
+    """Write a value as the author wrote it, on one line."""
     match value:
         case Literal(text=text):
             return text
@@ -146,7 +146,7 @@ def show(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Node:
-    """What every node has.
+    """A node, with what every kind of node has.
 
     Attributes:
         position: Where its kind key stands.
@@ -189,7 +189,7 @@ class Node:
         return self.guards
 
     def own_failure(self, default: str) -> str:
-        """The code of a failure that is the node's own: the author's word for it, or a default."""
+        """Return the code of a failure that is the node's own: the author's word for it, or a default."""
         return self.code.text if self.code is not None else default
 
     @property
@@ -211,7 +211,7 @@ class Wrapper(Node):
 
 
 def walk(node: Node) -> Iterator[Node]:
-    """A node and every node below it, clean-ups included, in the order of the file."""
+    """Yield a node and every node below it, clean-ups included, in the order of the file."""
     yield node
     for part in node.parts:
         yield from walk(part)
@@ -551,7 +551,7 @@ class Selector(Composite):
 
 
 class PolicyKind(enum.Enum):
-    """When a parallel is done."""
+    """The policies that say when a parallel is done."""
 
     ALL = "all"
     """Succeeds when all have succeeded; fails at the first failure."""
@@ -582,7 +582,7 @@ class ParallelPolicy:
     position: Position | None = None
 
     def successes_needed(self, branches: int) -> int:
-        """How many of a number of branches must succeed."""
+        """Count the branches, of a number, that must succeed."""
         match self.kind:
             case PolicyKind.ANY:
                 return 1
@@ -593,7 +593,7 @@ class ParallelPolicy:
         return branches
 
     def __str__(self) -> str:
-        """As the author wrote it."""
+        """Write the policy as the author wrote it."""
         match self.kind:
             case PolicyKind.SELECTED:
                 return f"[{', '.join(name.text for name in self.names)}]"
@@ -676,7 +676,7 @@ class Switch(Node):
 
 
 def default_of(name: str) -> str:
-    """Under which name the position of the default of an input or a key is kept; no key is called so."""
+    """Name the entry that keeps the position of the default of an input or key; no key is called so."""
     return f"{name}: default"
 
 
@@ -716,17 +716,17 @@ class Mission:
     imported_from: str = ""
 
     def required_inputs(self) -> tuple[str, ...]:
-        """The inputs that a caller must give."""
+        """Return the inputs that a caller must give."""
         return tuple(name for name, port in self.inputs.items() if port.required)
 
     def nodes(self) -> Iterator[Node]:
-        """Every node from the root down, clean-ups included."""
+        """Yield every node from the root down, clean-ups included."""
         if self.tree is not None:
             yield from walk(self.tree)
 
 
 def values_of(node: Node) -> Iterator[Value]:
-    """The values that a node itself reads when it begins, without its conditions and its own words."""
+    """Yield the values that a node itself reads when it begins, without its conditions and its own words."""
     match node:
         case RunSkill(inputs=inputs) | CallMission(inputs=inputs):
             yield from (value for _, value in inputs)

@@ -94,7 +94,7 @@ class MissionOutcomes:
             self._of(mission.tree, in_selector=False)
 
     def _of(self, node: Node, *, in_selector: bool) -> NodeOutcomes:
-        """The outcomes of a node.
+        """Return the outcomes of a node.
 
         Args:
             node: The node.
@@ -253,7 +253,7 @@ class MissionOutcomes:
         return self._of_value(value) | ({"bad_output"} if checked else _NO_CODES)
 
     def _of_value(self, value: Value, port: Port | None = None) -> frozenset[str]:
-        """The codes with which reading a value can fail; ``port`` is what the node itself demands of it."""
+        """Return the codes with which reading a value can fail; ``port`` is what the node demands of it."""
         if isinstance(value, Literal):
             return _NO_CODES
         codes = self._of_expression(value) if isinstance(value, Expression) else _NO_CODES
@@ -273,7 +273,7 @@ class MissionOutcomes:
         return key in self._inputs or (key in self._declared and not self._declared[key].required)
 
     def _within(self, value: Value, port: Port) -> bool:
-        """Whether a value is the input of the mission with limits that are no wider than those of a port."""
+        """Tell whether a value is a mission's input with limits that are no wider than a port's."""
         given = self._inputs.get(value.key) if isinstance(value, model.Reference) else None
         if given is None or given.kind is not port.kind or port.minimum is None:
             return False

@@ -166,7 +166,7 @@ class _MissionParser(Reader):
         return self._wrapped(key, value, source, until, handlers)
 
     def _unknown_kind(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
-        """What is written like a kind of node and is none: what stands below it is parsed all the same."""
+        """Report what looks like a kind of node and is none; what stands below it is parsed all the same."""
         meant = suggestions.meant_kind(key.text)
         message = f"there is no skill and no kind of node {key.text!r}"
         self.error(key.position, message, meant or vocabulary.NODE_KINDS)
@@ -176,7 +176,7 @@ class _MissionParser(Reader):
         return self._together(key, (*map(self._if_node, below), *self._below(source)))
 
     def _below(self, source: YamlMapping) -> Iterator[model.Node | None]:
-        """The nodes below the modifiers of a node that cannot have them."""
+        """Yield the nodes below the modifiers of a node that cannot have them."""
         for name in ("do", "then", "else", "default"):
             yield self._if_node(source.get(name))
         cases = source.get("cases")
@@ -189,12 +189,12 @@ class _MissionParser(Reader):
 
     @staticmethod
     def _together(key: YamlScalar, nodes: Iterable[model.Node | None]) -> model.Node | None:
-        """Nodes that are checked, although what holds them is wrong."""
+        """Hold nodes that are checked, although what holds them is wrong."""
         children = tuple(node for node in nodes if node is not None)
         return model.Sequence(children=children, position=key.position) if children else None
 
     def _wait_in_time(self, source: YamlMapping) -> model.Node | None:
-        """``wait_until`` with a ``timeout`` beside it: the short form of a ``timeout`` round it."""
+        """Read ``wait_until`` with a ``timeout`` beside it: the short form of a ``timeout`` round it."""
         inner = [entry for entry in source.entries if entry[0].text == "wait_until"]
         outer = [entry for entry in source.entries if entry[0].text != "wait_until"]
         key = inner[0][0]
@@ -211,7 +211,7 @@ class _MissionParser(Reader):
         until: YamlNode | None,
         handlers: YamlNode | None,
     ) -> model.Node | None:
-        """A node in what its ``until`` and ``on_failure`` make of it."""
+        """Wrap a node in what its ``until`` and ``on_failure`` make of it."""
         outside = (*vocabulary.OUTSIDE, *(("code",) if until is not None else ()))
         entries = [entry for entry in source.entries if entry[0].text not in ("until", "on_failure")]
         inner = tuple(entry for entry in entries if entry[0].text not in outside)
@@ -230,14 +230,14 @@ class _MissionParser(Reader):
         return model.OnFailure(child=node, handlers=caught, **fields)
 
     def _question(self, source: YamlNode, what: str) -> model.Node | None:
-        """A node that is asked; an expression is the condition of that text."""
+        """Read a node that is asked; an expression is the condition of that text."""
         if isinstance(source, YamlMapping):
             return self.node(source)
         condition = self.expression(source, what)
         return model.Condition(condition=condition, position=source.position) if condition else None
 
     def _handlers(self, source: YamlNode) -> tuple[tuple[model.Literal, model.Node], ...]:
-        """``on_failure``: what is done about failures, by code."""
+        """Read ``on_failure``: what is done about failures, by code."""
         entries = source.entries if isinstance(source, YamlMapping) else ()
         if not entries:
             self.error(source.position, "on_failure needs codes and nodes", ["on_failure: {any: {a node}}"])
@@ -327,7 +327,7 @@ class _MissionParser(Reader):
         return model.Reasons(None, by_code, source.position, positions)
 
     def _template(self, source: YamlNode, what: str) -> model.Value | None:
-        """A text, with keys or without."""
+        """Read a text, with keys or without."""
         if isinstance(source, YamlMapping):
             self.error(source.position, f"{what} must be text")
             return None
@@ -384,7 +384,7 @@ class _MissionParser(Reader):
                 self.error(key.position, message, (*usable, *vocabulary.ANYWHERE))
 
     def _is_misplaced(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> bool:
-        """Whether modifiers stand inside the value of a kind key, indented one step too far."""
+        """Tell whether modifiers stand inside the value of a kind key, indented one step too far."""
         if not isinstance(value, YamlMapping):
             return False
         if key.text in vocabulary.MODIFIERS["do"]:
@@ -504,7 +504,7 @@ class _MissionParser(Reader):
     # ---- decorators -----------------------------------------------------------------------------------
 
     def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        """A node with the node below it under ``do``."""
+        """Read a node with the node below it under ``do``."""
         fields, child = self._fields(key, mapping), self._child(key, mapping)
         if key.text == "for_each":
             return self._for_each(key, value, mapping, child, fields)
@@ -559,7 +559,7 @@ class _MissionParser(Reader):
         return model.WaitUntil(goal=goal, **fields) if goal is not None else None
 
     def _wait_for_time(self, time: str, place: Position, fields: _Fields) -> model.Node:
-        """``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
+        """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
         hours, minutes = map(int, time.split(":"))
         if hours > 23 or minutes > 59:
             self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
@@ -608,7 +608,7 @@ class _MissionParser(Reader):
         return model.CallMission(mission=mission, inputs=inputs, outputs=outputs, unread=unread, **fields)
 
     def _run_skill(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
-        """Every kind key that is not a kind of node is the name of a skill."""
+        """Read a skill: every kind key that is not a kind of node is the name of a skill."""
         given = isinstance(value, YamlMapping)
         value = self._without_modifiers(key, value)
         inputs = self.values(value, key.text) if given else ()
@@ -624,7 +624,7 @@ class _MissionParser(Reader):
         )
 
     def _every(self, source: YamlNode | None) -> float | None:
-        """``every`` in seconds."""
+        """Read ``every`` in seconds."""
         seconds = self.duration(source, "every") if source is not None else None
         if source is None or seconds is None:
             return None
@@ -648,7 +648,7 @@ class _MissionParser(Reader):
 
 
 def _named_anywhere(source: YamlMapping) -> Iterator[str]:
-    """The keys that a mission names in any of its parts, also in those that cannot be read."""
+    """Yield the keys that a mission names in any of its parts, also in those that cannot be read."""
     for key, value in source.entries:
         if key.text == "tree":
             yield from suggestions.written_keys(value)
@@ -659,7 +659,7 @@ def _named_anywhere(source: YamlMapping) -> Iterator[str]:
 
 
 def _renamed(source: YamlMapping, key: YamlScalar, name: str) -> YamlMapping:
-    """A table with another name for one of its keys."""
+    """Rename a key of a table."""
     renamed = YamlScalar(name, key.quoted, key.position, key.first_column)
     entries = tuple((renamed if one is key else one, value) for one, value in source.entries)
     return YamlMapping(entries, source.position)
@@ -670,7 +670,7 @@ def _is_first_success(until: YamlNode | None) -> bool:
 
 
 def _is_misspelt(mapping: YamlMapping, name: str) -> bool:
-    """Whether one of the unknown keys, which are findings already, probably means this key."""
+    """Tell whether one of the unknown keys, which are findings already, probably means this key."""
     unknown = [
         key.text for key, _ in mapping.entries[:MAX_FINDINGS] if key.text not in vocabulary.MISSION_KEYS
     ]
@@ -680,7 +680,7 @@ def _is_misspelt(mapping: YamlMapping, name: str) -> bool:
 def _unread(
     source: YamlNode | None, inputs: tuple[tuple[model.Literal, model.Value], ...]
 ) -> tuple[str, ...]:
-    """The names in a mapping whose values could not be read."""
+    """Return the names in a mapping whose values could not be read."""
     read = {name.text for name, _ in inputs}
     entries = source.entries if isinstance(source, YamlMapping) else ()
     return tuple(name.text for name, _ in entries if name.text not in read)

@@ -38,7 +38,7 @@ _SHOWN_KINDS = (*(kind.value for kind in Kind if kind.item is None), Kind.LIST_O
 def read_ports(
     reader: Reader, source: YamlNode | None, what: str, keys: tuple[str, ...]
 ) -> tuple[dict[str, Port], dict[str, Position]]:
-    """A table of ports: of a mission, or of a skill that is declared in a file.
+    """Read a table of ports: of a mission, or of a skill that is declared in a file.
 
     Args:
         reader: Receives what is wrong.

@@ -39,12 +39,12 @@ _CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
 
 
 def with_article(kind: Kind) -> str:
-    """``a length``, ``an angle``."""
+    """Put the article before the name of a kind: ``a length``, ``an angle``."""
     return f"an {kind.value}" if kind.value[0] in "ai" else f"a {kind.value}"
 
 
 def example_of(kind: Kind) -> str:
-    """How a value of a kind is written."""
+    """Return how a value of a kind is written."""
     if kind.item is None:
         return _EXAMPLES[kind]
     return "[kitchen, hall]" if kind.item is Kind.TEXT else f"[{_EXAMPLES[kind.item]}]"
@@ -83,7 +83,7 @@ def read_value(text: str, kind: Kind) -> Any:
 
 @lru_cache(maxsize=4096)  # a file is looked through several times
 def guess_value(text: str) -> tuple[Kind, Any]:
-    """The kind and value of a literal where nothing says what it must be: ``30 s`` is a duration."""
+    """Guess the kind and value of a literal where nothing says what it must be: ``30 s`` is a duration."""
     if text in ("true", "false"):
         return Kind.BOOLEAN, text == "true"
     if re.fullmatch(r"[+-]?\d{1,18}", text):
@@ -96,7 +96,7 @@ def guess_value(text: str) -> tuple[Kind, Any]:
 
 
 def _list_items(text: str, kind: Kind) -> list[str]:
-    """The items of a list that is written with commas, with or without brackets."""
+    """Return the items of a list that is written with commas, with or without brackets."""
     if kind.item is Kind.POSE and text.strip("[] "):
         raise ConfigError(f"{with_article(kind)} is needed, not {text!r}", valid=[example_of(kind), "$key"])
     inside = text[1:-1] if text.startswith("[") and text.endswith("]") else text
@@ -128,7 +128,7 @@ def format_value(value: Any, kind: Kind) -> str:
 
 
 def out_of_range(value: Any, port: Port) -> str | None:
-    """Why a value of the right kind is outside the limits of a port, or None when it is inside."""
+    """Tell why a value of the right kind is outside the limits of a port, or None when it is inside."""
     if port.kind.item is not None:
         return None
     shown = format_value(value, port.kind)
@@ -140,7 +140,7 @@ def out_of_range(value: Any, port: Port) -> str | None:
 
 
 def range_of(port: Port) -> tuple[str, ...]:
-    """The values that a port takes, in words; empty when it has no limits."""
+    """Return the values that a port takes, in words; empty when it has no limits."""
     low, high = (
         None if end is None else format_value(end, port.kind) for end in (port.minimum, port.maximum)
     )
@@ -150,7 +150,7 @@ def range_of(port: Port) -> tuple[str, ...]:
 
 
 def _suggestion(text: str, kind: Kind) -> str:
-    """What is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
+    """Suggest what is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     match = _QUANTITY.fullmatch(plain)

@@ -83,7 +83,7 @@ class Reader(WordReader):
     """Reads parts of one file; each method returns None, or leaves out, what it added to the findings."""
 
     def mapping(self, source: YamlNode | None, what: str) -> YamlMapping | None:
-        """A mapping, or None (a finding, unless nothing was written)."""
+        """Read a mapping, or None (a finding, unless nothing was written)."""
         if isinstance(source, YamlMapping):
             return source
         if source is not None and not (isinstance(source, YamlScalar) and source.empty):
@@ -97,7 +97,7 @@ class Reader(WordReader):
         return None
 
     def identifier(self, source: YamlNode, what: str, valid: Iterable[str] = ()) -> Literal | None:
-        """A name in lower case; ``valid`` is what would have worked, if the caller knows better."""
+        """Read a name in lower case; ``valid`` is what would have worked, if the caller knows better."""
         if isinstance(source, YamlScalar) and IDENTIFIER.fullmatch(source.text):
             return Literal(source.text, True, source.position)
         written = source.text if isinstance(source, YamlScalar) and not source.empty else ""
@@ -108,12 +108,12 @@ class Reader(WordReader):
         return None
 
     def identifiers(self, source: YamlNode, what: str) -> tuple[Literal, ...]:
-        """A list of names, or a single one."""
+        """Read a list of names, or a single one."""
         items = source.items if isinstance(source, YamlSequence) else (source,)
         return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
 
     def values(self, source: YamlNode | None, what: str) -> tuple[tuple[Literal, Value], ...]:
-        """A mapping of names to values; those that cannot be read are left out."""
+        """Read a mapping of names to values; those that cannot be read are left out."""
         mapping = self.mapping(source, what)
         pairs: list[tuple[Literal, Value]] = []
         fallen_apart = {text.key: text for text in unquoted_commas(mapping)} if mapping else {}
@@ -139,7 +139,7 @@ class Reader(WordReader):
             self.error(text.first.position, message, [text.valid])
 
     def keys(self, source: YamlNode | None) -> tuple[tuple[Literal, Literal], ...]:
-        """``out``: a mapping of outputs and the keys that receive them."""
+        """Read ``out``: a mapping of outputs and the keys that receive them."""
         mapping = self.mapping(source, "out")
         pairs = []
         for key, item in mapping.entries if mapping else ():
@@ -150,7 +150,7 @@ class Reader(WordReader):
         return tuple(pairs)
 
     def value(self, source: YamlNode, what: str) -> Value | None:
-        """A literal, a reference, a text with keys, or a pose."""
+        """Read a literal, a reference, a text with keys, or a pose."""
         if isinstance(source, YamlMapping):
             return self._pose(source, what)
         if isinstance(source, YamlSequence):
@@ -164,7 +164,7 @@ class Reader(WordReader):
         return self._scalar(source)
 
     def expression(self, source: YamlNode, what: str) -> Expression | None:
-        """An expression that stands alone; ``${`` and ``}`` round it do no harm."""
+        """Read an expression that stands alone; ``${`` and ``}`` round it do no harm."""
         if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
             valid = ["$distance < 1 m", "$found and not $done"]
             self.error(source.position, f"{what} needs an expression", valid)
@@ -261,7 +261,7 @@ def _written(source: YamlNode) -> str:
 
 
 def _as_name(written: str) -> str | None:
-    """The name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
+    """Return the name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
     last = (
         re.split(r"[/\\]", written)[-1].strip().removeprefix("$").removesuffix(".yaml").removesuffix(".yml")
     )
@@ -270,7 +270,7 @@ def _as_name(written: str) -> str | None:
 
 
 def without_dollar(source: YamlNode) -> YamlNode:
-    """``out: {pose: $goal}`` means the key ``goal`` as well."""
+    """Remove the dollar sign of a key: ``out: {pose: $goal}`` means the key ``goal`` as well."""
     if isinstance(source, YamlScalar) and source.text.startswith("$"):
         return YamlScalar(source.text[1:], source.quoted, source.position)
     return source

@@ -60,7 +60,7 @@ DEFINITIONS: dict[str, Schema] = {
 
 
 def literal(kind: Kind) -> Schema:
-    """A value of a kind that is written out."""
+    """Make the schema of a value of a kind that is written out."""
     if kind.item is not None:
         return {"anyOf": [{"type": "array", "items": given(kind.item)}, TEXT]}
     match kind:
@@ -78,7 +78,7 @@ def literal(kind: Kind) -> Schema:
 
 
 def _quantity(kind: Kind, *others: str) -> Schema:
-    """A number with its unit, or a text of another pattern; only 0 needs no unit.
+    """Make the schema of a number with its unit, or a text of another pattern; only 0 needs no unit.
 
     One pattern: of several alternatives editors show only the types.
     """
@@ -95,7 +95,7 @@ def _quantity(kind: Kind, *others: str) -> Schema:
 
 
 def value(kind: Kind) -> Schema:
-    """A value of a kind: written out, a key, or an expression."""
+    """Make the schema of a value of a kind: written out, a key, or an expression."""
     title = f"{kind.value}, such as {example_of(kind)}"
     if kind in UNITS:
         return {"title": title, **_quantity(kind, _REFERENCE)}
@@ -103,23 +103,23 @@ def value(kind: Kind) -> Schema:
 
 
 def definitions() -> dict[str, Schema]:
-    """What the other schemas refer to: one definition per kind of value, and the common ones."""
+    """Make what the other schemas refer to: one definition per kind of value, and the common ones."""
     kinds = {_definition(kind): value(kind) for kind in Kind if kind is not Kind.POSE}
     return {**kinds, **DEFINITIONS, _definition(Kind.POSE): value(Kind.POSE)}
 
 
 def given(kind: Kind) -> Schema:
-    """A reference to the schema of a value of a kind."""
+    """Refer to the schema of a value of a kind."""
     return {"$ref": f"#/definitions/{_definition(kind)}"}
 
 
 def _definition(kind: Kind) -> str:
-    """The name of the definition of a value of a kind; ``pose`` is a pose that is written out."""
+    """Return the name of the definition of a value of a kind; ``pose`` is a pose that is written out."""
     return "a_pose" if kind is Kind.POSE else kind.value.replace(" ", "_")
 
 
 def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
-    """What an input takes.
+    """Make the schema of what an input takes.
 
     Args:
         port: The input.
@@ -159,7 +159,7 @@ def _about(port: Port) -> str:
 
 
 def table(owner: str, ports: Mapping[str, Port], labels: Mapping[str, Iterable[str]]) -> Schema:
-    """A table of inputs of a skill or a mission."""
+    """Make the schema of a table of inputs of a skill or a mission."""
     required = [name for name, each in ports.items() if each.required]
     schema: Schema = {
         "title": f"inputs of {owner}",
@@ -174,12 +174,12 @@ def table(owner: str, ports: Mapping[str, Port], labels: Mapping[str, Iterable[s
 
 
 def words(texts: Mapping[str, str]) -> Schema:
-    """One of some words, each with what it means; editors show that when they offer them."""
+    """Make the schema of a choice of words with meanings; editors show these when they offer them."""
     return {"enum": list(texts), "enumDescriptions": list(texts.values())}
 
 
 def where(*conditions: Schema) -> Schema:
-    """What must hold for a rule to count.
+    """Make the schema of what must hold for a rule to count.
 
     One by one: editors take a schema with ``properties`` and ``required`` for something to offer.
     """
@@ -187,12 +187,12 @@ def where(*conditions: Schema) -> Schema:
 
 
 def refused(message: str) -> Schema:
-    """What nothing fits, with the reason for editors."""
+    """Make the schema of what nothing fits, with the reason for editors."""
     return {"type": "null", "errorMessage": message}
 
 
 def targets(ports: Mapping[str, Port]) -> Schema:
-    """``out``: outputs and the keys that receive them."""
+    """Make the schema of ``out``: outputs and the keys that receive them."""
     key = {"type": "string", "pattern": rf"^\$?{vocabulary.IDENTIFIER.pattern}$"}
     return {
         "type": "object",
@@ -290,13 +290,13 @@ class NodeSchemas:
         self._labels = labels
 
     def code(self) -> Schema:
-        """The schema of a code: one that is known, or one of the author's own."""
+        """Make the schema of a code: one that is known, or one of the author's own."""
         return {"anyOf": [words(self._codes()), NAME]}
 
     def node(self) -> Schema:
-        """The schema of a node."""
+        """Make the schema of a node."""
         properties = {**self._kinds(), **self._skills(), **self._modifiers()}
-        # A word that is not known is said to be unknown, and nothing else is made of it.
+        # An unknown word is reported as unknown, and as nothing else.
         known: Schema = {"propertyNames": {"enum": list(properties)}}
         return {
             "title": "a node",
@@ -392,16 +392,16 @@ class NodeSchemas:
         return {name: {"description": text, **values[name]} for name, text in MODIFIER_TEXTS.items()}
 
     def codes_and_groups(self) -> Schema:
-        """The schema of a code or a group of codes that a mission looks for."""
+        """Make the schema of a code or a group of codes that a mission looks for."""
         return {"anyOf": [words({**self._groups(), **self._codes()}), NAME]}
 
     def _groups(self) -> dict[str, str]:
-        """Every group of codes with what it means."""
+        """Return every group of codes with what it means."""
         groups = groups_of(self._declarations).values()
         return {group.name: f"{group.meaning} ({', '.join(sorted(group.codes))})" for group in groups}
 
     def _codes(self) -> dict[str, str]:
-        """Every code with what it means."""
+        """Return every code with what it means."""
         declared = (skill.failures.items() for skill in self._declarations.values())
         known = {code: about for failures in declared for code, about in failures}
         return dict(sorted({**known, **COMMON_CODES, **vocabulary.TREE_CODES}.items()))
@@ -443,7 +443,7 @@ class NodeSchemas:
 
 
 def _is_kind(key: str) -> Schema:
-    """That a node is of a kind; beside ``wait_until``, ``timeout`` is none."""
+    """Require that a node is of a kind; beside ``wait_until``, ``timeout`` is none."""
     if key == "timeout":
         return where({"required": [key]}, {"not": {"required": ["wait_until"]}})
     return {"required": [key]}
@@ -502,7 +502,7 @@ def make_schema(
     missions: Iterable[Mission] = (),
     labels: Mapping[str, Iterable[str]] | None = None,
 ) -> Schema:
-    """The JSON Schema (draft-07) of a mission file.
+    """Make the JSON Schema (draft-07) of a mission file.
 
     Args:
         declarations: The skills by name.
@@ -547,7 +547,7 @@ def make_schema(
 
 
 def _ports(keys: Iterable[str]) -> Schema:
-    """A table of declared inputs, outputs or keys."""
+    """Make the schema of a table of declared inputs, outputs or keys."""
     fields = {key: _PORT_TEXTS[key] for key in keys}
     limited: list[str] = [key for key in ("min", "max") if key in fields]
     rules = [_typed(kind, limited, fields) for kind in Kind] if "default" in fields else []
@@ -563,7 +563,7 @@ def _ports(keys: Iterable[str]) -> Schema:
 
 
 def _typed(kind: Kind, limited: list[str], fields: Mapping[str, Schema]) -> Schema:
-    """A default and limits are of the declared type; only numbers have limits."""
+    """Require that a default and limits are of the declared type; only numbers have limits."""
     of_kind: dict[str, Schema | bool] = {"default": literal(kind)}
     of_kind |= {key: literal(kind) if kind in NUMERIC_KINDS else False for key in limited}
     return {

@@ -24,7 +24,7 @@ COMMANDS = "florence_bt.commands"
 
 
 class ThirdParty:
-    """What installed packages bring.
+    """The skills, commands and missions of installed packages.
 
     Attributes:
         findings: The packages that could not be loaded, and why.
@@ -34,7 +34,7 @@ class ThirdParty:
         self.findings: list[Finding] = []
 
     def skill_modules(self) -> Iterator[tuple[str, ModuleType]]:
-        """The modules of skills, in the order of the entry points' names, each with who brought it."""
+        """Yield the modules of skills, in the order of the entry points' names, each with who brought it."""
         for point in _points(SKILLS):
             try:
                 yield _owner(point), importlib.import_module(point.module)
@@ -43,7 +43,7 @@ class ThirdParty:
                 self._refuse(point, f"cannot be imported: {type(error).__name__}: {error}")
 
     def commands(self) -> Iterator[tuple[str, Any]]:
-        """The ``typer.Typer`` objects, in the order of the entry points' names, each with who brought it."""
+        """Yield the ``typer.Typer`` objects by the entry points' names, each with who brought it."""
         for point in _points(COMMANDS):
             try:
                 yield _owner(point), point.load()
@@ -51,7 +51,7 @@ class ThirdParty:
                 self._refuse(point, f"cannot be loaded: {type(error).__name__}: {error}")
 
     def mission_folders(self) -> Iterator[tuple[str, Path]]:
-        """The folders of missions, in the order of the entry points' names, each with who brought it."""
+        """Yield the folders of missions by the entry points' names, each with who brought it."""
         for point in _points(MISSIONS):
             try:
                 spec = importlib.util.find_spec(point.value)
@@ -75,11 +75,11 @@ class ThirdParty:
 
 
 def _points(group: str) -> list[importlib.metadata.EntryPoint]:
-    """The entry points of a group, each once, in a fixed order."""
+    """Return the entry points of a group, each once, in a fixed order."""
     found = {(point.name, point.value): point for point in importlib.metadata.entry_points(group=group)}
     return [found[key] for key in sorted(found)]
 
 
 def _owner(point: importlib.metadata.EntryPoint) -> str:
-    """The package of an entry point, for people."""
+    """Return the package of an entry point, for people."""
     return f"package {point.dist.name}" if point.dist is not None else f"package of {point.value}"

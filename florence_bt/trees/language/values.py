@@ -39,7 +39,7 @@ Kinds = Mapping[str, Kind | None]
 
 
 def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> Any:
-    """What a node of the tree is given for a value.
+    """Return what a node of the tree is given for a value.
 
     Args:
         value: The value as written.
@@ -98,7 +98,7 @@ def _item(value: Value, kind: Kind | None, kinds: Kinds | None) -> Any:
 
 
 def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
-    """A formula; the value itself when it needs no keys."""
+    """Compile a formula; the value itself when it needs no keys."""
     for problem in check_kinds(value, kinds or {}, kind).problems:
         place = problem.position
         raise ConfigError(problem.message, line=place.line, column=place.column, valid=problem.valid)
@@ -112,7 +112,7 @@ def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
 
 
 def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
-    """As :func:`tree_value`, and what needs no keys is held against the port's limits.
+    """Convert as :func:`tree_value` does, and what needs no keys is held against the port's limits.
 
     Raises:
         ConfigError: The value is of another kind or outside the limits; placed as by :func:`tree_value`.
@@ -133,7 +133,7 @@ def literal_value(literal: Literal, kind: Kind | None) -> Any:
 
 
 def template_of(value: Value) -> TextTemplate:
-    """A text, with keys or without, as a template; an expression may be of any kind."""
+    """Make a template of a text with or without keys; an expression may be of any kind."""
     source = tree_value(value, None if isinstance(value, Expression) else Kind.TEXT)
     if isinstance(source, TextTemplate):
         return source
@@ -141,7 +141,7 @@ def template_of(value: Value) -> TextTemplate:
 
 
 def as_expression(value: Template) -> tuple[str, ...]:
-    """The template in ``${...}``, when it is an expression that lacks them."""
+    """Suggest the template in ``${...}``, when it is an expression that lacks them."""
     text = show(value)
     try:
         parse_expression(text)
@@ -155,7 +155,7 @@ def _written(kind: Kind) -> tuple[str, ...]:
 
 
 def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
-    """The kind of a value where nothing says what it must be; None when it is not known.
+    """Return the kind of a value where nothing says what it must be; None when it is not known.
 
     Args:
         value: The value.
@@ -179,7 +179,7 @@ def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
 
 
 def fits(given: Kind | None, wanted: Kind | None) -> bool:
-    """Whether a key of one kind can be given where another is wanted; what is not known fits."""
+    """Tell whether a key of one kind can be given where another is wanted; what is not known fits."""
     return (
         given is None or wanted is None or given is wanted or (given, wanted) == (Kind.INTEGER, Kind.NUMBER)
     )

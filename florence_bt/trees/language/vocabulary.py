@@ -145,5 +145,5 @@ TREE_CODES: dict[str, str] = {
 
 
 def by_spelling(spellings: Mapping[str, Iterable[str]]) -> dict[str, str]:
-    """Word -> what others call it, turned round: what others call it -> the word."""
+    """Invert a table from each word to what others call it."""
     return {other: word for word, others in spellings.items() for other in others}

@@ -10,7 +10,7 @@ from florence_bt.trees.language.model import Node
 
 
 def guards_of(node: Node) -> tuple[Node, ...]:
-    """The nodes below a node that it asks again while another one runs."""
+    """Return the nodes below a node that it asks again while another one runs."""
     match node:
         case (
             model.Sequence(children=children, memory=False) | model.Selector(children=children, memory=False)
@@ -22,17 +22,17 @@ def guards_of(node: Node) -> tuple[Node, ...]:
 
 
 def passes_on(node: Node) -> bool:
-    """Whether a node that is watched has the nodes below it watched: ``once`` keeps its first result."""
+    """Tell whether a node that is watched has the nodes below it watched: ``once`` keeps its first result."""
     return not isinstance(node, model.Once)
 
 
 def is_condition(node: model.RunSkill, declaration: SkillDeclaration) -> bool:
-    """Whether a skill is asked again where it is watched: it answers at once, or `every` says so."""
+    """Tell whether a skill is asked again where it is watched: it answers at once, or `every` says so."""
     return declaration.instant or node.every is not None
 
 
 def unwatched(node: Node, *, watched: bool = False) -> Iterator[model.RunSkill]:
-    """Every skill of a tree that is not asked again.
+    """Yield every skill of a tree that is not asked again.
 
     Args:
         node: The root.
@@ -49,7 +49,7 @@ def unwatched(node: Node, *, watched: bool = False) -> Iterator[model.RunSkill]:
 
 
 def asked_first(node: Node) -> Node:
-    """The node whose answer a condition is, below what only turns, repeats or limits it."""
+    """Return the node whose answer a condition is, below what only turns, repeats or limits it."""
     while isinstance(node, model.Wrapper) and passes_on(node) and not node.guards:
         node = node.child
     return node

@@ -75,7 +75,7 @@ _SCRIPTS = "when what is below it is skipped its scripts are not done there; her
 
 
 def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
-    """A converted node with the guards of the nodes below it moved up, where that is needed.
+    """Return a converted node with the guards of the nodes below it moved up, where that is needed.
 
     Args:
         element: What it was.
@@ -110,7 +110,7 @@ def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
 
 
 def _is_short_enough(expression: str) -> bool:
-    """Whether an expression keeps the limits of a mission."""
+    """Tell whether an expression keeps the limits of a mission."""
     try:
         parse_expression(expression)
     except ConfigError:
@@ -119,12 +119,12 @@ def _is_short_enough(expression: str) -> bool:
 
 
 def _inside(element: Element) -> list[Element]:
-    """What can be skipped although the guard of the element itself lets it start."""
+    """Return what can be skipped although the guard of the element itself lets it start."""
     return element.children if element.tag not in GATHERING else []
 
 
 def _can_skip(element: Element) -> bool:
-    """Whether a node, or what decides below it, can be skipped by a guard that is not our own."""
+    """Tell whether a node, or what decides below it, can be skipped by a guard that is not our own."""
     waiting = [element]
     while waiting:
         one = waiting.pop()
@@ -140,19 +140,19 @@ def _can_skip(element: Element) -> bool:
 
 
 def _is_guarded(element: Element, node: Node) -> bool:
-    """Whether a node can be skipped by a guard that is not one of our own exports."""
+    """Tell whether a node can be skipped by a guard that is not one of our own exports."""
     own = element.tag == "FlorenceGuard" or matching_guards(element) is not None
     return not own and bool({"when", "unless"} & set(node))
 
 
 def _lift(guarded: Node) -> tuple[Node, dict[str, str]]:
-    """A node without its guards, and the guards."""
+    """Split a node into the node without its guards, and the guards."""
     guards: dict[str, str] = {name: guarded[name] for name in ("when", "unless") if name in guarded}
     return {name: value for name, value in guarded.items() if name not in guards}, guards
 
 
 def _kept(node: Node) -> str:
-    """What holds when a node is not skipped by its guards."""
+    """Return what holds when a node is not skipped by its guards."""
     parts = [f"({node['when']})"] if "when" in node else []
     parts += [f"not ({node['unless']})"] if "unless" in node else []
     return " and ".join(parts)
@@ -214,22 +214,22 @@ class Converter:
     # ---- names and values: the scope of scripts ------------------------------------------------------------
 
     def key(self, foreign: str) -> str | None:
-        """Our name of a key; None for a name in capitals that nothing writes: an enumeration value."""
+        """Return our name of a key; None for a name in capitals that nothing writes: an enumeration value."""
         return self.key_name(foreign) if self.tree.is_entry(foreign) else None
 
     def key_name(self, foreign: str) -> str:
-        """Our name of a key."""
+        """Return our name of a key."""
         return self.tree.key_name(foreign, self.facts.main)
 
     def kind(self, foreign: str) -> Kind | None:
-        """The kind of a key."""
+        """Return the kind of a key."""
         key = self.tree.local(foreign, self.facts.main)
         kind = self.facts.kind(self.tree.tree.name, key)
-        # What nothing tells of is declared as a text.
+        # A key that nothing tells about is declared as a text.
         return kind or (Kind.TEXT if key in self.tree.inputs or key in self.tree.outputs else None)
 
     def new_key(self, wanted: str, kind: Kind, default: str | None) -> str:
-        """A key that the mission needs for itself, with its value at the start if it has one."""
+        """Make a key that the mission needs for itself, with its value at the start if it has one."""
         name = self.tree.names.of(f"{wanted} {len(self.keys) + 1}")
         self.keys[name] = (
             {"type": kind.value} if default is None else {"type": kind.value, "default": default}
@@ -253,13 +253,13 @@ class Converter:
             self.start_empty(foreign)
 
     def as_text(self, key: str) -> str:
-        """The value of a key as a text: two keys in one value are put together to one."""
+        """Give the value of a key as a text: two keys in one value are put together to one."""
         nothing = self.tree.names.of("empty text")
         self.keys[nothing] = {"type": Kind.TEXT.value, "default": Quoted("")}
         return Quoted(f"${self.key_name(key)}${nothing}")
 
     def value(self, element: Element, attribute: str, kind: Kind | None) -> Any:
-        """The value of an attribute as it is written in a mission."""
+        """Write the value of an attribute as in a mission."""
         text = element.get(attribute)
         key = pointer(text, attribute)
         if key is not None:
@@ -271,7 +271,7 @@ class Converter:
         return value
 
     def condition(self, element: Element, script: str, mark: str = MARK) -> str | None:
-        """A script that is a condition, as an expression; None (noted) without equivalent."""
+        """Convert a script that is a condition to an expression; None (noted) without equivalent."""
         own = matching_expression(element, mark, script)
         if own is not None:
             return own
@@ -283,7 +283,7 @@ class Converter:
             return None
 
     def mark_value(self, element: Element, text: str) -> Any:
-        """A value of one of our own marks."""
+        """Read a value of one of our own marks."""
         try:
             return read_flow(text)
         except ConfigError as error:
@@ -291,7 +291,7 @@ class Converter:
             return text_value(text, None)
 
     def milliseconds(self, element: Element, attribute: str) -> Any:
-        """A duration that is given in milliseconds."""
+        """Read a duration that is given in milliseconds."""
         key = pointer(element.get(attribute), attribute)
         if key is not None and self.kind(key) not in (Kind.TEXT, Kind.BOOLEAN, Kind.POSE):
             seconds = "0.001" if self.kind(key) is Kind.DURATION else "0.001 s"
@@ -305,7 +305,7 @@ class Converter:
         return quantity_text(number / 1000, Kind.DURATION)
 
     def count(self, element: Element, attribute: str, default: int) -> tuple[str, bool]:
-        """A number of rounds, and whether the loop is endless."""
+        """Read a number of rounds, and whether the loop is endless."""
         text = element.get(attribute, str(default))
         key = pointer(text, attribute)
         may_lack = {*self.tree.missing, *self.tree.soft}
@@ -332,13 +332,13 @@ class Converter:
         return arranged(self._with_conditions(element, node))
 
     def direction(self, element: Element, attribute: str) -> str:
-        """Whether a port that no model describes is read or written here."""
+        """Tell whether a port that no model describes is read or written here."""
         if pointer(element.get(attribute), attribute) is None:
             return "in"
         return "out" if (registration(element), attribute) in self.tree.writing_ports else "in"
 
     def changes_below(self, element: Element, key: str) -> bool:
-        """Whether a key may change while a branch of an element runs."""
+        """Tell whether a key may change while a branch of an element runs."""
         local = self.tree.local(key, self.facts.main)
         return self.tree.may_change(element, local, self.facts)
 
@@ -359,7 +359,7 @@ class Converter:
         self._notes.notice(self.tree.tree.file, element.position, f"{registration(element)}: {message}")
 
     def stand_in(self, element: Element, message: str) -> Node:
-        """What stands for a node without an equivalent: it fails and says so."""
+        """Make what stands for a node without an equivalent: it fails and says so."""
         self.lost(element, f"{message}; replaced by a node that fails")
         reason = f"{registration(element)} (line {element.position.line}) has no equivalent"
         return {"fail": reason, "code": NOT_IMPORTED}
@@ -370,7 +370,7 @@ class Converter:
             self.notice(element, message)
 
     def scripts(self, element: Element, text: str) -> list[Node]:
-        """The assignments of a script as nodes."""
+        """Convert the assignments of a script to nodes."""
         statements: list[ScriptExpr] = []
         try:
             self._note_order(element, text)
@@ -469,7 +469,7 @@ class Converter:
         return [node for text in texts if text for node in self.scripts(element, text)]
 
     def _with_words(self, element: Element, node: Node) -> Node:
-        """The author's words for failures, as our own export has written them down."""
+        """Add the author's words for failures, as our own export has written them down."""
         code, text = element.get(f"{MARK}_code"), element.get(f"{MARK}_because")
         if code and _NAMES_ITS_FAILURE & set(node):
             node = put(node, "code", code)
@@ -511,7 +511,7 @@ _FIRST = ("name", "when", "unless", "while", "code", "because")
 
 
 def paced(node: Node) -> Node:
-    """The body of an endless loop, with BehaviorTree.CPP's pause before each round."""
+    """Wrap the body of an endless loop, with BehaviorTree.CPP's pause before each round."""
     return {"sequence": [{"wait": POLL}, node]}
 
 
@@ -522,7 +522,7 @@ def _one(nodes: list[Node]) -> Node:
 def set_nodes(
     statements: list[ScriptExpr], keys: Scope, ignored: Callable[[str], None]
 ) -> list[dict[str, Any]]:
-    """The statements of a script as nodes, as few as possible.
+    """Convert the statements of a script to nodes, as few as possible.
 
     A ``set`` writes all its keys at once, so a statement that reads what an earlier one wrote begins a new
     one.
@@ -582,13 +582,13 @@ def _assigned(code: AssignmentExpr, keys: Scope) -> Any:
 
 @_converts("AlwaysSuccess")
 def always_success(c: Converter, e: Element) -> Node:
-    """``AlwaysSuccess``."""
+    """Convert ``AlwaysSuccess``."""
     return dict(NOTHING)
 
 
 @_converts("AlwaysFailure")
 def always_failure(c: Converter, e: Element) -> Node:
-    """``AlwaysFailure``; our own marks say why."""
+    """Convert ``AlwaysFailure``; our own marks say why."""
     if not e.get(f"{MARK}_reason"):
         return {"fail": e.get("name") or "AlwaysFailure"}
     return {"fail": c.mark_value(e, e.get(f"{MARK}_reason"))}
@@ -596,7 +596,7 @@ def always_failure(c: Converter, e: Element) -> Node:
 
 @_converts("Script")
 def script(c: Converter, e: Element) -> Node:
-    """``Script``."""
+    """Convert ``Script``."""
     own = matching_values(e)
     if own is not None:
         return {"set": own}
@@ -606,20 +606,20 @@ def script(c: Converter, e: Element) -> Node:
 
 @_converts("ScriptCondition")
 def script_condition(c: Converter, e: Element) -> Node:
-    """``ScriptCondition``."""
+    """Convert ``ScriptCondition``."""
     text = c.condition(e, e.get("code"))
     return {"condition": text} if text is not None else c.stand_in(e, "its condition has no equivalent")
 
 
 @_converts("Sleep")
 def sleep(c: Converter, e: Element) -> Node:
-    """``Sleep``."""
+    """Convert ``Sleep``."""
     return {"wait": c.milliseconds(e, "msec")}
 
 
 @_converts("SetBlackboard")
 def set_blackboard(c: Converter, e: Element) -> Node:
-    """``SetBlackboard``."""
+    """Convert ``SetBlackboard``."""
     target = pointer(e.get("output_key"), "output_key") or e.get("output_key")
     if not target:
         return c.stand_in(e, "it names no output_key")
@@ -634,14 +634,14 @@ def set_blackboard(c: Converter, e: Element) -> Node:
 
 @_converts("UnsetBlackboard")
 def unset_blackboard(c: Converter, e: Element) -> Node:
-    """``UnsetBlackboard``."""
+    """Convert ``UnsetBlackboard``."""
     c.lost(e, "a key keeps its value; the node is imported as one that does nothing")
     return dict(NOTHING)
 
 
 @_converts("SubTree")
 def subtree(c: Converter, e: Element) -> Node:
-    """``SubTree``: a call of another mission."""
+    """Convert ``SubTree``: a call of another mission."""
     call = c.tree.calls_by_element[e]
     called = c.facts.trees.get(call.tree)
     node: Node = {"run": c.missions.get(call.tree) or identifier(call.tree, "mission")}
@@ -668,7 +668,7 @@ def subtree(c: Converter, e: Element) -> Node:
 def _given(
     c: Converter, e: Element, call: SubTreeCall, called: TreeFlow, shared: Mapping[str, str]
 ) -> dict[str, Any]:
-    """The inputs of a call."""
+    """Return the inputs of a call."""
     inputs: dict[str, Any] = {}
     wanted = called.all_inputs(c.facts)
     for port, key in shared.items():
@@ -693,7 +693,7 @@ def _given(
 
 
 def skill(c: Converter, e: Element) -> Node:
-    """Every other node without nodes below it: a skill of this installation, or one that it lacks."""
+    """Convert every other node without nodes below it: a skill of this installation, or one that it lacks."""
     node = registration(e)
     entry = c.custom.entry(node, e)
     declared = c.ports.skill(node)
@@ -751,13 +751,13 @@ def _skill_port(
 
 @_converts("FlorenceWait")
 def florence_wait(c: Converter, e: Element) -> Node:
-    """``FlorenceWait``."""
+    """Convert ``FlorenceWait``."""
     return {"wait": c.value(e, "seconds", Kind.DURATION)}
 
 
 @_converts("FlorenceSet")
 def florence_set(c: Converter, e: Element) -> Node:
-    """``FlorenceSet``."""
+    """Convert ``FlorenceSet``."""
     try:
         values = read_flow(f"{{{e.get('values')}}}")
     except ConfigError as error:
@@ -767,20 +767,20 @@ def florence_set(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceAppend")
 def florence_append(c: Converter, e: Element) -> Node:
-    """``FlorenceAppend``."""
+    """Convert ``FlorenceAppend``."""
     node = florence_set(c, e)
     return {"append": node["set"]} if "set" in node else node
 
 
 @_converts("FlorenceCondition")
 def florence_condition(c: Converter, e: Element) -> Node:
-    """``FlorenceCondition``."""
+    """Convert ``FlorenceCondition``."""
     return {"condition": e.get("code")}
 
 
 @_converts("Sequence", "AsyncSequence")
 def sequence(c: Converter, e: Element) -> Node:
-    """``Sequence``, ``AsyncSequence``."""
+    """Convert ``Sequence``, ``AsyncSequence``."""
     if e.get(MARK) == "keys" and len(e.children) in (2, 3):
         return c.node(e.children[-1])
     return {"sequence": c.children(e)}
@@ -788,7 +788,7 @@ def sequence(c: Converter, e: Element) -> Node:
 
 @_converts("ReactiveSequence")
 def reactive_sequence(c: Converter, e: Element) -> Node:
-    """``ReactiveSequence``; with our mark it is ``while`` round a node."""
+    """Convert ``ReactiveSequence``; with our mark it is ``while`` round a node."""
     if e.get(MARK) == "while" and len(e.children) == 2 and e.children[0].tag == "ScriptCondition":
         asked = e.children[0]
         text = c.condition(asked, asked.get("code"))
@@ -799,7 +799,7 @@ def reactive_sequence(c: Converter, e: Element) -> Node:
 
 @_converts("SequenceWithMemory")
 def sequence_with_memory(c: Converter, e: Element) -> Node:
-    """``SequenceWithMemory``: what has succeeded is not done again until all has."""
+    """Convert ``SequenceWithMemory``: what has succeeded is not done again until all has."""
     done = c.new_key("done", Kind.INTEGER, "0")
     nodes: list[Node] = []
     for number, child in enumerate(c.children(e), start=1):
@@ -810,14 +810,14 @@ def sequence_with_memory(c: Converter, e: Element) -> Node:
 
 @_converts("Fallback", "AsyncFallback", "ReactiveFallback")
 def fallback(c: Converter, e: Element) -> Node:
-    """``Fallback``, ``AsyncFallback``, ``ReactiveFallback``."""
+    """Convert ``Fallback``, ``AsyncFallback``, ``ReactiveFallback``."""
     node: Node = {"selector": c.children(e)}
     return {**node, "memory": "false"} if e.tag == "ReactiveFallback" else node
 
 
 @_converts("Parallel")
 def parallel(c: Converter, e: Element) -> Node:
-    """``Parallel``, of version 3 too."""
+    """Convert ``Parallel``, of version 3 too."""
     count = len(e.children)
     old = e.get("threshold") or e.get("success_threshold")
     succeed = _threshold(c, e, "success_count", old or "-1", count)
@@ -845,7 +845,7 @@ def _threshold(c: Converter, e: Element, attribute: str, default: str, count: in
 
 @_converts("ParallelAll")
 def parallel_all(c: Converter, e: Element) -> Node:
-    """``ParallelAll``: all branches come to their end, then the failures are counted."""
+    """Convert ``ParallelAll``: all branches come to their end, then the failures are counted."""
     failures = c.new_key("failures", Kind.INTEGER, "0")
     limit = _threshold(c, e, "max_failures", "1", len(e.children))
     count = {"set": {failures: f"${{${failures} + 1}}"}}
@@ -856,7 +856,7 @@ def parallel_all(c: Converter, e: Element) -> Node:
 
 @_converts("IfThenElse", "WhileDoElse")
 def if_then_else(c: Converter, e: Element) -> Node:
-    """``IfThenElse``, decided once; ``WhileDoElse``, decided again with every tick."""
+    """Convert ``IfThenElse``, decided once; ``WhileDoElse``, decided again with every tick."""
     if not 2 <= len(e.children) <= 3:
         return c.stand_in(e, f"it needs 2 or 3 nodes below it, not {len(e.children)}")
     node: Node = {"if": _question(c, e.children[0]), "then": c.node(e.children[1])}
@@ -868,7 +868,7 @@ def if_then_else(c: Converter, e: Element) -> Node:
 
 
 def _question(c: Converter, asked: Element) -> Any:
-    """The condition of an ``if``: an expression where it is one, else a node."""
+    """Convert the condition of an ``if``: an expression where it is one, else a node."""
     if asked.tag in ("ScriptCondition", "FlorenceCondition") and set(asked.attributes) <= {"code", MARK}:
         node = c.node(asked)
         if set(node) == {"condition"}:
@@ -879,7 +879,7 @@ def _question(c: Converter, asked: Element) -> Any:
 
 @_converts("Switch2", "Switch3", "Switch4", "Switch5", "Switch6")
 def switch(c: Converter, e: Element) -> Node:
-    """``Switch2`` ... ``Switch6``: a ``switch`` where the variable cannot change while a branch runs."""
+    """Convert ``Switch2`` to ``Switch6``: to ``switch`` if the variable cannot change during a branch."""
     cases = int(e.tag.removeprefix("Switch"))
     key = pointer(e.get("variable"), "variable")
     if key is None or len(e.children) != cases + 1:
@@ -910,7 +910,7 @@ def _case_value(text: str, kind: Kind | None) -> str:
 
 
 def _reactive_switch(key: str, values: list[str], kind: Kind | None, nodes: list[Node]) -> Node:
-    """A switch whose variable may change while a branch runs: a chain of ``if`` without memory."""
+    """Write a switch whose variable may change while a branch runs: a chain of ``if`` without memory."""
     chain = nodes[-1]
     for value, node in reversed(list(zip(values, nodes, strict=False))):
         is_text = kind in (None, Kind.TEXT) or isinstance(value, Quoted)
@@ -921,7 +921,7 @@ def _reactive_switch(key: str, values: list[str], kind: Kind | None, nodes: list
 
 @_converts("TryCatch")
 def try_catch(c: Converter, e: Element) -> Node:
-    """``TryCatch``: the last child is done when one of the others fails."""
+    """Convert ``TryCatch``: the last child is done when one of the others fails."""
     if len(e.children) < 2:
         return c.stand_in(e, "it needs at least 2 nodes below it")
     if e.get("catch_on_halt").lower() in ("true", "1"):
@@ -938,7 +938,7 @@ _CERTAIN = ("AlwaysSuccess", "ForceSuccess", "Script", "SetBlackboard", "Sleep")
 
 @_converts("Finally")
 def finally_node(c: Converter, e: Element) -> Node:
-    """``Finally``, since version 4.11: the second child is done after the first in any case."""
+    """Convert ``Finally``, since version 4.11: the second child is done after the first in any case."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
     if e.children[1].tag not in _CERTAIN:
@@ -953,7 +953,7 @@ def finally_node(c: Converter, e: Element) -> Node:
 
 @_converts("RecoveryNode")
 def recovery_node(c: Converter, e: Element) -> Node:
-    """Nav2's ``RecoveryNode``: after a failure of the first child the second, then the first again."""
+    """Convert Nav2's ``RecoveryNode``: after a failure of the first child the second, then the first."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
     retries, _ = c.count(e, "number_of_retries", 1)
@@ -969,7 +969,7 @@ def recovery_node(c: Converter, e: Element) -> Node:
 
 @_converts("RoundRobin")
 def round_robin(c: Converter, e: Element) -> Node:
-    """Nav2's ``RoundRobin``: each start goes on with the next child."""
+    """Convert Nav2's ``RoundRobin``: each start goes on with the next child."""
     count = len(e.children)
     if e.get("wrap_around", "true").lower() not in ("true", "1"):
         c.lost(e, "wrap_around: after the last node the first one is tried here")
@@ -991,13 +991,13 @@ _AGAIN = "100 ms"
 
 @_converts("PipelineSequence")
 def pipeline_sequence(c: Converter, e: Element) -> Node:
-    """Nav2's ``PipelineSequence``: while a node runs, those before it are done again."""
+    """Convert Nav2's ``PipelineSequence``: while a node runs, those before it are done again."""
     *earlier, last = e.children
     first = [c.node(child) for child in earlier]
     if not any(_is_done_again(c, child) for child in earlier):
         return {"sequence": [*first, c.node(last)]}
     if any(below.tag == e.tag for child in earlier for below in child.walk()):
-        # What is done again is written twice: one in another would grow without end.
+        # A part that is done again is written twice: nested ones would grow without end.
         c.lost(e, "another PipelineSequence stands before its last node; imported as a sequence")
         return {"sequence": [*first, c.node(last)]}
     rounds: Node = {"sequence": [{"wait": _shortest_pace(c, earlier)}, *first]}
@@ -1008,7 +1008,7 @@ def pipeline_sequence(c: Converter, e: Element) -> Node:
 
 
 def _is_done_again(c: Converter, e: Element) -> bool:
-    """Whether it makes a difference that a node is done again: not for a goal that nothing changes."""
+    """Tell whether it makes a difference that a node is done again: not for a goal that nothing changes."""
     goal = pointer(e.get("goal", "{goal}"), "goal")
     return e.tag != "GoalUpdatedController" or (goal is not None and c.changes_below(e, goal))
 
@@ -1026,7 +1026,7 @@ def _shortest_pace(c: Converter, earlier: list[Element]) -> str:
 
 
 def _started_again(c: Converter, earlier: list[Element], last: Element) -> Node:
-    """The last node of a pipeline; it starts again when a key that it reads is given another value.
+    """Convert the last node of a pipeline; it starts again when a key that it reads is given another value.
 
     There a running node reads its ports with every tick.
     """
@@ -1045,7 +1045,7 @@ def _started_again(c: Converter, earlier: list[Element], last: Element) -> Node:
 
 @_converts("RateController", "DistanceController", "SpeedController", "GoalUpdatedController")
 def paced_child(c: Converter, e: Element) -> Node:
-    """Nav2's ``RateController`` and its like: at the first tick they start their child, and end as it ends.
+    """Convert Nav2's ``RateController`` and its like: they start their child at once, and end as it ends.
 
     Only what is ticked again after its end (in a ``PipelineSequence``, a reactive control) starts it again.
     """
@@ -1058,7 +1058,7 @@ def paced_child(c: Converter, e: Element) -> Node:
 
 @_converts("GoalUpdater")
 def goal_updater(c: Converter, e: Element) -> Node:
-    """Nav2's ``GoalUpdater``: passes a goal on, or a newer one that comes by a topic."""
+    """Convert Nav2's ``GoalUpdater``: passes a goal on, or a newer one that comes by a topic."""
     c.lost(e, "newer goals that come by its topic are not received; the goal is passed on as it is")
     handed = {
         c.key_name(target): c.value(e, f"input_{what}", None)
@@ -1070,7 +1070,7 @@ def goal_updater(c: Converter, e: Element) -> Node:
 
 
 def unknown_control(c: Converter, e: Element) -> Node:
-    """A control or decorator of another project: a skill for its own part, then the nodes below it."""
+    """Convert another project's control or decorator: a skill for its own part, then the nodes below."""
     c.lost(
         e,
         "what it does with the nodes below it is not known; imported as a skill, and then these nodes in a"
@@ -1089,7 +1089,7 @@ def _ports_in_words(e: Element) -> str:
 
 @_converts("FlorenceFinally")
 def florence_finally(c: Converter, e: Element) -> Node:
-    """``FlorenceFinally``."""
+    """Convert ``FlorenceFinally``."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
     body, cleanup = c.children(e)
@@ -1098,7 +1098,7 @@ def florence_finally(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceUntil")
 def florence_until(c: Converter, e: Element) -> Node:
-    """``FlorenceUntil``."""
+    """Convert ``FlorenceUntil``."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
     return put(_enclosed(c.node(e.children[0])), "until", _question(c, e.children[1]))
@@ -1106,7 +1106,7 @@ def florence_until(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceWaitUntil")
 def florence_wait_until(c: Converter, e: Element) -> Node:
-    """``FlorenceWaitUntil``."""
+    """Convert ``FlorenceWaitUntil``."""
     if len(e.children) != 1:
         return c.stand_in(e, "it needs exactly 1 node below it")
     return {"wait_until": _question(c, e.children[0])}
@@ -1114,7 +1114,7 @@ def florence_wait_until(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceCatch")
 def florence_catch(c: Converter, e: Element) -> Node:
-    """``FlorenceCatch``."""
+    """Convert ``FlorenceCatch``."""
     codes = [code.strip() for code in e.get("codes").split(";") if code.strip()]
     if len(e.children) != len(codes) + 1 or len(set(codes)) < len(codes):
         return c.stand_in(e, f"{len(e.children)} nodes do not fit the codes {e.get('codes')!r}")
@@ -1123,19 +1123,19 @@ def florence_catch(c: Converter, e: Element) -> Node:
 
 
 def _enclosed(body: Node) -> Node:
-    """A node whose own guards, names and clean-up stay its own when a modifier is put round it."""
+    """Enclose a node whose own guards, names and clean-up stay its own when a modifier is put round it."""
     return {"sequence": [body]} if set(OUTSIDE) & set(body) else body
 
 
 @_converts("FlorenceParallel")
 def florence_parallel(c: Converter, e: Element) -> Node:
-    """``FlorenceParallel``."""
+    """Convert ``FlorenceParallel``."""
     return {"parallel": c.children(e), "policy": [name.strip() for name in e.get("names").split(";")]}
 
 
 @_converts("FlorenceSwitch")
 def florence_switch(c: Converter, e: Element) -> Node:
-    """``FlorenceSwitch``."""
+    """Convert ``FlorenceSwitch``."""
     try:
         cases = read_flow(f"[{e.get('cases')}]")
     except ConfigError as error:
@@ -1154,26 +1154,26 @@ MAX_LOOP = 100
 
 @_converts("Inverter")
 def inverter(c: Converter, e: Element) -> Node:
-    """``Inverter``."""
+    """Convert ``Inverter``."""
     return {"invert": c.only_child(e)}
 
 
 @_converts("ForceSuccess")
 def force_success(c: Converter, e: Element) -> Node:
-    """``ForceSuccess``."""
+    """Convert ``ForceSuccess``."""
     return {"succeed": c.only_child(e)}
 
 
 @_converts("ForceFailure")
 def force_failure(c: Converter, e: Element) -> Node:
-    """``ForceFailure``."""
+    """Convert ``ForceFailure``."""
     child = c.only_child(e)
     return {"sequence": [child, {"fail": f"{e.get('name') or e.tag}: what is below it succeeded"}]}
 
 
 @_converts("RetryUntilSuccessful", "RetryUntilSuccesful", "Repeat")
 def rounds(c: Converter, e: Element) -> Node:
-    """``RetryUntilSuccessful``, ``Repeat``."""
+    """Convert ``RetryUntilSuccessful``, ``Repeat``."""
     kind, attribute = ("repeat", "num_cycles") if e.tag == "Repeat" else ("retry", "num_attempts")
     number, is_endless = c.count(e, attribute, 1)
     child = c.only_child(e)
@@ -1182,25 +1182,25 @@ def rounds(c: Converter, e: Element) -> Node:
 
 @_converts("KeepRunningUntilFailure")
 def keep_running(c: Converter, e: Element) -> Node:
-    """``KeepRunningUntilFailure``."""
+    """Convert ``KeepRunningUntilFailure``."""
     return {"repeat": FOREVER, "do": paced(c.only_child(e))}
 
 
 @_converts("Timeout")
 def timeout(c: Converter, e: Element) -> Node:
-    """``Timeout``."""
+    """Convert ``Timeout``."""
     return {"timeout": c.milliseconds(e, "msec"), "do": c.only_child(e)}
 
 
 @_converts("Delay")
 def delay(c: Converter, e: Element) -> Node:
-    """``Delay``."""
+    """Convert ``Delay``."""
     return {"sequence": [{"wait": c.milliseconds(e, "delay_msec")}, c.only_child(e)]}
 
 
 @_converts("RunOnce")
 def run_once(c: Converter, e: Element) -> Node:
-    """``RunOnce``."""
+    """Convert ``RunOnce``."""
     if e.get("then_skip", "true").lower() not in ("false", "0"):
         c.lost(e, "later starts are skipped there; here they end like the first")
     return {"once": c.only_child(e)}
@@ -1208,7 +1208,7 @@ def run_once(c: Converter, e: Element) -> Node:
 
 @_converts("Precondition")
 def precondition(c: Converter, e: Element) -> Node:
-    """``Precondition``: evaluated before the child starts, not while it runs."""
+    """Convert ``Precondition``: evaluated before the child starts, not while it runs."""
     text = c.condition(e, e.get("if"))
     child = c.only_child(e)
     if text is None:
@@ -1228,7 +1228,7 @@ def precondition(c: Converter, e: Element) -> Node:
 
 @_converts("LoopInt", "LoopDouble", "LoopString", "LoopBool")
 def loop(c: Converter, e: Element) -> Node:
-    """``LoopInt`` and its like, for a queue that is written out."""
+    """Convert ``LoopInt`` and its like, for a queue that is written out."""
     queue, target = e.get("queue"), pointer(e.get("value"), "value")
     if pointer(queue, "queue") is not None or queue.startswith("json:") or target is None:
         return c.stand_in(e, "a queue that comes from a key has no equivalent")
@@ -1256,7 +1256,7 @@ def loop(c: Converter, e: Element) -> Node:
 
 @_converts("ManualSelector", "SkipUnlessUpdated", "WaitValueUpdate", "BlackboardCheck", "WasEntryUpdated")
 def without_equivalent(c: Converter, e: Element) -> Node:
-    """Nodes about how often a key was written, and others that missions do not have."""
+    """Refuse nodes about how often a key was written, and others that missions do not have."""
     return c.stand_in(e, "no node of a mission does this")
 
 
@@ -1265,7 +1265,7 @@ def without_equivalent(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceRetry")
 def florence_retry(c: Converter, e: Element) -> Node:
-    """``FlorenceRetry``: what is tried, and perhaps what is done between two attempts."""
+    """Convert ``FlorenceRetry``: what is tried, and perhaps what is done between two attempts."""
     if not 1 <= len(e.children) <= 2:
         return c.stand_in(e, "it needs 1 or 2 nodes below it")
     endless = e.get("num_attempts") == "-1"
@@ -1282,7 +1282,7 @@ def florence_retry(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceForEach")
 def florence_for_each(c: Converter, e: Element) -> Node:
-    """``FlorenceForEach``."""
+    """Convert ``FlorenceForEach``."""
     item, index = (pointer(e.get(name), name) for name in ("as", "index"))
     if item is None:
         return c.stand_in(e, "it needs a key for the item under as")
@@ -1299,14 +1299,14 @@ def florence_for_each(c: Converter, e: Element) -> Node:
 
 @_converts("FlorenceTimeout", "FlorenceCooldown")
 def florence_timed(c: Converter, e: Element) -> Node:
-    """``FlorenceTimeout``, ``FlorenceCooldown``: durations that come from a key."""
+    """Convert ``FlorenceTimeout``, ``FlorenceCooldown``: durations that come from a key."""
     kind = e.tag.removeprefix("Florence").lower()
     return {kind: c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
 
 
 @_converts("FlorenceGuard")
 def florence_guard(c: Converter, e: Element) -> Node:
-    """``FlorenceGuard``."""
+    """Convert ``FlorenceGuard``."""
     node = c.only_child(e)
     for guard in ("when", "unless", "while"):
         if e.get(guard):

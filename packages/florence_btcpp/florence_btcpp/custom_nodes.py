@@ -57,7 +57,7 @@ class CustomNodes:
         self._entries: dict[str, CustomNode] = {}
 
     def entry(self, node: str, element: Element) -> CustomNode:
-        """The entry of a node; the element is one of its uses."""
+        """Return the entry of a node; the element is one of its uses."""
         if node not in self._entries:
             model = self._ports.model(node)
             stated = element.tag if element.tag in ("Action", "Condition") else None
@@ -68,11 +68,11 @@ class CustomNodes:
         return self._entries[node]
 
     def renamed(self) -> dict[str, str]:
-        """Registration ID -> name of the skill, where the two differ."""
+        """Map each registration ID to the name of the skill, where the two differ."""
         return {entry.node: entry.name for entry in self._entries.values() if entry.node != entry.name}
 
     def declarations(self, kind_of: KindOf) -> list[SkillDeclaration]:
-        """The skills that this installation lacks.
+        """Declare the skills that this installation lacks.
 
         Args:
             kind_of: The kind of a port by all its uses, as far as it is known.
@@ -99,7 +99,7 @@ class CustomNodes:
         return SkillDeclaration(entry.name, summary, inputs, outputs, deadline_s=DEADLINE_S, instant=instant)
 
     def _default(self, entry: CustomNode, port: str, about: PortModel, kind: Kind) -> object:
-        """The default of an input: the model's, or a neutral value when some uses leave the port out."""
+        """Return the default of an input: the model's, or neutral when some uses leave it out."""
         if about.default is not None and pointer(about.default, port) is None:
             value = _read(about.default, kind)
             if value is not None:

@@ -73,7 +73,7 @@ MAX_STEPS = 100_000
 
 @dataclass
 class TreeFlow:
-    """What is known about one tree.
+    """The facts about one tree.
 
     Attributes:
         tree: The tree.
@@ -127,48 +127,48 @@ class TreeFlow:
         return Order(self.tree.root)
 
     def _concurrent_above(self, element: Element) -> Element | None:
-        """The outermost control above an element that goes on with several of its nodes."""
+        """Return the outermost control above an element that goes on with several of its nodes."""
         _, *above = self.order.with_parents(element)
         return next((each for each in reversed(above) if each.tag in CONCURRENT), None)
 
     def local(self, key: str, main: str | None) -> str:
-        """A key as it is called in this tree: in the main tree the outermost blackboard is its own."""
+        """Return a key as it is called in this tree: in the main tree the outermost blackboard is its own."""
         return local_key(key, is_main=self.tree.name == main)
 
     def is_entry(self, name: str) -> bool:
-        """Whether a name in a script is a key; one in capitals that nothing writes is an enumeration's."""
+        """Tell whether a script's name is a key; in capitals and never written it is an enumeration's."""
         return not name.isupper() or name in self.written or name in self.pointed
 
     def key_name(self, key: str, main: str | None) -> str:
-        """Our name of a key."""
+        """Return our name of a key."""
         return self.names.of(self.local(key, main))
 
     def all_inputs(self, facts: DataFlow) -> list[str]:
-        """The keys that callers give: those that are declared, and those that are read first."""
+        """Return the keys that callers give: those that are declared, and those that are read first."""
         both = (
             k for k in facts.declared(self.tree.name, "inout") if k in self.inputs or k not in self.written
         )
         return list(dict.fromkeys([*facts.declared(self.tree.name, "in"), *both, *self.inputs, *self.soft]))
 
     def all_outputs(self, facts: DataFlow) -> list[str]:
-        """The keys that callers get: those that are declared and written, and those that they ask for."""
+        """Return the keys that callers get: those declared and written, and those they ask for."""
         declared = [k for way in ("out", "inout") for k in facts.declared(self.tree.name, way)]
         return list(dict.fromkeys([*(key for key in declared if key in self.written), *self.outputs]))
 
     def input_name(self, key: str, facts: DataFlow) -> str:
-        """Our name of an input: a key that is written too needs another one."""
+        """Return our name of an input: a key that is written too needs another one."""
         both = key in self.written and key in self.all_inputs(facts)
         return self.names.of(f"before {key}" if both else key)
 
     def may_change(self, element: Element, key: str, facts: DataFlow) -> bool:
-        """Whether something may write a key while a branch of an element runs: below it, or beside it."""
+        """Tell whether a key may be written while an element's branch runs: below it, or beside it."""
         if self._writers is None:
             self._writers = self._find_writers(facts)
         found = self._writers.get(key, set())
         return element in found or self._concurrent_above(element) in found
 
     def _find_writers(self, facts: DataFlow) -> dict[str, set[Element]]:
-        """Each key with the elements that write it, and all above them."""
+        """Map each key to the elements that write it, and all above them."""
         found: dict[str, set[Element]] = {}
         for event in self.events:
             for key in facts.writes(self.tree.name, event):
@@ -176,25 +176,25 @@ class TreeFlow:
         return found
 
     def uses_below(self, elements: list[Element]) -> Iterator[KeyUse]:
-        """The uses of keys in some elements and below them."""
+        """Return the uses of keys in some elements and below them."""
         inside = {below for element in elements for below in element.walk()}
         return (e for e in self.events if isinstance(e, KeyUse) and e.element in inside)
 
     def is_ticked_again(self, element: Element) -> bool:
-        """Whether an element can be ticked after its end, but not by a ``PipelineSequence`` just above."""
+        """Tell whether an element can be ticked after its end, not by a ``PipelineSequence`` above."""
         above = self._concurrent_above(element)
         return above is not None and not (above.tag == "PipelineSequence" and element in above.children)
 
     def is_repeated(self, element: Element) -> bool:
-        """Whether something above an element can start it again."""
+        """Tell whether something above an element can start it again."""
         return any(above.tag in CONCURRENT | REPEATING for above in self.order.with_parents(element))
 
     def goes_on_after_failure(self, element: Element) -> bool:
-        """Whether something above an element goes on when it fails."""
+        """Tell whether something above an element goes on when it fails."""
         return any(above.tag in _TOLERANT for above in self.order.with_parents(element))
 
     def surely_written(self, element: Element, writes: Writes) -> set[str]:
-        """The keys that are written whenever an element succeeds.
+        """Return the keys that are written whenever an element succeeds.
 
         Args:
             element: The element.
@@ -239,7 +239,7 @@ class TreeFlow:
 
 
 class DataFlow:
-    """What is known about all trees of a document.
+    """The facts about all trees of a document.
 
     Args:
         document: The trees.
@@ -277,21 +277,21 @@ class DataFlow:
         self._kinds = Kinds(document, ports, known, self.mapping, lambda n, key: self.trees[n].is_entry(key))
 
     def kind(self, tree: str, key: str) -> Kind | None:
-        """The kind of a key, None when it is not known."""
+        """Return the kind of a key, None when it is not known."""
         return self._kinds.kind(tree, key)
 
     def port_kind(self, node: str, port: str) -> Kind | None:
-        """The kind of a port of a node that this installation lacks, None when it is not known."""
+        """Return the kind of a port of a node that this installation lacks, None when it is not known."""
         return self._kinds.port_kind(node, port)
 
     def declared(self, tree: str, direction: str) -> list[str]:
-        """The ports of a tree that the file declares with a direction: ``in``, ``out`` or ``inout``."""
+        """Return the ports that the file declares for a tree with a direction, ``in``, ``out``, ``inout``."""
         model = self._document.models.get(tree)
         ports = model.ports.items() if model is not None and model.category == "SubTree" else ()
         return [port for port, about in ports if about.direction == direction]
 
     def mapping(self, caller: str, call: SubTreeCall) -> dict[str, str]:
-        """Key of the called tree -> key of the caller, for all that the two share.
+        """Map each key of the called tree to the key of the caller, for all that they share.
 
         Raises:
             ConfigError: All trees together share more keys than any program needs.
@@ -326,7 +326,7 @@ class DataFlow:
         return shared
 
     def writes(self, name: str, event: KeyUse | SubTreeCall) -> list[str]:
-        """The keys that an event of a tree writes."""
+        """Return the keys that an event of a tree writes."""
         return self._effects(name, event)[1]
 
     def _flow(self, facts: TreeFlow) -> None:
@@ -357,7 +357,7 @@ class DataFlow:
         self._find_soft(facts)
 
     def _find_soft(self, facts: TreeFlow) -> None:
-        """The outputs that not every way to success writes, but for those that the file declares."""
+        """Find the outputs that not every way to success writes, but for those that the file declares."""
         name = facts.tree.name
         writes: dict[Element, set[str]] = {}
         for event in facts.events:
@@ -401,7 +401,7 @@ class DataFlow:
             facts.soft = {key: None for key in facts.soft if entries.root(("key", name, key)) in known}
 
     def _certainly_set(self, name: str) -> Iterator[Member]:
-        """The keys of a tree that something sets, or that a node needs so that a program must set them."""
+        """Yield a tree's keys that something sets, or that a program must set because a node needs them."""
         for direction in ("in", "out", "inout"):
             yield from (("key", name, key) for key in self.declared(name, direction))
         for event in self.trees[name].events:
@@ -462,6 +462,6 @@ class DataFlow:
 
 
 def _is_copy(event: KeyUse | SubTreeCall) -> TypeGuard[KeyUse]:
-    """Whether a ``SetBlackboard`` reads a key, which fails when the key has no value."""
+    """Tell whether a ``SetBlackboard`` reads a key, which fails when the key has no value."""
     is_read = isinstance(event, KeyUse) and event.access == READ and event.pointed
     return is_read and event.element.tag == "SetBlackboard"

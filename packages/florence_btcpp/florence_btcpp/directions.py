@@ -58,7 +58,7 @@ def settled(
 
 
 def _handed(call: SubTreeCall, written: set[str]) -> set[str]:
-    """The keys of a called tree that have a value from its caller."""
+    """Return the keys of a called tree that have a value from its caller."""
     mapped = {port for port, key in call.keys.items() if key in written}
     return mapped | call.literals.keys() | (written if call.autoremap else set())
 

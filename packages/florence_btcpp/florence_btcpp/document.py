@@ -103,7 +103,7 @@ def _finish(document: Document, notes: LossNotes) -> None:
 
 
 def _load_folder(folder: Path, notes: LossNotes, left_out: Collection[str]) -> Document:
-    """All XML files of a folder and of those below it; none of its trees is the main one."""
+    """Load all XML files of a folder and of those below it; none of its trees is the main one."""
     files = sorted(folder.rglob("*.xml"))
     if not 0 < len(files) <= MAX_FILES:
         problem = f"the folder has {len(files)} XML files" if files else "the folder has no XML file"
@@ -127,7 +127,7 @@ def _load_folder(folder: Path, notes: LossNotes, left_out: Collection[str]) -> D
 
 
 def _read_all(files: Iterable[Path], notes: LossNotes) -> dict[Path, Element]:
-    """The files that can be read and hold trees."""
+    """Read the files that can be read and hold trees."""
     roots = {}
     for file in files:
         try:
@@ -173,7 +173,7 @@ def _name_by_file(roots: Mapping[Path, Element], folder: Path) -> None:
 
 
 def _name_compact_calls(document: Document) -> None:
-    """``<MyTree/>``, which version 3 allows, is a call as ``<SubTree ID="MyTree"/>`` is."""
+    """Rewrite ``<MyTree/>``, which version 3 allows, as the call ``<SubTree ID="MyTree"/>``."""
     for tree in document.trees.values():
         for node in tree.root.walk():
             if node.tag in document.trees and category_of(node.tag) is None and not node.children:
@@ -183,7 +183,7 @@ def _name_compact_calls(document: Document) -> None:
 
 
 def _is_version_3(root: Element) -> bool:
-    """Whether a file is of version 3: it says so, or it says nothing and has no word of version 4."""
+    """Tell whether a file is of version 3: it says so, or it says nothing and has no word of version 4."""
     written = root.get("BTCPP_format")
     return written == "3" or (not written and not any(map(_is_of_version_4, root.walk())))
 
@@ -211,7 +211,7 @@ def _renew_entries(call: Element) -> list[str]:
 
 
 def _renew_remaps(call: Element) -> None:
-    """``<remap internal="a" external="b"/>`` below a call, as the first files of version 3 have it."""
+    """Renew ``<remap internal="a" external="b"/>`` below a call, as the first files of version 3 have it."""
     for child in [child for child in call.children if child.tag == "remap"]:
         if child.get("internal") and child.get("external"):
             call.attributes.setdefault(child.get("internal"), f"{{{child.get('external')}}}")
@@ -235,7 +235,7 @@ def _note_left_over(document: Document, notes: LossNotes) -> None:
 
 
 def _left_over(element: Element) -> Iterator[str]:
-    """The attributes of a node that nothing here reads: they are named, for nothing is dropped in silence."""
+    """Yield the attributes of a node that nothing here reads, so that nothing is dropped in silence."""
     for name in element.attributes:
         if name in ("ID", "name"):
             continue
@@ -289,7 +289,7 @@ class _Loader:
                     )
 
     def has_seen(self, path: Path) -> bool:
-        """Whether a file was read, included by another one."""
+        """Tell whether a file was read, included by another one."""
         return path.resolve() in self._seen
 
     def check_main(self, root: Element, document: Document) -> None:

@@ -41,7 +41,7 @@ from florence_btcpp.xml_source import Element
 
 
 def write_xml(root: Element) -> str:
-    """An element with everything below as the text of a file."""
+    """Write an element with everything below as the text of a file."""
     tree = _xml(root)
     ElementTree.indent(tree)
     # A sign > in a value is escaped, so this ends elements only.
@@ -66,7 +66,7 @@ _COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")
 
 
 def computed_inputs(mission: Mission) -> list[str]:
-    """The inputs with which a script of the exported mission computes."""
+    """Return the inputs with which a script of the exported mission computes."""
     used = {key for node in mission.nodes() for key in _computed_by(node)}
     texts = (Kind.TEXT, Kind.POSE)
     return [name for name, port in mission.inputs.items() if name in used and port.kind not in texts]
@@ -133,7 +133,7 @@ class NodeWriter:
         self._notes = notes
 
     def node(self, node: Node) -> Element:
-        """An element for a node, with guards, clean-up and words for failures around or on it.
+        """Make an element for a node, with guards, clean-up and words for failures around or on it.
 
         Raises:
             ConfigError: A value is wrong, which a check would have found.
@@ -176,7 +176,7 @@ class NodeWriter:
         return element
 
     def _native_guards(self, node: Node) -> dict[str, str]:
-        """``when`` and ``unless`` as ``_skipIf``; ``while`` is only tried."""
+        """Write ``when`` and ``unless`` as ``_skipIf``; ``while`` is only tried."""
         if node.holds is not None:
             script_of(node.holds.term)
         if node.when is None and node.unless is None:
@@ -449,7 +449,7 @@ class NodeWriter:
 
 
 def _milliseconds(duration: Value) -> int | None:
-    """A duration that is written out, in milliseconds; None when it is not, or not whole."""
+    """Return a duration that is written out, in milliseconds; None when it is not, or not whole."""
     if not isinstance(duration, Literal):
         return None
     seconds = read_value(duration.text, Kind.DURATION)
@@ -479,7 +479,7 @@ def _control(name: str, children: list[Element]) -> Element:
 
 @dataclass(frozen=True)
 class Exported:
-    """What came out of an export.
+    """The result of an export.
 
     Attributes:
         xml: The text of the file.

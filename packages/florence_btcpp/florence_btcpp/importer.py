@@ -33,7 +33,7 @@ MAX_NESTING = 40
 
 @dataclass(frozen=True)
 class Imported:
-    """What came out of an import.
+    """The result of an import.
 
     Attributes:
         files: The files to write: name -> text.
@@ -239,7 +239,7 @@ def _pairs(renamed: Mapping[str, str]) -> str:
 def _own_skills(
     document: Document, declarations: Mapping[str, SkillDeclaration]
 ) -> Iterable[tuple[str, str]]:
-    """Nodes that are skills of this installation: of the same name, or of one that fits."""
+    """Yield nodes that are skills of this installation: of the same name, or of one that fits."""
     used: dict[str, list[Element]] = {}
     for tree in document.trees.values():
         for element in tree.root.walk():
@@ -252,7 +252,7 @@ def _own_skills(
 
 
 def _fits(declaration: SkillDeclaration, elements: list[Element]) -> bool:
-    """Whether a skill has all ports that are used, takes what is written out, and is given what it needs."""
+    """Tell whether a skill has all ports used, takes what is written out, and is given what it needs."""
     needed = {name for name, port in declaration.inputs.items() if port.required}
     for element in elements:
         names = {name for name in element.attributes if name not in ("ID", "name") and name[0] != "_"}
@@ -278,7 +278,7 @@ def _check_nesting(document: Document, notes: LossNotes) -> None:
 
 
 def _called_first(document: Document, notes: LossNotes) -> list[str]:
-    """The trees, called ones before their callers; a tree that calls itself is an error."""
+    """Order the trees so that called ones come before their callers; a tree that calls itself is an error."""
     order: list[str] = []
     calls = {
         name: [e for e in tree.root.walk() if e.tag == "SubTree" and e.get("ID") in document.trees]

@@ -67,7 +67,7 @@ class KeyUse:
 
 
 def pointer(value: str, attribute: str) -> str | None:
-    """The key that a value of a port points to: ``{key}``, ``{=}``; None when it is a literal."""
+    """Return the key that a value of a port points to: ``{key}``, ``{=}``; None when it is a literal."""
     text = value.strip()
     if len(text) < 3 or not (text.startswith("{") and text.endswith("}")):
         return None
@@ -76,13 +76,13 @@ def pointer(value: str, attribute: str) -> str | None:
 
 
 def registration(element: Element) -> str:
-    """The ID of the node that an element makes."""
+    """Return the ID of the node that an element makes."""
     return element.get("ID") if element.tag in CATEGORIES else element.tag
 
 
 @dataclass(frozen=True)
 class Ports:
-    """What is known about the ports of nodes.
+    """The known ports of nodes.
 
     Attributes:
         declarations: The skills of this installation, by name.
@@ -95,15 +95,15 @@ class Ports:
     models: Mapping[str, NodeModel]
 
     def model(self, name: str) -> NodeModel | None:
-        """What is declared about a node, by its registration ID."""
+        """Return what is declared about a node, by its registration ID."""
         return self.models.get(name) or nav2_nodes().get(name)
 
     def skill(self, name: str) -> SkillDeclaration | None:
-        """The skill of this installation that a node is, by its registration ID."""
+        """Return the skill of this installation that a node is, by its registration ID."""
         return self.declarations.get(self.skill_of.get(name, name))
 
     def mapped_by_default(self, tree: str) -> dict[str, str]:
-        """The ports of a tree that go to a key, as its model says, where a call does not say."""
+        """Return the ports of a tree that go to a key, as its model says, where a call does not say."""
         model = self.models.get(tree)
         if model is None or model.category != "SubTree":
             return {}
@@ -114,7 +114,7 @@ class Ports:
         }
 
     def port(self, name: str, port: str) -> PortModel | None:
-        """What is known about a port; the skills of this installation know best."""
+        """Return what is known about a port; the skills of this installation know best."""
         skill = self.skill(name)
         if skill is not None:
             found, direction = port_of_skill(skill, port)
@@ -126,7 +126,7 @@ class Ports:
 
 
 def port_of_skill(skill: SkillDeclaration, port: str) -> tuple[Port | None, str]:
-    """The input or output that an attribute stands for, and its direction.
+    """Return the input or output that an attribute stands for, and its direction.
 
     An output that is called like an input is written with ``out_`` before its name.
     """
@@ -139,7 +139,7 @@ def port_of_skill(skill: SkillDeclaration, port: str) -> tuple[Port | None, str]
 
 
 def uses_of(element: Element, ports: Ports) -> Iterator[KeyUse]:
-    """The keys that one element uses by itself, in the order of time; calls of subtrees are left out."""
+    """Yield the keys that an element itself uses, in the order of time; subtree calls are left out."""
     for name in PRE_CONDITIONS:
         yield from script_uses(element.get(name), element)
     yield from _own(element, ports)
@@ -206,7 +206,7 @@ def _set_keys(text: str) -> list[str]:
 
 
 def own_references(text: str, element: Element) -> Iterator[KeyUse]:
-    """The keys in a text of the mission language."""
+    """Yield the keys in a text of the mission language."""
     for plain, braced in _REFERENCE.findall(text.replace("$$", "")):
         yield KeyUse(plain or braced, READ, None, None, element)
 
@@ -241,7 +241,7 @@ def _ports(element: Element, ports: Ports) -> Iterator[KeyUse]:
 
 
 def script_uses(text: str, element: Element) -> Iterator[KeyUse]:
-    """The keys of a script; a script that cannot be read uses none (converting it reports the problem)."""
+    """Yield the keys of a script; one that cannot be read has none (converting it reports the problem)."""
     try:
         statements = parse_script(text)
     except ConfigError:
@@ -279,12 +279,12 @@ class SubTreeCall:
 
 
 def local_key(key: str, *, is_main: bool) -> str:
-    """A key as it is called in a tree: in the main tree the outermost blackboard is its own."""
+    """Return a key as it is called in a tree: in the main tree the outermost blackboard is its own."""
     return key.removeprefix(ROOT) if is_main else key
 
 
 def literals_of(element: Element) -> Iterator[tuple[str, str, str]]:
-    """What is written out in the ports of a node of another project: its registration ID, port and value."""
+    """Yield what is written out in ports of another project's node: registration ID, port, value."""
     if category_of(element.tag) is not None or element.tag == "SubTree":
         return
     for name, value in element.attributes.items():
@@ -293,7 +293,7 @@ def literals_of(element: Element) -> Iterator[tuple[str, str, str]]:
 
 
 def events_of(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[KeyUse | SubTreeCall]:
-    """The uses of keys and the calls of a tree, in the order of the file."""
+    """Yield the uses of keys and the calls of a tree, in the order of the file."""
     for element in tree.root.walk():
         for use in uses_of(element, ports):
             yield replace(use, key=local_key(use.key, is_main=is_main))

@@ -59,11 +59,11 @@ class Classes:
         self._hints.setdefault(self.root(member), {})[kind] = None
 
     def kind(self, member: Member) -> Kind | None:
-        """The kind that fits what was seen, None when nothing was."""
+        """Return the kind that fits what was seen, None when nothing was."""
         return _common_kind(self._seen(member))
 
     def is_same(self, one: Member, other: Member) -> bool:
-        """Whether two hold the same values."""
+        """Tell whether two hold the same values."""
         return self.root(one) == self.root(other)
 
     def join_if_alike(self, one: Member, other: Member) -> bool:
@@ -81,7 +81,7 @@ class Classes:
         return self._kinds.get(root) or self._hints.get(root, {})
 
     def root(self, member: Member) -> Member:
-        """The member that stands for all that hold the same values."""
+        """Return the member that stands for all that hold the same values."""
         root = member
         while self._parents.get(root, root) != root:
             root = self._parents[root]
@@ -91,7 +91,7 @@ class Classes:
 
 
 def _common_kind(seen: Collection[Kind]) -> Kind | None:
-    """The kind that fits all that were seen.
+    """Return the kind that fits all that were seen.
 
     A quantity stands above plain numbers, which have no unit in the XML; what does not fit together is a
     text.
@@ -188,15 +188,15 @@ class Kinds:
                 self._given[node, port] = _common_kind((kind, guess_kind(text))) or Kind.TEXT
 
     def kind(self, tree: str, key: str) -> Kind | None:
-        """The kind of a key, None when it is not known."""
+        """Return the kind of a key, None when it is not known."""
         return self._classes.kind(("key", tree, key))
 
     def port_kind(self, node: str, port: str) -> Kind | None:
-        """The kind of a port of a node that this installation lacks, None when it is not known."""
+        """Return the kind of a port of a node that this installation lacks, None when it is not known."""
         return self._given.get((node, port)) or self._classes.kind(("port", node, port))
 
     def key(self, tree: str, key: str) -> Member:
-        """A key by its name in a script or port."""
+        """Return a key by its name in a script or port."""
         return "key", tree, local_key(key, is_main=tree == self._document.main)
 
     def _declared(self) -> None:
@@ -242,7 +242,7 @@ class Kinds:
                 self._given[port] = Kind.TEXT
 
     def _note_values(self, events: Mapping[str, list[KeyUse | SubTreeCall]]) -> None:
-        """The kinds of what is written out for keys."""
+        """Note the kinds of what is written out for keys."""
         for name, found in events.items():
             for event in found:
                 if isinstance(event, SubTreeCall):
@@ -259,7 +259,7 @@ class Kinds:
             self._classes.add(key, guess_kind(text))
 
     def _written_out(self) -> Iterator[tuple[str, str, str]]:
-        """What is written out for ports of nodes that are not skills of this installation."""
+        """Yield what is written out for ports of nodes that are not skills of this installation."""
         for tree in self._document.trees.values():
             for element in tree.root.walk():
                 for node, port, text in literals_of(element):

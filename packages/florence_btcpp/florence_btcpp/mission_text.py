@@ -28,7 +28,7 @@ Written = dict[str, Any] | list[Any] | str | None
 
 
 def write_yaml(document: dict[str, Any], *, blank_before: tuple[str, ...] = ()) -> str:
-    """A table as the text of a file.
+    """Write a table as the text of a file.
 
     Args:
         document: What is written; its keys keep their order.
@@ -42,7 +42,7 @@ def write_yaml(document: dict[str, Any], *, blank_before: tuple[str, ...] = ()) 
 
 
 def write_flow(value: Any) -> str:
-    """A value on one line: ``{x: 1 m, y: 2 m}``."""
+    """Write a value on one line: ``{x: 1 m, y: 2 m}``."""
     node = _node(value, 0)
     _make_flow(node)
     text = yaml.serialize(node, Dumper=_Dumper, width=10**9, allow_unicode=True)
@@ -91,7 +91,7 @@ def _scalar(text: str, *, quoted: bool = False) -> yaml.ScalarNode:
 
 
 def _is_small(value: dict[str, Any]) -> bool:
-    """Whether a table holds only scalars, and fits on a line: the inputs of a skill, a port, a pose."""
+    """Tell whether a table holds only scalars, and fits on a line: the inputs of a skill, a port, a pose."""
     flat = all(
         isinstance(item, str) or (isinstance(item, dict) and _is_pose(item)) for item in value.values()
     )

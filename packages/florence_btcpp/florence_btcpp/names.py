@@ -12,7 +12,7 @@ _OTHER = re.compile(r"[^a-z0-9]+")
 
 
 def identifier(name: str, fallback: str = "x") -> str:
-    """A name in lower case with underscores: ``ComputePathToPose`` -> ``compute_path_to_pose``.
+    """Write a name in lower case with underscores: ``ComputePathToPose`` -> ``compute_path_to_pose``.
 
     Args:
         name: Any text.
@@ -25,7 +25,7 @@ def identifier(name: str, fallback: str = "x") -> str:
 
 
 def unique(name: str, taken: Collection[str]) -> str:
-    """The name itself, or with a number when it is taken."""
+    """Return the name itself, or with a number when it is taken."""
     number, tried = 1, name
     while tried in taken:
         number += 1
@@ -48,7 +48,7 @@ class Names:
         self._taken: set[str] = set()
 
     def of(self, foreign: str) -> str:
-        """The name for a foreign name."""
+        """Return the name for a foreign name."""
         if foreign not in self._given:
             name = identifier(foreign, self._fallback)
             if name in self._reserved:
@@ -60,5 +60,5 @@ class Names:
 
 
 def skill_names(taken: Collection[str]) -> Names:
-    """Names for new skills, which cannot be called like a kind of node or a skill that there is."""
+    """Make names for new skills, which cannot be called like a kind of node or a skill that there is."""
     return Names("skill", RESERVED.union(taken))

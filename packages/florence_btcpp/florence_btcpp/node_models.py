@@ -65,7 +65,7 @@ class NodeModel:
 
 
 def read_models(root: Element) -> dict[str, NodeModel]:
-    """The nodes that a file declares, by registration ID."""
+    """Read the nodes that a file declares, by registration ID."""
     models = {}
     for block in root.children:
         if block.tag == "TreeNodesModel":
@@ -99,7 +99,7 @@ def _port(element: Element) -> PortModel:
 
 
 def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
-    """The kind for a C++ type and a unit, None when there is not one."""
+    """Return the kind for a C++ type and a unit, None when there is not one."""
     with_unit = next((kind for kind, text in KIND_UNITS.items() if text == f"[{unit}]"), None)
     name = type_name.strip().removeprefix("BT::")
     if name.startswith("std::vector<") and name.endswith(">"):
@@ -120,18 +120,18 @@ def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
 
 @cache
 def known_nodes() -> Mapping[str, NodeModel]:
-    """The nodes whose meaning the import knows, with all their ports."""
+    """Return the nodes whose meaning the import knows, with all their ports."""
     return read_models(read_xml(Path(__file__).with_name("known_nodes.xml")))
 
 
 def category_of(tag: str) -> str | None:
-    """``Action``, ``Condition``, ``Control`` or ``Decorator``; None for a node whose meaning is not known."""
+    """Return ``Action``, ``Condition``, ``Control`` or ``Decorator``; None for a node of unknown meaning."""
     model = known_nodes().get(tag)
     return model.category if model is not None else None
 
 
 def ports_of(tag: str) -> list[str]:
-    """The ports of a node whose meaning is known."""
+    """Return the ports of a node whose meaning is known."""
     return list(known_nodes()[tag].ports) if tag in known_nodes() else []
 
 
@@ -143,12 +143,12 @@ _NAV2_POSES = ("goal", "start", "pose", "current_pose", "ref_pose", "target_pose
 
 @cache
 def nav2_nodes() -> Mapping[str, NodeModel]:
-    """The nodes of Nav2 with the ports that they write."""
+    """Return the nodes of Nav2 with the ports that they write."""
     return read_models(read_xml(Path(__file__).with_name("nav2_nodes.xml")))
 
 
 def nav2_port(node: str, port: str) -> PortModel | None:
-    """A port of a node of Nav2; one that is not among those written is read. None for other nodes."""
+    """Return a port of a node of Nav2; one that is not among those written is read. None for other nodes."""
     if node not in nav2_nodes():
         return None
     written = nav2_nodes()[node].ports.get(port)

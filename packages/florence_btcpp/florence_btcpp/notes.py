@@ -45,5 +45,5 @@ class LossNotes:
 
 
 def losses(findings: Iterable[Finding]) -> int:
-    """How many of the findings are losses."""
+    """Count the findings that are losses."""
     return sum(finding.severity == WARNING for finding in findings)

@@ -55,14 +55,14 @@ class Order:
         self._above: dict[Element, Element] = {child: up for up in root.walk() for child in up.children}
 
     def with_parents(self, element: Element) -> Iterator[Element]:
-        """An element and all above it, the innermost first."""
+        """Yield an element and all above it, the innermost first."""
         above: Element | None = element
         while above is not None:
             yield above
             above = self._above.get(above)
 
     def can_follow(self, first: Element, second: Element) -> bool:
-        """Whether a node can come after the success of another one, which stands before it in the file."""
+        """Tell whether a node can follow the success of another one, which precedes it in the file."""
         path, other = list(self.with_parents(first)), list(self.with_parents(second))
         while len(path) > 1 and len(other) > 1 and path[-2] is other[-2]:
             if path.pop().tag in CONCURRENT | REPEATING or not other.pop():
@@ -79,6 +79,6 @@ class Order:
 
     @staticmethod
     def _can_fail_after(below: Element, up: Element) -> bool:
-        """Whether a node can fail although the one below it succeeded."""
+        """Tell whether a node can fail although the one below it succeeded."""
         is_last = up.children[-1] is below
         return up.tag in _TURNING or not (is_last or up.tag in FALLBACKS or up.tag.startswith("Switch"))

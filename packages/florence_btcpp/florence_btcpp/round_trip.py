@@ -23,7 +23,7 @@ from florence_btcpp.xml_source import Element
 
 
 def skip_script(when: Term | None, unless: Term | None) -> str:
-    """``when`` and ``unless`` as one ``_skipIf``.
+    """Write ``when`` and ``unless`` as one ``_skipIf``.
 
     Raises:
         Inexpressible: A part cannot be written in a script.
@@ -37,14 +37,14 @@ def skip_script(when: Term | None, unless: Term | None) -> str:
 
 
 def matching_expression(element: Element, mark: str, script: str) -> str | None:
-    """The expression of a mark, None when there is none or it does not say what the script says."""
+    """Return the expression of a mark, None when there is none or it does not say what the script says."""
     text = element.get(mark)
     term = _term(text)
     return text if term is not None and _matches(lambda: script_of(term), script) else None
 
 
 def matching_guards(element: Element) -> dict[str, str] | None:
-    """``when`` and ``unless`` of the marks, None when they do not say what ``_skipIf`` says."""
+    """Return ``when`` and ``unless`` of the marks, None when they do not say what ``_skipIf`` says."""
     texts = {
         name: element.get(f"{MARK}_{name}") for name in ("when", "unless") if element.get(f"{MARK}_{name}")
     }
@@ -70,7 +70,7 @@ def _matches(script: Callable[[], str], written: str) -> bool:
 
 
 def matching_values(element: Element) -> Any:
-    """The values of our own mark on a ``Script``, None when they do not say what the script says."""
+    """Return the values of our own mark on a ``Script``, None when they do not say what the script says."""
     text = element.get(f"{MARK}_set")
     if not text:
         return None
@@ -86,7 +86,7 @@ def matching_values(element: Element) -> Any:
 
 
 def matching_cases(element: Element, written: list[str]) -> list[str] | None:
-    """The cases of our own mark on a ``Switch``, None when they are not those that stand in the file."""
+    """Return the cases of our own mark on a ``Switch``; None if they differ from those in the file."""
     try:
         cases = read_flow(f"[{element.get(f'{MARK}_cases')}]")
     except ConfigError:

@@ -137,7 +137,7 @@ def parse_condition(text: str) -> ScriptExpr:
 
 
 def order_matters(text: str) -> bool:
-    """Whether a script has a sum or product that versions before 4.9 compute otherwise: from the right.
+    """Tell whether a script has a sum or product that versions before 4.9 compute otherwise: from the right.
 
     Raises:
         ConfigError: It is not a script. The error has no place in the file.
@@ -148,7 +148,7 @@ def order_matters(text: str) -> bool:
 
 
 def names_in(code: ScriptExpr) -> Iterator[tuple[str, bool]]:
-    """Every name in a piece of script in the order of its evaluation, with whether it is written."""
+    """Yield every name in a piece of script in the order of its evaluation, with whether it is written."""
     match code:
         case NameExpr(name=name):
             yield name, False
@@ -168,7 +168,7 @@ def names_in(code: ScriptExpr) -> Iterator[tuple[str, bool]]:
 
 
 def hints_in(code: ScriptExpr, *, is_condition: bool = True) -> Iterator[tuple[str, Kind]]:
-    """What the names in a script seem to be: truth values where they are conditions, else what they are
+    """Yield what the names in a script seem to be: truth values where they are conditions, else what they are
     compared with, and numbers where they are computed with.
 
     Args:
@@ -198,7 +198,7 @@ _OF_NUMBERS = ("<", ">", "<=", ">=", "-", "*", "/")
 
 
 def literal_kind(code: ScriptExpr) -> Kind | None:
-    """The kind of a literal, None for everything else."""
+    """Return the kind of a literal, None for everything else."""
     match code:
         case NumberExpr(value=value):
             return Kind.INTEGER if isinstance(value, int) else Kind.NUMBER
@@ -368,20 +368,20 @@ _PLAIN = (Kind.INTEGER, Kind.NUMBER)
 
 
 class Scope(Protocol):
-    """What is known about the names of a tree."""
+    """The names of a tree, as far as they are known."""
 
     def key(self, foreign: str) -> str | None:
-        """Our name of a key, None when the name is not a key (an enumeration value)."""
+        """Return our name of a key, None when the name is not a key (an enumeration value)."""
 
     def key_name(self, foreign: str) -> str:
-        """Our name of a key that is written."""
+        """Return our name of a key that is written."""
 
     def kind(self, foreign: str) -> Kind | None:
-        """The kind of a key, None when it is not known."""
+        """Return the kind of a key, None when it is not known."""
 
 
 def condition_text(code: ScriptExpr, scope: Scope) -> str:
-    """A script that is a condition as the text of an expression.
+    """Write a script that is a condition as the text of an expression.
 
     Raises:
         ConfigError: A part of it has no equivalent. The error has no place.
@@ -390,7 +390,7 @@ def condition_text(code: ScriptExpr, scope: Scope) -> str:
 
 
 def value_text(code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
-    """A script that is a value as the text of an expression.
+    """Write a script that is a value as the text of an expression.
 
     Args:
         code: The script.
@@ -404,7 +404,7 @@ def value_text(code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
 
 
 def _fitting(term: Term, code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
-    """An expression as a text, if its values fit together and it is not too long for a mission."""
+    """Write an expression as a text, if its values fit together and it is not too long for a mission."""
     text = print_term(term)
     kinds = {key: scope.kind(name) for name, _ in names_in(code) if (key := scope.key(name)) is not None}
     problems = check_kinds(parse_expression(text), kinds, wanted).problems
@@ -414,7 +414,7 @@ def _fitting(term: Term, code: ScriptExpr, scope: Scope, wanted: Kind | None) ->
 
 
 def kind_of_code(code: ScriptExpr, scope: Scope) -> Kind | None:
-    """The kind of a script's value; None when it is not known, or a number that fits any unit."""
+    """Return the kind of a script's value; None when it is not known, or a number that fits any unit."""
     match code:
         case TextExpr():
             return Kind.TEXT
@@ -436,14 +436,14 @@ def kind_of_code(code: ScriptExpr, scope: Scope) -> Kind | None:
 
 
 def assigned_value(code: AssignmentExpr) -> ScriptExpr:
-    """What an assignment gives its key: ``a += 1`` is ``a + 1``."""
+    """Return what an assignment gives its key: ``a += 1`` is ``a + 1``."""
     if code.operator in (":=", "="):
         return code.value
     return BinaryExpr(code.operator[0], NameExpr(code.name), code.value)
 
 
 def is_fractional(code: ScriptExpr) -> bool:
-    """Whether a sum of whole numbers need not be whole: it divides, or has a number with a point."""
+    """Tell whether a sum of whole numbers need not be whole: it divides, or has a number with a point."""
     match code:
         case NumberExpr(value=value):
             return isinstance(value, float)
@@ -555,7 +555,7 @@ class Inexpressible(ConfigError):
 
 
 def script_of(term: Term) -> str:
-    """One of our expressions as a script.
+    """Write one of our expressions as a script.
 
     Raises:
         Inexpressible: It uses a pose or a function, or a text with quotes.
@@ -588,7 +588,7 @@ def script_of(term: Term) -> str:
 
 
 def script_text(text: str) -> str:
-    """A text in a script.
+    """Write a text in a script.
 
     Raises:
         Inexpressible: It holds what a text of a script cannot hold.
@@ -599,7 +599,7 @@ def script_text(text: str) -> str:
 
 
 def _operand(term: Term, *, atom: bool = False, inside: str = "") -> str:
-    """An operand, in parentheses unless it certainly needs none: their precedence is not ours."""
+    """Write an operand, in parentheses unless it certainly needs none: their precedence is not ours."""
     text = script_of(term)
     compares = isinstance(term, syntax.Binary) and term.operator in _COMPARISONS and inside in ("and", "or")
     if isinstance(term, syntax.Constant | syntax.Key) or compares:
@@ -611,7 +611,7 @@ def _operand(term: Term, *, atom: bool = False, inside: str = "") -> str:
 
 
 def set_script(values: tuple[tuple[Literal, Value], ...]) -> str:
-    """The values of a ``set`` as assignments.
+    """Write the values of a ``set`` as assignments.
 
     Raises:
         Inexpressible: A value is a pose or a text with keys, or reads a key that another one writes.
@@ -624,7 +624,7 @@ def set_script(values: tuple[tuple[Literal, Value], ...]) -> str:
 
 
 def value_script(value: Value) -> str:
-    """A value as the right side of an assignment.
+    """Write a value as the right side of an assignment.
 
     Raises:
         Inexpressible: It is a pose or a text with keys.
@@ -643,7 +643,7 @@ def value_script(value: Value) -> str:
 
 
 def needs_mark(value: Value) -> bool:
-    """Whether a script loses a part of the value, because its numbers have no units."""
+    """Tell whether a script loses a part of the value, because its numbers have no units."""
     match value:
         case Literal(text=text, quoted=quoted):
             return not quoted and guess_value(text)[0] in (*UNITS, Kind.NUMBER)
@@ -653,7 +653,7 @@ def needs_mark(value: Value) -> bool:
 
 
 def term_needs_mark(term: Term) -> bool:
-    """Whether a script loses a part of the expression."""
+    """Tell whether a script loses a part of the expression."""
     if isinstance(term, Constant):
         return term.kind in UNITS or term.kind is Kind.NUMBER
     return any(term_needs_mark(part) for part in parts_of(term))

@@ -22,12 +22,12 @@ _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
 
 
 def neutral_value(kind: Kind) -> Any:
-    """What stands for a value that is not given: nothing, in SI units."""
+    """Return what stands for a value that is not given: nothing, in SI units."""
     return _NEUTRAL.get(kind, 0.0)
 
 
 def quantity_text(value: float, kind: Kind) -> str:
-    """A value in SI units as the shortest text that :func:`read_value` reads back to exactly that value.
+    """Write a value in SI units as the shortest text that :func:`read_value` reads back exactly.
 
     Args:
         value: In SI units.
@@ -47,7 +47,7 @@ def quantity_text(value: float, kind: Kind) -> str:
 
 
 def si_text(value: Any) -> str:
-    """A value in SI units as the text of an XML attribute."""
+    """Write a value in SI units as the text of an XML attribute."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -61,13 +61,13 @@ def si_text(value: Any) -> str:
 
 
 def script_number(value: Any) -> str:
-    """A number or truth value in a script; a quantity has a point, for ``2`` makes a key of whole numbers."""
+    """Write a number or truth value for a script; a quantity gets a point, as ``2`` makes an integer key."""
     text = si_text(value)
     return f"{text}.0" if isinstance(value, float) and text.lstrip("-").isdecimal() else text
 
 
 def read_number(text: str) -> int | float | None:
-    """A finite number as C++ reads it, None when the text is not one."""
+    """Read a finite number as C++ reads it, None when the text is not one."""
     if _WHOLE.fullmatch(text):
         return int(text)
     try:
@@ -78,13 +78,13 @@ def read_number(text: str) -> int | float | None:
 
 
 def read_truth(text: str) -> bool | None:
-    """A truth value as BehaviorTree.CPP reads it, None when the text is not one."""
+    """Read a truth value as BehaviorTree.CPP reads it, None when the text is not one."""
     word = text.strip().lower()
     return True if word in _TRUE else False if word in _FALSE else None
 
 
 def guess_kind(text: str) -> Kind:
-    """The kind of a literal of which nothing else is known."""
+    """Return the kind of a literal of which nothing else is known."""
     if text.strip().lower() in ("true", "false"):
         return Kind.BOOLEAN
     number = read_number(text)
@@ -99,7 +99,7 @@ def _plain(number: float) -> str:
 
 
 def written_value(text: str, kind: Kind | None) -> tuple[Any, str]:
-    """A literal as it is written in a mission.
+    """Write a literal as it is written in a mission.
 
     Args:
         text: The attribute.
@@ -131,7 +131,7 @@ def written_value(text: str, kind: Kind | None) -> tuple[Any, str]:
 
 
 def literal_text(number: int | float, kind: Kind | None) -> str:
-    """A number with the unit of its kind."""
+    """Write a number with the unit of its kind."""
     if kind in UNITS:
         return quantity_text(float(number), kind)
     text = si_text(number)
@@ -140,7 +140,7 @@ def literal_text(number: int | float, kind: Kind | None) -> str:
 
 
 def text_value(text: str, kind: Kind | None) -> str:
-    """A text; in quotes where it would be read as something else, and with its dollar signs doubled."""
+    """Write a text; in quotes where it would be read as something else, and with its dollar signs doubled."""
     escaped = text.replace("$", "$$")
     return (
         escaped
@@ -159,7 +159,7 @@ def _reads_as_text(text: str) -> bool:
 
 
 def _quantity(text: str, kind: Kind) -> tuple[Any, str]:
-    """A value that is written with its unit, as people do."""
+    """Read a value that is written with its unit, as people do."""
     try:
         read_value(text, kind)
     except ConfigError:
@@ -181,7 +181,7 @@ def _wrong_value(text: str, kind: Kind) -> tuple[Any, str]:
 
 
 def port_attribute(value: Value, kind: Kind | None) -> str:
-    """A value of a port.
+    """Write a value of a port.
 
     Literals are written in SI units and references as ``{key}``. What BehaviorTree.CPP cannot say stands in
     the mission language behind ``florence:``.
@@ -202,7 +202,7 @@ def port_attribute(value: Value, kind: Kind | None) -> str:
 
 
 def case_text(case: Literal, declared: Kind | None) -> str:
-    """A case of a ``Switch`` as keys are compared there: a number in SI units, 1 or 0 for a truth value.
+    """Write a case of a ``Switch`` as keys are compared there: SI number, or 1 or 0 for a truth value.
 
     Args:
         case: The case as written.
@@ -217,14 +217,14 @@ def case_text(case: Literal, declared: Kind | None) -> str:
 
 
 def own_value(value: Value | dict[str, Value]) -> str:
-    """A value in the mission language, on one line."""
+    """Write a value in the mission language, on one line."""
     if isinstance(value, dict):
         return write_flow({key: flow_value(item) for key, item in value.items()})
     return write_flow(flow_value(value))
 
 
 def flow_value(value: Value) -> Any:
-    """A value as it is written in a mission."""
+    """Return a value as it is written in a mission."""
     match value:
         case Literal(text=text, quoted=quoted):
             return Quoted(text.replace("$", "$$")) if quoted else text_value(text, Kind.TEXT)
@@ -240,7 +240,7 @@ def flow_value(value: Value) -> Any:
 
 
 def _stays(text: str, kind: Kind | None) -> bool:
-    """Whether a text is read back as the same text."""
+    """Tell whether a text is read back as the same text."""
     if text.strip().startswith("{") and text.strip().endswith("}"):
         return False
     read, problem = written_value(text, kind)

@@ -73,5 +73,5 @@ KIND_UNITS |= {kind: KIND_UNITS[kind.item] for kind in Kind if kind.item in KIND
 
 
 def private_key(tree: str, port: str) -> str:
-    """Where an output goes that a call does not ask for: BehaviorTree.CPP wants a key for each."""
+    """Return where an output goes that a call does not ask for: BehaviorTree.CPP wants a key for each."""
     return f"_{tree}_{port}"

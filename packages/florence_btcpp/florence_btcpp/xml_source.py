@@ -46,11 +46,11 @@ class Element:
     text: str = ""
 
     def get(self, name: str, default: str = "") -> str:
-        """The value of an attribute."""
+        """Return the value of an attribute."""
         return self.attributes.get(name, default)
 
     def walk(self) -> Iterator[Element]:
-        """This element and every element below, in the order of the file."""
+        """Yield this element and every element below, in the order of the file."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -101,7 +101,7 @@ _RAW_AND = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
 
 
 def _with_escapes(attribute: re.Match[bytes]) -> bytes:
-    """An attribute whose raw ``&`` and ``<`` are escaped; the parser of BehaviorTree.CPP takes them raw."""
+    """Escape a raw ``&`` or ``<`` in an attribute; the parser of BehaviorTree.CPP takes them raw."""
     return _RAW_AND.sub(b"&amp;", attribute[0]).replace(b"<", b"&lt;")
 
 

@@ -30,7 +30,7 @@ _TILT_UNKNOWN = -128
 
 
 class TiltStatus(enum.IntEnum):
-    """What the motor does."""
+    """The states of the motor."""
 
     STOPPED = 0
     LIMIT = 1
@@ -52,7 +52,7 @@ class MotorRequest:
 
 @dataclass(frozen=True, slots=True)
 class MotorState:
-    """What the device says of itself.
+    """The state of the device, as it reports it.
 
     Attributes:
         counts: Acceleration along x, y and z, 819 a g; at rest and level y is 819.
@@ -103,7 +103,7 @@ def led_request(option: int) -> MotorRequest:
 
 
 def decode_state(data: bytes) -> MotorState:
-    """The answer to READ_STATE.
+    """Decode the answer to READ_STATE.
 
     Raises:
         FrameError: It has not ten bytes.

@@ -24,7 +24,7 @@ STATUS_NAMES: dict[int, str] = {
 
 @dataclass(frozen=True, slots=True)
 class MotorParameters(CheckedParameters):
-    """What can be set on the motor's node.
+    """The parameters of the motor's node.
 
     Attributes:
         device_index: Which Kinect, from 0.
@@ -38,7 +38,7 @@ class MotorParameters(CheckedParameters):
 
 
 def tilt_warning(degrees: float) -> str:
-    """What to say about a wanted angle; empty when nothing."""
+    """Return what to say about a wanted angle; empty when nothing."""
     if abs(degrees) > TILT_LIMIT_DEG:
         return f"the Kinect tilts by {TILT_LIMIT_DEG:g} degrees at most, not by {degrees:g}"
     if abs(degrees) > RECOMMENDED_TILT_DEG:
@@ -47,7 +47,7 @@ def tilt_warning(degrees: float) -> str:
 
 
 def diagnose(state: MotorState | None, problem: str, lost: int) -> Diagnosis:
-    """How the motor does.
+    """Report how the motor does.
 
     Args:
         state: What it said last, None before that.

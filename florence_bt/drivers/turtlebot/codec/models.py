@@ -78,7 +78,7 @@ MODELS: dict[str, Model] = {"create": CREATE, "create2": CREATE_2, "roomba": CRE
 
 
 def model_named(name: str) -> Model:
-    """The model of a ``robot_type``.
+    """Return the model of a ``robot_type``.
 
     Raises:
         ConfigError: There is no such model.

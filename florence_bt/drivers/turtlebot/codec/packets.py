@@ -71,7 +71,7 @@ class Packet:
         return struct.calcsize(">" + self.code)
 
     def is_plausible(self, value: int) -> bool:
-        """Whether the manual knows this count."""
+        """Tell whether the manual knows this count."""
         lowest, highest = _TYPE_RANGES[self.code]
         return lowest <= value <= (highest if self.highest is None else self.highest)
 
@@ -143,7 +143,7 @@ GROUPS: dict[int, range] = dict(CREATE_2.groups)
 
 
 def members(packet_id: int) -> Iterator[Packet]:
-    """The packets that a number stands for: those of a group in order, or the packet itself.
+    """Return the packets that a number stands for: those of a group in order, or the packet itself.
 
     Raises:
         KeyError: There is no such packet.
@@ -152,12 +152,12 @@ def members(packet_id: int) -> Iterator[Packet]:
 
 
 def packet_size(packet_id: int) -> int:
-    """How many bytes of data a packet or group has on the wire."""
+    """Return how many bytes of data a packet or group has on the wire."""
     return sum(packet.size for packet in members(packet_id))
 
 
 def known_packets(packet_ids: Sequence[int], model: Model = CREATE) -> list[int]:
-    """The numbers as a list.
+    """Return the numbers as a list.
 
     Raises:
         ConfigError: The base has no such packet or group.
@@ -173,12 +173,12 @@ def known_packets(packet_ids: Sequence[int], model: Model = CREATE) -> list[int]
 
 
 def layout(packet_ids: Sequence[int]) -> str:
-    """The ``struct`` characters of packets or groups that follow each other, without the byte order."""
+    """Return the ``struct`` characters of packets or groups in a row, without the byte order."""
     return "".join(packet.code for packet_id in packet_ids for packet in members(packet_id))
 
 
 def decode_packets(packet_ids: Sequence[int], data: bytes) -> dict[int, int]:
-    """The counts in an answer to ``sensors`` or ``query_list``, by packet number.
+    """Return the counts in an answer to ``sensors`` or ``query_list``, by packet number.
 
     Args:
         packet_ids: Packets or groups, in the order of the request.
@@ -195,5 +195,5 @@ def decode_packets(packet_ids: Sequence[int], data: bytes) -> dict[int, int]:
 
 
 def implausible(values: Mapping[int, int]) -> list[Packet]:
-    """The packets whose count the manual does not know."""
+    """Return the packets whose count the manual does not know."""
     return [PACKETS[number] for number, value in values.items() if not PACKETS[number].is_plausible(value)]

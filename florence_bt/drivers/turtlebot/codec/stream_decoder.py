@@ -18,7 +18,7 @@ _CHANGE_FORM_AFTER = 3
 
 
 class ChecksumForm(enum.Enum):
-    """What adds up to zero modulo 256, beside length, data and the checksum itself."""
+    """The forms of a checksum: what adds up to zero modulo 256, beside length, data and the checksum."""
 
     WITHOUT_HEADER = 0
     """The Create 1's manual."""
@@ -91,7 +91,7 @@ class StreamDecoder:
         del self._buffer[:count]
 
     def _checksum_fits(self, frame: bytes) -> bool:
-        """Whether the frame fits the form of this base, which is learnt from what fits."""
+        """Tell whether the frame fits the form of this base, which is learnt from what fits."""
         without_header = sum(frame[1:])
         fitting = next((form for form in ChecksumForm if (without_header + form.value) % 256 == 0), None)
         if fitting is None:
@@ -110,7 +110,7 @@ class StreamDecoder:
 
 
 def _fixed_bytes(packet_ids: Sequence[int], size: int) -> list[tuple[int, int]]:
-    """The (place, value) of every byte of a frame that is known beforehand."""
+    """Return the (place, value) of every byte of a frame that is known beforehand."""
     fixed = [(0, HEADER), (1, size - 2)]
     place = 2
     for packet_id in packet_ids:

@@ -71,7 +71,7 @@ class FakeLaserParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class _Rays:
-    """What depends on the camera only.
+    """The rays, as far as they depend on the camera only.
 
     Attributes:
         rise_per_metre: Shape (height,), metres upwards per metre of depth, of each row.
@@ -187,7 +187,7 @@ class Throttle:
         self._last = -math.inf
 
     def admits(self, stamp: float) -> bool:
-        """Whether something with this stamp, in seconds, may pass. Stamps that jump back start again."""
+        """Tell whether something with this stamp, in seconds, may pass. Stamps that jump back start again."""
         if 0.0 <= stamp - self._last < self._period:
             return False
         self._last = stamp

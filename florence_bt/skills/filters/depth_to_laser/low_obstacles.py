@@ -57,7 +57,7 @@ class LowObstacles:
 
     @staticmethod
     def between(parameters: FakeLaserParameters, low: LowObstacleParameters) -> LowObstacles | None:
-        """The scan for these parameters, None when its height band is empty."""
+        """Return the scan for these parameters, None when its height band is empty."""
         return LowObstacles(parameters, low) if low.low_min_height < parameters.min_height else None
 
     def __init__(self, parameters: FakeLaserParameters, low: LowObstacleParameters) -> None:

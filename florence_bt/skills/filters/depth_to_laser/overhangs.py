@@ -47,7 +47,7 @@ class Overhangs:
 
     @staticmethod
     def within(parameters: FakeLaserParameters, use: OverhangParameters) -> Overhangs | None:
-        """The scan for these parameters, None when its height band is empty."""
+        """Return the scan for these parameters, None when its height band is empty."""
         return Overhangs(parameters, use) if use.overhang_min_height < parameters.max_height else None
 
     def __init__(self, parameters: FakeLaserParameters, use: OverhangParameters) -> None:

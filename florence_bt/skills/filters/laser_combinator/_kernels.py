@@ -54,7 +54,7 @@ def project_beams(
 def _to_target(
     distance: float, angle: float, rotation: NDArray[np.float64], translation: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Where a point given by range and angle in the source frame lies in the target's plane: (x, y)."""
+    """Return the point (x, y) in the target's plane, given by range and angle in the source frame."""
     px, py = distance * math.cos(angle), distance * math.sin(angle)
     return (
         rotation[0, 0] * px + rotation[0, 1] * py + translation[0],
@@ -64,6 +64,6 @@ def _to_target(
 
 @njit(cache=True)
 def _index(angle: float, angle_min: float, angle_increment: float) -> int:
-    """The beam nearest to an angle, rounded as floor(x + 0.5); clamped to numbers far outside any grid."""
+    """Return the beam nearest to an angle, by floor(x + 0.5); clamped to numbers far outside any grid."""
     place = (angle - angle_min) / angle_increment + 0.5
     return math.floor(min(max(place, -1.0), 1e9))

@@ -95,7 +95,7 @@ def merge_scans(
 
 
 def _same_direction(laser: LaserScan, kinect: LaserScan, upside_down: bool) -> NDArray[np.float64]:
-    """The Kinect's range in the direction of every laser beam, +inf where it has none."""
+    """Return the Kinect's range in the direction of every laser beam, +inf where it has none."""
     count = len(kinect.ranges)
     if count == 0 or not _has_grid(kinect):
         return np.full(len(laser.ranges), np.inf)
@@ -109,7 +109,7 @@ def _same_direction(laser: LaserScan, kinect: LaserScan, upside_down: bool) -> N
 
 
 def _projected(laser: LaserScan, kinect: LaserScan, laser_from_kinect: Transform3) -> NDArray[np.float64]:
-    """The Kinect's hits as seen from the laser, per laser beam, +inf where there is none."""
+    """Return the Kinect's hits as seen from the laser, per laser beam, +inf where there is none."""
     nearest = np.full(len(laser.ranges), np.inf)
     if _has_grid(laser) and _has_grid(kinect):
         valid = kinect.valid()
@@ -127,7 +127,7 @@ def _projected(laser: LaserScan, kinect: LaserScan, laser_from_kinect: Transform
 
 
 def _has_grid(scan: LaserScan) -> bool:
-    """Whether the scan's angles are usable; a broken message must not break the combinator."""
+    """Tell whether the scan's angles are usable; a broken message must not break the combinator."""
     return (
         math.isfinite(scan.angle_min) and math.isfinite(scan.angle_increment) and scan.angle_increment != 0.0
     )

@@ -21,7 +21,7 @@ from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, La
 
 @dataclass(frozen=True, slots=True)
 class LaserFilterTopics:
-    """What the node listens to.
+    """The topics that the node listens to.
 
     Attributes:
         input_topic: The scan to filter (the document remaps ``scan`` to ``scan_combined``).

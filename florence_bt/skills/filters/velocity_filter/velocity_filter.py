@@ -142,7 +142,7 @@ not cost an extra tick."""
 
 
 def _approach(now: float, wanted: float, max_acc: float, rate: float) -> float:
-    """One step from a speed towards another, at most max_acc / rate."""
+    """Take one step from a speed towards another, at most max_acc / rate."""
     acc = (wanted - now) * rate
     if abs(acc) <= max_acc * (1.0 + ROUNDING):
         return wanted

@@ -28,7 +28,7 @@ def _is_back(
     length: float,
     resolution: float,
 ) -> bool:
-    """Whether a beam from x, y, which ends in the map, ends on the back of a surface."""
+    """Tell whether a beam from x, y, which ends in the map, ends on the back of a surface."""
     share = max(0.0, 1.0 - resolution / length)
     column = math.floor((x + share * along_x) / resolution)
     row = math.floor((y + share * along_y) / resolution)
@@ -49,7 +49,7 @@ def weigh_particles(
     origin_y: float,
     resolution: float,
 ) -> NDArray[np.float64]:
-    """The likelihood of the scan at each particle: 1 + sum of pz^3.
+    """Compute the likelihood of the scan at each particle: 1 + sum of pz^3.
 
     Args:
         particles: Shape (n, 3): x, y, yaw in the map frame.
@@ -132,7 +132,7 @@ def match_terms(
     frame: Frame,
     scale: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
-    """The normal equations of a scan against the field, at a pose.
+    """Compute the normal equations of a scan against the field, at a pose.
 
     Each beam end pulls towards the nearest surface with the weight 1 / (1 + (d / scale)^2)^2
     (Geman-McClure), so that what is not in the map hardly counts; not towards the back of a surface.
@@ -191,7 +191,7 @@ def _cost_of(
     gain: float,
     scale: float,
 ) -> tuple[float, int]:
-    """How badly a pose fits a scan and a belief together, but for a constant; how many beam ends fit."""
+    """Tell how badly a pose fits a scan and a belief together, but for a constant; how many beam ends fit."""
     _, _, fit, near = match_terms((pose[0], pose[1], pose[2]), points, signed, normals, frame, scale)
     offset = pose - belief
     offset[2] = math.atan2(math.sin(offset[2]), math.cos(offset[2]))
@@ -211,7 +211,7 @@ def gauss_newton(
     sigma: float,
     steps: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Gauss-Newton steps from a pose to where a scan and the belief in that pose fit best.
+    """Take Gauss-Newton steps from a pose to where a scan and the belief in that pose fit best.
 
     Args:
         start: Shape (3,): x, y, yaw where the steps begin.
@@ -257,7 +257,7 @@ def score_blocks(
     table: NDArray[np.uint8],
     least: float,
 ) -> NDArray[np.float32]:
-    """How well a scan fits at poses that are given in whole cells.
+    """Score how well a scan fits at poses that are given in whole cells.
 
     Args:
         blocks: Shape (n, 3): row, column and number of the heading.
@@ -294,7 +294,7 @@ def contradicted_part(
     near: float,
     beyond: float,
 ) -> float:
-    """The part of a scan's beams that went through a wall of the map, seen from a pose.
+    """Return the part of a scan's beams that, seen from a pose, went through a wall of the map.
 
     A beam that is too short has met something that is not in the map. One that is too long contradicts it.
 
@@ -385,7 +385,7 @@ def _fit_of(
     dv: float,
     near: float,
 ) -> float:
-    """How well beam ends (columns and rows, shape (n,)) fit that are shifted by cells, 0 to 1."""
+    """Score how well beam ends (columns and rows, shape (n,)) fit when shifted by some cells, 0 to 1."""
     rows, columns = distances.shape
     total = 0.0
     for k in range(len(us)):
@@ -409,7 +409,7 @@ def best_pose(
     cost_d: float,
     cost_a: float,
 ) -> Pose:
-    """The pose around another one at which a scan fits best.
+    """Return the pose around another one at which a scan fits best.
 
     Args:
         distances: Shape (rows, columns), metres to the nearest surface, below zero inside of it.

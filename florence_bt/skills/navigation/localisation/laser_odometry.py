@@ -47,7 +47,7 @@ which has to find the wheels that have just begun to slip (``python tools/locali
 
 
 class _Submap:
-    """How far it is to what some scans have met, around where the first one was taken."""
+    """A map of distances to what some scans have met, around where the first one was taken."""
 
     def __init__(self, middle: Pose2) -> None:
         self._middle = middle
@@ -63,7 +63,7 @@ class _Submap:
         self._scans = 0
 
     def used(self, pose: Pose2) -> float:
-        """The part of it that is used up with the robot at a pose."""
+        """Return the part of it that is used up when the robot is at a pose."""
         return max(self._scans / _SCANS, self._middle.distance_to(pose) / _SUBMAP_M)
 
     def add(self, pose: Pose2, points: NDArray[np.float64]) -> None:
@@ -116,7 +116,7 @@ class LaserOdometry:
         self.covariance = _covariance(self._slip.deviations(wheels, _SLIP))
 
     def _follow(self, points: NDArray[np.float64], wheels: Pose2) -> None:
-        # So far is a drive that the wheels take for one in the other direction.
+        # Twice the way: the wheels may take a drive for one in the other direction.
         reach = 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M
         match = self._match(points, wheels, min(_LONGEST_M, reach), 1)
         if match.near_fraction < _BROKEN_BELOW and reach > _LONGEST_M:
@@ -146,7 +146,7 @@ class LaserOdometry:
             cost_d=_cost(held_d),
             cost_a=_cost(held_a),
         )
-        # The wheels may be wrong by what they are mostly wrong by, and by what the search has found.
+        # The wheels may be off by their usual error, and by what the search has found.
         slipped = [found.x - guess.x, found.y - guess.y, angle_difference(found.yaw, guess.yaw)]
         return match_scan(
             field,
@@ -169,7 +169,7 @@ class LaserOdometry:
 
 
 def _cost(deviation: float) -> float:
-    """What a metre or radian from what the wheels say costs, squared, as a part of the scan."""
+    """Return the cost of a metre or radian of deviation from the wheels, squared, as a part of the scan."""
     return 0.5 / (_INDEPENDENT_BEAMS * deviation**2)
 
 

@@ -79,7 +79,7 @@ def build_likelihood_field(
 
 
 def _directions(signed: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Where distances grow, shape (rows, columns, 2): unit vectors x, y, or 0."""
+    """Return the directions in which distances grow, shape (rows, columns, 2): unit vectors x, y, or 0."""
     if min(signed.shape) < 2:
         return np.zeros((*signed.shape, 2), np.float32)
     along_y, along_x = np.gradient(signed)

@@ -202,7 +202,7 @@ class Localiser:
         )
 
     def _beam_ends(self, scan: LaserScan, laser_in_base: Transform3) -> NDArray[np.float64]:
-        """The ends of all beams that hit something, shape (n, 2), in the base frame."""
+        """Return the ends of all beams that hit something, shape (n, 2), in the base frame."""
         p = self._parameters
         longest = min(scan.range_max, p.laser_max_range) if p.laser_max_range > 0.0 else scan.range_max
         used = scan.valid() & (scan.ranges < longest) & (scan.ranges >= p.laser_min_range)
@@ -222,7 +222,7 @@ class Localiser:
         )
 
     def _compare(self, points: NDArray[np.float64], motion: Pose2, range_max: float) -> Pose2:
-        """Where the robot is by the map, after a motion since the last scan that counted."""
+        """Return where the robot is by the map, after a motion since the last scan that counted."""
         if self._relocaliser.lost:
             found = self._relocaliser.look_everywhere(points, self._laser.pose)
             if found is None:
@@ -268,7 +268,7 @@ class Localiser:
         return match.pose
 
     def _doubt(self) -> NDArray[np.float64]:
-        """What is added to the covariance while nothing fits: somebody may have carried the robot."""
+        """Return what is added to the covariance while nothing fits: somebody may have carried the robot."""
         carried = np.square(INITIAL_DEVIATIONS) * self._was_carried
         return np.diag(carried + np.square(self._unfit_m * _UNFIT_DEVIATIONS))
 

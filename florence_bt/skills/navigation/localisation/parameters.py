@@ -10,7 +10,7 @@ from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegati
 
 @dataclass(frozen=True, slots=True)
 class LocaliserParameters(CheckedParameters):
-    """How to localise.
+    """The parameters of localisation.
 
     The motion noise is smaller than amcl's default: the base has a gyro.
 

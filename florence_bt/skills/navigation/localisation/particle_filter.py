@@ -110,11 +110,11 @@ class ParticleFilter:
         return np.ascontiguousarray((hit + p.z_rand / range_max) ** 3, np.float32)
 
     def estimate(self) -> tuple[Pose2, NDArray[np.float64]]:
-        """Mean and covariance (3, 3) of x, y, yaw over the heaviest cluster of particles."""
+        """Return the mean and covariance (3, 3) of x, y, yaw over the heaviest cluster of particles."""
         x, y, yaw = self.particles.T
         column, row = np.floor(x / 0.5), np.floor(y / 0.5)
         sector = np.floor(_wrap(yaw) / math.radians(10.0))
-        # One number a bin, in the order of (column, row, sector): sorting rows of three is dear.
+        # One number per bin, in the order of (column, row, sector): sorting rows of three is slow.
         rows = row.max() - row.min() + 1.0
         bins = ((column - column.min()) * rows + (row - row.min())) * 64.0 + (sector + 32.0)
         _, which = np.unique(bins, return_inverse=True)
@@ -166,7 +166,7 @@ class ParticleFilter:
 
 
 def _turn_for_noise(turn: float) -> float:
-    """Driving backwards is a turn of half a circle, but no noisier than driving forwards."""
+    """Return a turn's size for the noise: backwards is half a circle, but no noisier than forwards."""
     return min(abs(turn), abs(normalize_angle(turn - math.pi)))
 
 

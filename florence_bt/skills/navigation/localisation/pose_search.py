@@ -85,12 +85,12 @@ class PoseSearch:
         self.contradicted_part(np.zeros((1, 2)), Pose2())
 
     def contradicted_part(self, points: NDArray[np.float64], pose: Pose2) -> float:
-        """The part of a scan, shape (n, 2), beam ends in the base frame, that went through walls."""
+        """Return the part of a scan, shape (n, 2), beam ends in the base frame, that went through walls."""
         field, at, beams = self._field, (pose.x, pose.y, pose.yaw), evenly(points, _BEAMS)
         return float(contradicted_part(at, beams, field.signed, field.frame, _ON_SURFACE_M, _BEYOND_M))
 
     def around(self, points: NDArray[np.float64], centre: Pose2, reach: float, turn: float) -> Match | None:
-        """The best fit around a pose, None where no robot can be.
+        """Return the best fit around a pose, None where no robot can be.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame.
@@ -126,7 +126,7 @@ class PoseSearch:
         return match if self._is_free(match.pose) else None
 
     def everywhere(self, points: NDArray[np.float64]) -> list[Match]:
-        """The places of the whole map where scans fit best, apart from each other, the best one first.
+        """Return the places of the whole map where scans fit best, apart from each other, the best one first.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame.
@@ -144,7 +144,7 @@ class PoseSearch:
         return _apart(sorted(fits, key=lambda match: -match.near_fraction), lambda match: match.pose)
 
     def _leaves(self, beam_cells: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Poses (row, column, number of the heading) that fit, the best ones first."""
+        """Return the poses (row, column, number of the heading) that fit, the best ones first."""
         top = _LEVELS - 1
         width = self._leaf << top
         rows, columns = np.nonzero(self._free_blocks[top][::width, ::width])
@@ -171,7 +171,7 @@ class PoseSearch:
         return blocks
 
     def _split(self, blocks: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-        """The quarters of some blocks, as far as a robot can be there."""
+        """Return the quarters of some blocks, as far as a robot can be there."""
         width = self._leaf << level
         quarters = np.array([[0, 0, 0], [0, width, 0], [width, 0, 0], [width, width, 0]], np.int32)
         parts = (blocks[:, None, :] + quarters).reshape(-1, 3)
@@ -198,7 +198,7 @@ class PoseSearch:
 
 
 def _doubled(table: NDArray, width: int) -> NDArray:
-    """The greatest values of blocks of twice the width, each kept at the block's first cell."""
+    """Return the greatest values of blocks of twice the width, each kept at the block's first cell."""
     wider = table.copy()
     np.maximum(wider[:-width], table[width:], out=wider[:-width])
     both = wider.copy()
@@ -207,7 +207,7 @@ def _doubled(table: NDArray, width: int) -> NDArray:
 
 
 def _apart(ordered: Iterable[T], pose_of: Callable[[T], Pose2]) -> list[T]:
-    """The first of some places that are apart from each other."""
+    """Return the first of some places that are apart from each other."""
     found: list[T] = []
     for each in ordered:
         pose = pose_of(each)

@@ -9,7 +9,7 @@ from florence_bt.skills.navigation.localisation.localiser import Localiser
 
 
 def diagnosis_of(localiser: Localiser) -> Diagnosis:
-    """What a localiser knows; a warning while there is no pose, or hardly a scan fits there."""
+    """Report what a localiser knows; a warning while there is no pose, or hardly a scan fits there."""
     x, y, yaw = (math.sqrt(max(0.0, variance)) for variance in localiser.covariance.diagonal().tolist())
     values = {
         "part of the scan that fits the map": f"{localiser.fit:.2f}",

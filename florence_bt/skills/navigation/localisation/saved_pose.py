@@ -14,7 +14,7 @@ from florence_bt.core.text_files import decode, read_bytes, replace_text
 
 
 def identity_of(grid: OccupancyGrid) -> str:
-    """A name for a map that every other map lacks: a pose means nothing in another one."""
+    """Name a map so that no other one has its name: a pose means nothing in another one."""
     # Rounded: a message has float32 here.
     origin = grid.origin
     place = f"{grid.resolution:.6f} {origin.x:.3f} {origin.y:.3f} {origin.yaw:.4f} {grid.cells.shape}"
@@ -36,7 +36,7 @@ def save_pose(path: Path, pose: Pose2, grid: OccupancyGrid) -> None:
 
 
 def load_pose(path: Path, grid: OccupancyGrid) -> Pose2 | None:
-    """Where the robot was in this map.
+    """Load the pose that the robot had in this map.
 
     Returns:
         base_footprint in the map frame; None when there is no file, or it is about another map.

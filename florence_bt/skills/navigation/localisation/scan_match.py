@@ -89,7 +89,7 @@ def search_around(
     cost_d: float,
     cost_a: float = 0.0,
 ) -> Pose2:
-    """The pose of a grid of poses at which a scan fits best: for a fit to begin at.
+    """Return the pose, out of a grid of poses, at which a scan fits best, for a fit to begin at.
 
     Args:
         field: The map.
@@ -124,7 +124,7 @@ def search_around(
 
 
 def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """At most ``count`` of the points, evenly chosen."""
+    """Return at most ``count`` of the points, evenly chosen."""
     if len(points) <= count:
         return points
     return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])

@@ -44,7 +44,7 @@ class ScanQueue:
         self._waiting.setdefault(source, deque(maxlen=MOST_WAITING)).append(scan)
 
     def take_ready(self) -> list[tuple[str, LaserScan, Pose2]]:
-        """The newest scan of each source whose middle the odometry has reached; older ones are dropped.
+        """Return the newest scan of each source whose middle the odometry has reached; drop older ones.
 
         Returns:
             Source, scan and the pose of base_footprint in the odometry frame at the scan's middle.

@@ -32,7 +32,7 @@ class WheelSlip:
         self._way = self._turn = (_FIRST_SLIP**2 * _FIRST_M**2, _FIRST_M**2)
 
     def deviations(self, wheels: Pose2, least: float) -> tuple[float, float]:
-        """How wrong a step may be.
+        """Estimate how wrong a step may be.
 
         Args:
             wheels: The step.
@@ -68,6 +68,6 @@ class WheelSlip:
 
 
 def _motion(wheels: Pose2) -> tuple[float, float]:
-    """What the errors of way and turn grow with, metres and radians."""
+    """Return what the errors of way and turn grow with, in metres and radians."""
     way = math.hypot(wheels.x, wheels.y)
     return way, abs(wheels.yaw) + _TURN_PER_M * way

@@ -52,7 +52,7 @@ def decode_image(data: bytes) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | No
 
 
 def size_of_image(data: bytes) -> tuple[int, int]:
-    """Width and height that an image says it has, in pixels, without decoding it.
+    """Read the width and height that an image says it has, in pixels, without decoding it.
 
     Raises:
         FrameError: It is of no format that is read, or ends before it says so.

@@ -44,7 +44,7 @@ Warn = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class MapDescription:
-    """What the YAML file of a map says.
+    """The contents of the YAML file of a map.
 
     Attributes:
         file: The YAML file.
@@ -144,11 +144,11 @@ class _Pixels:
     opacity: NDArray[np.uint8] | None
 
     def cells(self, description: MapDescription) -> NDArray[np.int8]:
-        """The cells, in the order of the image."""
+        """Return the cells, in the order of the image."""
         return self._look_up(_cells_of_values(description, opacity=self.opacity is not None))
 
     def doubts(self, description: MapDescription, cells: NDArray[np.int8]) -> Iterator[str]:
-        """What is probably wrong with the description, or with the image, a sentence each."""
+        """Say what is probably wrong with the description, or with the image, a sentence each."""
         kept = _count(self._look_up(_kept_unknown(description, opacity=self.opacity is not None)))
         if kept:
             yield (
@@ -183,13 +183,13 @@ def _percent(count: int, cells: NDArray[np.int8]) -> str:
 
 
 def _values(opacity: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Every grey value and opacity: of shape (256,), of an image with opacity (256, 256)."""
+    """Return every grey value and opacity: of shape (256,), of an image with opacity (256, 256)."""
     grey = np.arange(256)
     return (grey[:, None], grey[None, :]) if opacity else (grey, np.full(256, 255))
 
 
 def _read_values(description: MapDescription, *, opacity: bool) -> NDArray[np.int8]:
-    """What a pixel becomes, by its grey value (and its opacity), by the rules of ROS."""
+    """Read what a pixel becomes by its grey value (and its opacity), by the rules of ROS."""
     grey, opaque = _values(opacity)
     shade = grey / 255.0
     if opacity and description.mode == "trinary":
@@ -210,7 +210,7 @@ def _read_values(description: MapDescription, *, opacity: bool) -> NDArray[np.in
 
 
 def _kept_unknown(description: MapDescription, *, opacity: bool) -> NDArray[np.bool_]:
-    """The values that would be free although a map saver means unknown by them.
+    """Tell which values would be free although a map saver means unknown by them.
 
     Nav2's saver writes ``free_thresh: 0.25`` beside the grey 205, whose occupancy is 0.196.
     """
@@ -220,7 +220,7 @@ def _kept_unknown(description: MapDescription, *, opacity: bool) -> NDArray[np.b
 
 
 def _cells_of_values(description: MapDescription, *, opacity: bool) -> NDArray[np.int8]:
-    """What a pixel becomes, by its grey value (and its opacity)."""
+    """Return what a pixel becomes, by its grey value (and its opacity)."""
     kept = _kept_unknown(description, opacity=opacity)
     return np.where(kept, np.int8(UNKNOWN), _read_values(description, opacity=opacity))
 
@@ -243,7 +243,7 @@ def read_description(path: Path) -> MapDescription:
 
 
 def _files_beside(file: Path, ending: str) -> list[Path]:
-    """The files of an ending in the folder of a file; none when there is no such folder."""
+    """List the files with an ending in the folder of a file; none when there is no such folder."""
     return sorted(file.parent.glob(f"*.{ending}")) if os.path.isdir(file.parent) else []
 
 

@@ -106,7 +106,7 @@ def _check(path: Path, mode: str, form: str, occupied_thresh: float, free_thresh
 
 
 def trinary_pixels(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
-    """The grey values of a map with free, occupied and unknown cells, in the order of the cells."""
+    """Return the grey values of a map with free, occupied and unknown cells, in the order of the cells."""
     return _pixels(cells, "trinary", OCCUPIED_THRESH, FREE_THRESH)
 
 

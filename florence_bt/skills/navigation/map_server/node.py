@@ -34,7 +34,7 @@ MAX_SHOWN = 200
 
 @dataclass(frozen=True, slots=True)
 class MapServerParameters:
-    """Which map to publish.
+    """The map to publish, and where to save maps.
 
     Attributes:
         map_file: The YAML file of the map.
@@ -59,7 +59,7 @@ class MapServerParameters:
 
 
 def file_of_url(url: str) -> Path:
-    """The file that a ``map_url`` names.
+    """Return the file that a ``map_url`` names.
 
     Raises:
         ConfigError: It is no absolute path: the client does not know in which folder this process runs.
@@ -73,7 +73,7 @@ def file_of_url(url: str) -> Path:
 
 
 def file_to_save(url: str, folder: str) -> Path:
-    """The file that a ``map_url`` of the saver names: below a folder, also through links.
+    """Return the file that a ``map_url`` of the saver names: below a folder, also through links.
 
     Args:
         url: An absolute path, or one that starts from the folder.

@@ -50,7 +50,7 @@ def decode_pgm(data: bytes) -> NDArray[np.uint8]:
 
 
 def size_of_pgm(data: bytes) -> tuple[int, int]:
-    """Width and height that a graymap says it has, in pixels.
+    """Read the width and height that a graymap says it has, in pixels.
 
     Raises:
         FrameError: As :func:`decode_pgm`.
@@ -60,7 +60,7 @@ def size_of_pgm(data: bytes) -> tuple[int, int]:
 
 
 def _header(data: bytes) -> tuple[tuple[int, int, int], int]:
-    """Width, height and greatest value, and where the header ends."""
+    """Read width, height and greatest value, and where the header ends."""
     if data[:2] not in (b"P5", b"P2"):
         raise FrameError("the image does not begin with P5 or P2")
     position, numbers = 2, []

@@ -119,7 +119,7 @@ def clear_rays(
 def costs_at(
     costs: Cells, origin_x: float, origin_y: float, resolution: float, points: NDArray[np.float64]
 ) -> Cells:
-    """The costs at points, shape (n, 2), metres; unknown outside. Shape (n,)."""
+    """Return the costs at points, shape (n, 2), metres; unknown outside. Shape (n,)."""
     rows, columns = costs.shape
     found = np.full(len(points), UNKNOWN_COST, np.uint8)
     for k in range(len(points)):
@@ -219,7 +219,7 @@ def _what_laser_sees(
     are_feet: NDArray[np.bool_],
     near: float,
 ) -> int:
-    """1: feet near a place; -1: nothing there, and it looks through; 0: it does not see the place."""
+    """Tell what the laser sees: 1 feet near a place, -1 that nothing is there, 0 not the place."""
     du, dv = u - origin_u, v - origin_v
     through, hidden = False, False
     for i in range(len(ends)):
@@ -357,7 +357,7 @@ def footprint_cost(
     outline: NDArray[np.float64],
     unknown_blocks: bool,
 ) -> int:
-    """The greatest cost under the outline of the robot at a pose.
+    """Return the greatest cost under the outline of the robot at a pose.
 
     Returns:
         0..253, or -1 when the outline touches a lethal cell or leaves the map.

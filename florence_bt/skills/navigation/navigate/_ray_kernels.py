@@ -23,7 +23,7 @@ def beam_ends(
     rotation: Points,
     translation: Points,
 ) -> tuple[Points, Points]:
-    """Where the beams that measured something end, in the plane of another frame.
+    """Return the ends of the beams that measured something, in the plane of another frame.
 
     Args:
         ranges: Shape (n,), metres.
@@ -51,7 +51,7 @@ def beam_ends(
 
 @njit(cache=True)
 def move_points(points: Points, x: float, y: float, yaw: float) -> Points:
-    """Points of a frame, shape (n, 2), in another one in which that frame has the pose (x, y, yaw)."""
+    """Move points of a frame, shape (n, 2), into another one in which that frame has the pose (x, y, yaw)."""
     c, s = math.cos(yaw), math.sin(yaw)
     moved = np.empty((len(points), 2))
     for k in range(len(points)):
@@ -62,7 +62,7 @@ def move_points(points: Points, x: float, y: float, yaw: float) -> Points:
 
 @njit(cache=True)
 def to_cells(points: Points, frame: tuple[float, float, float]) -> Points:
-    """Columns and rows of points, in cells with fractions; shape (n, 2).
+    """Convert points to columns and rows, in cells with fractions; shape (n, 2).
 
     Args:
         points: Shape (n, 2), metres.

@@ -22,7 +22,7 @@ def _towards(value: float, wanted: float, limit: float) -> float:
 
 @njit(cache=True)
 def distance_at(grid: NDArray[np.float64], u: float, v: float, unreached: float) -> float:
-    """A distance grid at a place between cell centres; cell k has its centre at k + 0.5.
+    """Interpolate a distance grid at a place between cell centres; cell k has its centre at k + 0.5.
 
     Returns:
         The interpolated value, the nearest cell's where a neighbour was not reached, ``unreached`` where that
@@ -46,7 +46,7 @@ def distance_at(grid: NDArray[np.float64], u: float, v: float, unreached: float)
 def _is_too_near(
     people: NDArray[np.float64], seconds: float, x: float, y: float, start_x: float, start_y: float
 ) -> bool:
-    """Whether the robot is too near to somebody after some seconds, and nearer than if it had not moved."""
+    """Tell whether the robot is too near to somebody then, and nearer than if it had not moved."""
     for k in range(len(people)):
         person_x = people[k, 0] + people[k, 2] * seconds
         person_y = people[k, 1] + people[k, 3] * seconds
@@ -60,7 +60,7 @@ def _is_too_near(
 def meets_somebody(
     people: NDArray[np.float64], pose: NDArray[np.float64], twist: NDArray[np.float64], seconds: float
 ) -> bool:
-    """Whether driving on with a velocity leads too near to somebody who walks on.
+    """Tell whether driving on with a velocity leads too near to somebody who walks on.
 
     Args:
         people: Shape (n, 5): x, y, vx, vy of each person, and how near the robot may come, metres.
@@ -179,7 +179,7 @@ def roll_out(
 def count_touches(
     cells: Cells, frame: NDArray[np.float64], x: float, y: float, yaw: float, outline: NDArray[np.float64]
 ) -> int:
-    """How many points of the outline lie in lethal cells (unknown and outside do not count)."""
+    """Count the points of the outline that lie in lethal cells (unknown and outside do not count)."""
     rows, columns = cells.shape
     c, s = math.cos(yaw), math.sin(yaw)
     touches = 0
@@ -201,7 +201,7 @@ def free_motion(
     steps: int,
     outline: NDArray[np.float64],
 ) -> float:
-    """How much of a straight way, a turn or an arc is free.
+    """Return how much of a straight way, a turn or an arc is free.
 
     A robot that touches a lethal cell already (cells are coarse, sensors noisy) may move as long as it
     touches no more than at the start.

@@ -23,9 +23,9 @@ _SHORTEST = 0.99
 def _update(
     potential: NDArray[np.float32], cell: np.uint64, columns: np.uint64, cost: np.float32
 ) -> np.float32:
-    """The potential of a cell by those of its neighbours: an eikonal step, so that ways are not bound to
-    eight directions. In single precision, which is a third faster, and without a sign, so that no index is
-    asked whether it is negative.
+    """Compute the potential of a cell from its neighbours' by an eikonal step, so that ways are not bound to
+    eight directions. In single precision, which is a third faster, and unsigned, so that no index is checked
+    for being negative.
     """
     low = min(potential[cell - np.uint64(1)], potential[cell + np.uint64(1)])
     other = min(potential[cell - columns], potential[cell + columns])
@@ -40,7 +40,7 @@ def _update(
 
 @njit(cache=True)
 def _heuristic(cell: np.int64, target: int, columns: int, cheapest: float) -> float:
-    """The cost of the way from a cell to the target, at least: A* by the straight line."""
+    """Return the least cost of the way from a cell to the target: A* by the straight line."""
     if cheapest == 0.0:
         return 0.0
     # Multiplied, not divided: this is done for each cell.
@@ -59,7 +59,7 @@ def spread_wave(
     step: float,
     cheapest: float = 0.0,
 ) -> NDArray[np.float32]:
-    """The potential of every cell the wave reaches: the cost of the cheapest way from the starts.
+    """Spread a wave; return the potential of each cell: the cost of the cheapest way from the starts.
 
     The wave is a front that moves slower where cells cost more. Towards a target it may be directed (A*):
     cells come the later the more the way over them costs at least.
@@ -224,7 +224,7 @@ def _gradient(potential: NDArray[np.float32], columns: int, x: float, y: float) 
 
 @njit(cache=True)
 def _slope(before: float, here: float, after: float) -> float:
-    """The slope along one axis; where one side is a wall, the other side alone."""
+    """Return the slope along one axis; where one side is a wall, the other side alone."""
     if before >= UNVISITED:
         return 0.0 if after >= UNVISITED else min(0.0, after - here)
     if after >= UNVISITED:

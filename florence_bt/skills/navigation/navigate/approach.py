@@ -37,7 +37,7 @@ _HALF_CIRCLE_RAD = 2.6
 
 @dataclass(frozen=True, slots=True)
 class ApproachGoal:
-    """Where to stand.
+    """The place to stand.
 
     Attributes:
         x: The person at the start, in front of the robot, metres.
@@ -97,7 +97,7 @@ class Approach:
         return self._start.apply(self._goal.x, self._goal.y)
 
     def saw(self, stamp: float, people: Sequence[Place]) -> None:
-        """The camera saw people: time in seconds, places in the odometry frame in metres."""
+        """Note that the camera saw people: time in seconds, places in the odometry frame in metres."""
         if self._start is None or not people or stamp < self._began:
             return
         expected = self.person
@@ -127,7 +127,7 @@ class Approach:
             self._there = stamp
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when it is over."""
+        """Take one step: the velocity, the feedback, and the result when it is over."""
         if self._start is None:
             self._start = state.pose
         contact = self._contact.step(state)
@@ -170,7 +170,7 @@ class Approach:
         return keep_off(state.pose, person, command), feedback, self._no_progress(state, control)
 
     def _goal_pose(self, person: Place, start: Pose2) -> Pose2:
-        """Where to stand, in the odometry frame."""
+        """Return where to stand, in the odometry frame."""
         if self._from_person is None:
             self._from_person = math.atan2(start.y - person[1], start.x - person[0])
         angle, away = self._from_person + self._goal.p2r, max(_LEAST_M, self._goal.distance)
@@ -191,7 +191,7 @@ class Approach:
 
 
 def way_round(start: Place, end: Place, person: Place, side: float) -> tuple[NDArray[np.float64], float]:
-    """The shortest way that keeps away from somebody: straight, or along two tangents and an arc.
+    """Return the shortest way that keeps away from somebody: straight, or along two tangents and an arc.
 
     Args:
         start: Metres.
@@ -219,14 +219,14 @@ def way_round(start: Place, end: Place, person: Place, side: float) -> tuple[NDA
 
 
 def _dense(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points along a line through some corners, shape (n, 2) each."""
+    """Return points along a line through some corners, shape (n, 2) each."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     at = np.linspace(0.0, along[-1], max(2, math.ceil(along[-1] / _STEP_M) + 1))
     return np.stack([np.interp(at, along, corners[:, axis]) for axis in (0, 1)], axis=1)
 
 
 def _is_empty(place: Place, points: NDArray[np.float64], robot: Pose2) -> bool:
-    """Whether the laser sees past a place, and nothing there."""
+    """Tell whether the laser sees past a place, and sees nothing there."""
     bearing, away = robot.bearing_to(*place), math.dist(place, (robot.x, robot.y))
     x, y = (points - [robot.x, robot.y]).T
     turn = np.arctan2(y, x) - robot.yaw - bearing

@@ -31,11 +31,11 @@ class MapWalls:
     outline: NDArray[np.float64]
 
     def touches(self, pose: Pose2) -> bool:
-        """Whether the robot would stand in a wall (map frame)."""
+        """Tell whether the robot would stand in a wall (map frame)."""
         return _touches(self.cells, self.frame, pose, self.outline)
 
     def free_part(self, pose: Pose2, way: float, turn: float) -> float:
-        """How much of a motion from a pose in the map frame is free, 0..1."""
+        """Return how much of a motion from a pose in the map frame is free, 0..1."""
         return _free_part(self.cells, self.frame, pose, way, turn, self.outline)
 
 
@@ -61,7 +61,7 @@ class Clearance:
         return self._walls is not None and self._map_pose is not None and self._walls.touches(self._map_pose)
 
     def free_part(self, way: float, turn: float) -> float:
-        """How much of a motion is free, 0..1. A robot that is wedged may move where it gets in no deeper.
+        """Return how much of a motion is free, 0..1. A wedged robot may move where it gets in no deeper.
 
         Args:
             way: Metres along the heading, below zero backwards.
@@ -73,7 +73,7 @@ class Clearance:
         return free
 
     def is_free(self, way: float, turn: float) -> bool:
-        """Whether a whole motion is free."""
+        """Tell whether a whole motion is free."""
         return self.free_part(way, turn) >= 1.0
 
 

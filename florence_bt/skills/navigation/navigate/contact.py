@@ -70,7 +70,7 @@ class BackUp:
         self._deadline = state.now + time_allowance
 
     def step(self, state: RobotState) -> Twist2:
-        """The velocity of this moment; standstill when it is over or something or somebody is behind."""
+        """Return the velocity; standstill when it is over, or something or somebody is behind."""
         left = self._p.back_up_distance - self._start.distance_to(state.pose)
         over = left <= 0.01 or state.now > self._deadline
         if over or not state.clearance.is_free(-min(left + 0.05, 0.15), 0.0):
@@ -102,7 +102,7 @@ class ContactRecovery:
         return f"backing off: {self.last.text}"
 
     def step(self, state: RobotState) -> Twist2 | Result | None:
-        """The velocity while backing off, a failure when that does not help, None without a contact."""
+        """Return the velocity while backing off, a failure if that does not help, None without contact."""
         stuck = self._watch(state)
         if stuck is not None:
             return stuck

@@ -25,7 +25,7 @@ from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, P
 
 @dataclass(frozen=True, slots=True)
 class ControllerParameters(CheckedParameters):
-    """How to follow a path.
+    """The parameters of following a path.
 
     Attributes:
         max_vel_x: m/s.
@@ -115,7 +115,7 @@ _PASSED_TOLERANCES = 1.6
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """What the controller says.
+    """The decision of the controller.
 
     Attributes:
         command: The velocity.
@@ -209,7 +209,7 @@ class Controller:
         return self._follow(pose, twist, path, remaining, costmap, clearance, people)
 
     def _path_ahead(self, pose: Pose2, odom_from_map: Pose2) -> NDArray[np.float64]:
-        """The path from the point nearest to the robot on, in the odometry frame, shape (n, 2)."""
+        """Return the path from its point nearest to the robot on, odometry frame, shape (n, 2)."""
         c, s = math.cos(odom_from_map.yaw), math.sin(odom_from_map.yaw)
         points = self._points @ np.array([[c, s], [-s, c]]) + np.array([odom_from_map.x, odom_from_map.y])
         squared = (points[:, 0] - pose.x) ** 2 + (points[:, 1] - pose.y) ** 2
@@ -276,7 +276,7 @@ class Controller:
         return Control(Twist2(linear * math.cos(bearing) ** 2, angular), distance, text=text)
 
     def _stop_before(self, pose: Pose2, goal: Pose2, distance: float, clearance: Clearance) -> Control:
-        """Something stands right before the goal: near enough, with the right heading."""
+        """Stop before something that stands right before the goal: near enough, with the right heading."""
         left = normalize_angle(goal.yaw - pose.yaw)
         if abs(left) <= _BLOCKED_YAW_TOLERANCE:
             return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
@@ -352,7 +352,7 @@ class Controller:
         return None
 
     def _path_bearing(self, pose: Pose2, path: NDArray[np.float64]) -> float:
-        """Where the path leads, relative to the robot's heading."""
+        """Return the direction of the path relative to the robot's heading."""
         away = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)
         far = away >= self._p.heading_lookahead
         x, y = path[int(np.argmax(far)) if far.any() else -1]
@@ -368,7 +368,7 @@ class Controller:
         return self._turn(bearing, clearance)
 
     def _samples(self, twist: Twist2, remaining: float) -> NDArray[np.float64]:
-        """The commands to try, shape (n, 2)."""
+        """Return the commands to try, shape (n, 2)."""
         p = self._p
         # It must be able to stop at the goal.
         fastest = min(p.max_vel_x, max(p.min_vel_x, math.sqrt(p.acc_lim_x * remaining)))
@@ -413,7 +413,7 @@ class Controller:
     def _distance_grids(
         self, pose: Pose2, path: NDArray[np.float64], costmap: Costmap
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Distances from the path and from the local goal in cells, around obstacles.
+        """Return distances from the path and from the local goal in cells, around obstacles.
 
         The original counts cells in four directions (REFERENCE 7.6); a wave measures the true length, so that
         a slanted way is not rated 1.4 times as long.

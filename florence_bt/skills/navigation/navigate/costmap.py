@@ -32,7 +32,7 @@ FREE_COST = 0
 
 @dataclass(frozen=True, slots=True)
 class SourceParameters(CheckedParameters):
-    """How one sensor counts in the costmaps; names as in costmap_2d.
+    """The weight of one sensor in the costmaps; names as in costmap_2d.
 
     Attributes:
         marking: Whether its beams mark.
@@ -52,7 +52,7 @@ class SourceParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class CostmapParameters(CheckedParameters):
-    """How costmaps are kept; names as in costmap_2d.
+    """The parameters of the costmaps; names as in costmap_2d.
 
     Attributes:
         footprint: x, y, x, y, ... of the corners in metres.
@@ -103,11 +103,11 @@ class CostmapParameters(CheckedParameters):
         self.make_footprint()
 
     def make_footprint(self) -> Footprint:
-        """The padded footprint."""
+        """Return the padded footprint."""
         return Footprint.from_corners(corners_from_flat(self.footprint), self.footprint_padding)
 
     def of_source(self, source: str) -> SourceParameters:
-        """The parameters of a sensor, with the costmap's own ranges where it has none."""
+        """Return the parameters of a sensor, with the costmap's own ranges where it has none."""
         every = {"scan": self.scan, "depth": self.depth, "low": self.low, "overhangs": self.overhangs}
         use = every.get(source, SourceParameters())
         return replace(
@@ -117,12 +117,12 @@ class CostmapParameters(CheckedParameters):
         )
 
     def make_true_footprint(self) -> Footprint:
-        """The footprint without padding."""
+        """Return the footprint without padding."""
         return Footprint.from_corners(corners_from_flat(self.footprint))
 
 
 def cost_at_distance(distance: float, inscribed_radius: float, parameters: CostmapParameters) -> int:
-    """The cost of a cell at a distance (metres) from the nearest obstacle.
+    """Return the cost of a cell at a distance (metres) from the nearest obstacle.
 
     Source:
         REFERENCE 7.4.
@@ -193,7 +193,7 @@ def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
 
 
 def moved_rays(rays: Rays, motion: Pose2) -> Rays:
-    """The same rays in another frame.
+    """Return the same rays in another frame.
 
     Args:
         rays: In a frame.
@@ -204,7 +204,7 @@ def moved_rays(rays: Rays, motion: Pose2) -> Rays:
 
 
 def moved_points(points: NDArray[np.float64], motion: Pose2) -> NDArray[np.float64]:
-    """Points of a frame, shape (n, 2), in another one in which that frame has the pose ``motion``."""
+    """Move points of a frame, shape (n, 2), into another one in which that frame has the pose ``motion``."""
     moved: NDArray[np.float64] = move_points(
         np.ascontiguousarray(points, np.float64), motion.x, motion.y, motion.yaw
     )
@@ -300,7 +300,7 @@ class Costmap:
         return cost_at_distance(distance, self.footprint.inscribed_radius, self._parameters)
 
     def set_people(self, people: NDArray[np.float64]) -> None:
-        """Where people are now: a way past them costs more, but none is closed.
+        """Set where people are now: a way past them costs more, but none is closed.
 
         Args:
             people: Shape (n, 4): x, y in metres, vx, vy in m/s, in the frame of this costmap.
@@ -309,7 +309,7 @@ class Costmap:
             self._people, self._master = people, None
 
     def static_master(self) -> Cells:
-        """The costs of the static layer alone, inflated."""
+        """Return the costs of the static layer alone, inflated."""
         master = self._static.copy()
         _cells.inflate(master, self._reach, self._table)
         return master
@@ -478,25 +478,25 @@ class Costmap:
         return math.floor((y - self.origin_y) / self.resolution)
 
     def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
-        """(row, column) of a point, None outside."""
+        """Return the (row, column) of a point, None outside."""
         row, column = self._row(y), self._column(x)
         inside = 0 <= row < self._static.shape[0] and 0 <= column < self._static.shape[1]
         return (row, column) if inside else None
 
     def distances_to(self, x: float, y: float) -> NDArray[np.float64]:
-        """How far the middle of each cell is from a point, metres; shape (rows, columns)."""
+        """Return how far the middle of each cell is from a point, metres; shape (rows, columns)."""
         rows, columns = self._static.shape
         dx = self.origin_x + (np.arange(columns) + 0.5) * self.resolution - x
         dy = self.origin_y + (np.arange(rows) + 0.5) * self.resolution - y
         return np.hypot(dx[None, :], dy[:, None])
 
     def cost_at(self, x: float, y: float) -> int:
-        """The cost at a point; 255 (unknown) outside."""
+        """Return the cost at a point; 255 (unknown) outside."""
         cell = self.cell_of(x, y)
         return UNKNOWN_COST if cell is None else int(self.master[cell])
 
     def costs_at(self, points: NDArray[np.float64], of: Cells | None = None) -> NDArray[np.uint8]:
-        """The costs at points; 255 (unknown) outside. Shape (n,).
+        """Return the costs at points; 255 (unknown) outside. Shape (n,).
 
         Args:
             points: Shape (n, 2), metres.
@@ -512,7 +512,7 @@ class Costmap:
         return costs
 
     def footprint_cost(self, pose: Pose2, *, unknown_blocks: bool = False) -> int:
-        """The greatest cost under the padded footprint at a pose, -1 when it collides."""
+        """Return the greatest cost under the padded footprint at a pose, -1 when it collides."""
         cost: int = _cells.footprint_cost(
             self.master,
             self.origin_x,
@@ -527,7 +527,7 @@ class Costmap:
         return cost
 
     def to_grid(self) -> OccupancyGrid:
-        """The costs as an occupancy grid: 100 lethal, 99 inscribed, 1..98 decaying, -1 unknown."""
+        """Return the costs as an occupancy grid: 100 lethal, 99 inscribed, 1..98 decaying, -1 unknown."""
         costs = np.arange(256)
         scale = np.where(costs > 0, 1 + 97 * (costs - 1) // 251, 0)
         scale[INSCRIBED], scale[LETHAL], scale[UNKNOWN_COST] = 99, 100, -1
@@ -544,7 +544,7 @@ def _static_costs(grid: OccupancyGrid, parameters: CostmapParameters) -> Cells:
 
 
 def _shifted(marks: Cells, dv: int, du: int) -> Cells:
-    """The array whose cell [v, u] is the old [v + dv, u + du]."""
+    """Return the array whose cell [v, u] is the old [v + dv, u + du]."""
     rows, columns = marks.shape
     result = np.zeros_like(marks)
     if abs(dv) < rows and abs(du) < columns:

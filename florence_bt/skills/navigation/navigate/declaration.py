@@ -228,7 +228,7 @@ def _straight_request(distance: float, inputs: Inputs) -> dict[str, Any]:
 
 
 def _driving(message: Any) -> str:
-    """Where to, not how far: a countdown would make every feedback look like a change."""
+    """Say where the robot drives, not how far: a countdown would make every feedback look like a change."""
     recoveries = message.number_of_recoveries
     return "driving" if recoveries == 0 else f"driving, {recoveries} recoveries so far"
 

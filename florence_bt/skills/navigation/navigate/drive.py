@@ -89,7 +89,7 @@ class Drive:
         self.remaining = math.inf
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when the drive is over."""
+        """Take one step: the velocity, the feedback, and the result when the drive is over."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
             self._on(DriveEvent.TOUCHED)
@@ -204,13 +204,13 @@ class Drive:
         self._controller.set_plan(plan.points, plan.goal)
 
     def _is_narrow(self, here: Pose2) -> bool:
-        """Whether the goal has no room to turn; found so from near, it stays so: marks come and go."""
+        """Tell whether the goal has no room to turn; found so from near, it stays so: marks come and go."""
         narrow = self._narrow or not has_room_to_turn(self._goal, self._costmaps.global_costmap)
         self._narrow = narrow and here.distance_to(self._goal) <= _NEAR_M
         return narrow
 
     def _turning_place(self, here: Pose2, spare: float) -> Pose2:
-        """Where to turn instead of at the goal, or the goal."""
+        """Return the pose at which to turn instead of at the goal, or the goal."""
         if is_lined_up(here, self._goal):
             return self._goal
         costmap = self._costmaps.global_costmap
@@ -221,13 +221,13 @@ class Drive:
         return self._beside or self._goal
 
     def _tolerance(self, here: Pose2) -> float:
-        """How far from an occupied goal the path may end: what was seen there once may be gone by now."""
+        """Return how far from an occupied goal the path may end: what was seen may be gone by now."""
         cost = self._costmaps.global_costmap.cost_at(self._goal.x, self._goal.y)
         near = self._came_near or self._looked or self._sees_goal(here)
         return 0.0 if near or not INSCRIBED <= cost < UNKNOWN_COST else self._p.cycle.goal_search_radius
 
     def _sees_goal(self, here: Pose2) -> bool:
-        """Whether the goal is near, and no wall of the map in between."""
+        """Tell whether the goal is near, with no wall of the map in between."""
         distance, costmap = here.distance_to(self._goal), self._costmaps.global_costmap
         if distance > _LOOK_FROM_M:
             return False
@@ -274,7 +274,7 @@ class Drive:
         return None
 
     def _judge(self, state: RobotState, control: Control) -> Result | None:
-        """Whether this goes well; starts to recover when it does not."""
+        """Judge whether the drive goes well; start to recover when it does not."""
         if not control.blocked:
             self._last_control = state.now
             problem = self._progress.problem(state.now, state.pose, control.remaining)
@@ -329,7 +329,7 @@ class Drive:
         return failure(code, tried, server_code=SERVER_CODES[code])
 
     def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
-        """The next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
+        """Return the next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
         wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
         room = state.clearance.is_free(-self._p.recovery.back_up_distance, 0.0)
         behaviour = RecoveryBehaviour.BACK_UP if wedged and room else self._untried[0]
@@ -342,7 +342,7 @@ class Drive:
         costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
 
     def _forget_who_left(self, state: RobotState) -> None:
-        """What the camera marked above feet at the goal: a person in view is seen again."""
+        """Forget what the camera marked above feet at the goal: a person in view is seen again."""
         place = self._goal.x, self._goal.y
         self._costmaps.global_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M, above_feet=True)
         self._costmaps.local_costmap.clear_disc(
@@ -358,7 +358,7 @@ class Drive:
         self._progress.reset(state.now)
 
     def _run_recovery(self, state: RobotState) -> Twist2 | None:
-        """The velocity of the recovery behaviour, None when it is over."""
+        """Return the velocity of the recovery behaviour, None when it is over."""
         behaviour = self._recovery
         if isinstance(behaviour, Spin):
             command, result = behaviour.step(state.now, state.pose, state.twist, state.clearance)

@@ -59,7 +59,7 @@ class FindPlace:
         self.moved = False
 
     def step(self, state: RobotState) -> tuple[Twist2, Result | None]:
-        """One cycle: the velocity, and a failure when the place was not found in time."""
+        """Take one step: the velocity, and a failure when the place was not found in time."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
             return STANDSTILL, contact
@@ -92,7 +92,7 @@ class FindPlace:
         return command
 
     def _next_motion(self, state: RobotState) -> Spin | StraightDrive | None:
-        """The first turn; then turns to where there is room, and drives there; None when nothing is free."""
+        """Return the first turn; then turns towards room, and drives there; None when nothing is free."""
         if self._way is not None:
             return self._drive(state, self._way)
         first = not self._visited
@@ -111,13 +111,13 @@ class FindPlace:
         return StraightDrive(way, self._p.find_place_speed, state.now, _MOTION_TIME_S)
 
     def _free_turn(self, state: RobotState, angle: float) -> float:
-        """The longer one of the turns to both sides, as far as they are free, up to an angle."""
+        """Return the longer one of the turns to both sides, as far as they are free, up to an angle."""
         parts = [state.clearance.free_part(0.0, side * angle) for side in (1.0, -1.0)]
         turn = angle if max(parts) >= 1.0 else angle * max(parts) - _SPARE_RAD
         return math.copysign(max(0.0, turn), parts[0] - parts[1])
 
     def _where_to(self, state: RobotState) -> tuple[float, float | None]:
-        """The turn and the way to the place that is farthest from all where the robot has been."""
+        """Return the turn and the way to the place that is farthest from where the robot has been."""
         found: tuple[float, float | None] = 0.0, None
         best, pose = 0.0, state.pose
         for number in range(_HEADINGS):
@@ -134,7 +134,7 @@ class FindPlace:
         return found
 
     def _look_again(self, state: RobotState) -> None:
-        """Nothing is free: where the robot was carried from may still be marked around it."""
+        """Look again if nothing is free: where the robot was carried from may still be marked around it."""
         self._pause_until = state.now + _FIRST_PAUSE_S
         self._visited.clear()
         if not self._cleared:

@@ -74,7 +74,7 @@ class Follow:
         return None if self._task.track.seen is None else self._task.track.last
 
     def saw(self, stamp: float, x: float, y: float) -> None:
-        """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
+        """Note that the person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
         self._task.track.saw(stamp, x, y)
 
     def saw_scan(
@@ -91,7 +91,7 @@ class Follow:
         self._task.track.saw_scan(stamp, unknown, robot, others)
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when the person is lost."""
+        """Take one step: the velocity, the feedback, and the result when the person is lost."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
             return STANDSTILL, self._feedback(contact.reason), contact
@@ -144,7 +144,7 @@ class Follow:
         return Move(move.command, move.text, _lost_after(unseen)) if over else move
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
-        """Never drive towards somebody who is this near."""
+        """Keep the robot from driving towards somebody who is this near."""
         if not self._task.track.is_seen(state.now, LEGS_ALONE_S):
             return command
         return keep_off(state.pose, self._task.track.at(state.now), command)

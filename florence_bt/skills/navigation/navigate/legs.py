@@ -44,7 +44,7 @@ class Unmapped:
         self._known = known.astype(np.uint8)
 
     def unknown(self, points: NDArray[np.float64], map_from_odom: Pose2) -> NDArray[np.float64]:
-        """The points that are at nothing of the map.
+        """Return the points that belong to nothing on the map.
 
         Args:
             points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
@@ -53,12 +53,12 @@ class Unmapped:
         return points[~self.is_known(moved_points(points, map_from_odom))]
 
     def is_known(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which points (map frame) are at something of the map, or outside of it; shape (n,)."""
+        """Tell which points (map frame) belong to something on the map or lie outside it; shape (n,)."""
         return self._costmap.costs_at(points, self._known) > 0
 
 
 def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, float]) -> Place | None:
-    """Where somebody is whose legs are expected at a place, or None.
+    """Return where somebody is whose legs are expected at a place, or None.
 
     Args:
         points: What may be legs, shape (n, 2), metres.
@@ -96,12 +96,12 @@ def go_on_with_legs(
 
 
 def all_legs(points: NDArray[np.float64]) -> list[Place]:
-    """Everything that may be a leg or two: the middles, metres. Points as of :func:`legs_near`."""
+    """Return everything that may be one leg or two: the middles, metres. Points as of :func:`legs_near`."""
     return [(float(group[:, 0].mean()), float(group[:, 1].mean())) for group in _narrow_clusters(points)]
 
 
 def narrow_things(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The points of a scan that may be of legs: those of clusters that are narrow enough.
+    """Return the points of a scan that may belong to legs: those of clusters that are narrow enough.
 
     Args:
         points: Where the beams end, in the order of the scan, shape (n, 2), metres.

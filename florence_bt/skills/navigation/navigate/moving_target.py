@@ -9,7 +9,7 @@ CAMERA_GAP_S = 0.3
 
 
 class MovingTarget:
-    """Where the person is and how they walk, in the odometry frame.
+    """A person whose place and velocity are estimated, in the odometry frame.
 
     Args:
         velocity_time: The velocity is averaged over about this long, in seconds.
@@ -28,22 +28,22 @@ class MovingTarget:
         self._recognised_at = self._place, self._velocity
 
     def recognise(self, stamp: float, x: float, y: float) -> None:
-        """The camera saw the person: nobody else."""
+        """Note that the camera saw the person, and nobody else."""
         self.saw(stamp, x, y)
         self.recognised = self.seen
         self._recognised_at = self._place, self._velocity
 
     def is_recognised(self, now: float) -> bool:
-        """Whether the camera has seen the person just now."""
+        """Tell whether the camera has seen the person just now."""
         return self.recognised is not None and now - self.recognised < CAMERA_GAP_S
 
     def drop_laser(self) -> None:
-        """What the laser has followed since the camera saw them is somebody or something else."""
+        """Drop what the laser has followed since the camera saw them: it is somebody or something else."""
         self.seen = self.recognised
         self._place, self._velocity = self._recognised_at
 
     def saw(self, stamp: float, x: float, y: float) -> None:
-        """The person was seen; what is not newer, or not finite, is left out."""
+        """Note that the person was seen; ignore what is not newer, or not finite."""
         place = np.array([x, y])
         if not np.isfinite([stamp, x, y]).all() or (self.seen is not None and stamp <= self.seen):
             return
@@ -54,13 +54,13 @@ class MovingTarget:
         self._place, self.seen = place, stamp
 
     def suppose(self, now: float, x: float, y: float) -> None:
-        """They have most likely gone straight to a place since they were seen last, and walk on so."""
+        """Suppose that they went straight to a place since they were last seen, and walk on like that."""
         assert self.seen is not None and now > self.seen
         place = np.array([x, y])
         self._place, self._velocity = place, (place - self._place) / (now - self.seen)
 
     def at(self, now: float, coast: float) -> tuple[float, float]:
-        """Where they should be now; walking on from where they were seen for at most some seconds."""
+        """Return where they should be now, if they walked on for at most some seconds."""
         assert self.seen is not None
         x, y = self._place + self._velocity * min(coast, max(0.0, now - self.seen))
         return float(x), float(y)

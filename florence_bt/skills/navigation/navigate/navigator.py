@@ -71,12 +71,12 @@ class Freshness:
         self._arrived: dict[str, float] = {}
 
     def saw(self, source: str, stamp: float, arrived: float) -> None:
-        """A scan came."""
+        """Note that a scan came."""
         self._scans[source] = stamp
         self._arrived[source] = arrived
 
     def missing(self, now: float, odometry: Odometry | None) -> tuple[str, str] | None:
-        """What is missing, as (code, reason); None when all is there."""
+        """Tell what is missing, as (code, reason); None when all is there."""
         if odometry is None or not odometry.pose.is_finite():
             return "no_pose", "the base publishes no odometry"
         if abs(now - odometry.stamp) > self._timeout:
@@ -93,7 +93,7 @@ class Freshness:
 
 
 def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | None:
-    """Why a quaternion is not a heading, None when it is one.
+    """Tell why a quaternion is not a heading, None when it is one.
 
     Source:
         REFERENCE 7.3 (goal quaternion).
@@ -214,7 +214,7 @@ class Navigator:
             self.global_costmap.reset_outside(0.0, 0.0, 0.0)
 
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
-        """What the camera marked where somebody was who has walked on was that person."""
+        """Clear what the camera marked where somebody was who has walked on: it was that person."""
         for place in self._left:
             self.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
             if map_from_odom is not None:
@@ -244,15 +244,15 @@ class Navigator:
             costmap.reset_outside(0.0, 0.0, 0.0)
 
     def cost_at(self, x: float, y: float) -> int:
-        """The cost of a place in the map frame: 0 free .. 252, 253 too near, 254 obstacle, 255 unknown."""
+        """Return the cost at a place, map frame: 0 free .. 252, 253 too near, 254 obstacle, 255 unknown."""
         return self.global_costmap.cost_at(x, y) if math.isfinite(x) and math.isfinite(y) else UNKNOWN_COST
 
     def global_grid(self) -> OccupancyGrid:
-        """The global costmap for showing: 100 lethal, 99 inscribed, -1 unknown."""
+        """Return the global costmap for showing: 100 lethal, 99 inscribed, -1 unknown."""
         return self.global_costmap.to_grid()
 
     def local_grid(self) -> OccupancyGrid:
-        """The local costmap for showing, in the odometry frame."""
+        """Return the local costmap for showing, in the odometry frame."""
         return self.local_costmap.to_grid()
 
     # Goals.
@@ -321,7 +321,7 @@ class Navigator:
             self._goal = WaitInPlace(duration, now)
 
     def plan_between(self, start: Pose2, goal: Pose2, tolerance: float = 0.0) -> Plan | Result:
-        """A path in the map frame, which nobody drives.
+        """Plan a path in the map frame, which nobody drives.
 
         Args:
             start: Where from.
@@ -385,7 +385,7 @@ class Navigator:
             self._goal.saw(*sight)
 
     def saw_person(self, stamp: float, user_id: int, x: float, y: float) -> None:
-        """Somebody was seen; what is not newer than before, or not finite, is left out.
+        """Note that somebody was seen; ignore what is not newer than before, or not finite.
 
         Args:
             stamp: Seconds.
@@ -439,7 +439,7 @@ class Navigator:
             self._goal = Approach(goal, self._costmaps, self._p, now)
 
     def saw_people(self, stamp: float, people: Sequence[Place]) -> None:
-        """The camera saw people; one of them may be who is approached.
+        """Note that the camera saw people; one of them may be the one who is approached.
 
         Args:
             stamp: Seconds.
@@ -482,7 +482,7 @@ class Navigator:
         return None
 
     def step(self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None) -> CycleResult:
-        """One cycle.
+        """Take one step.
 
         Args:
             now: Seconds.
@@ -517,7 +517,7 @@ class Navigator:
         return CycleResult(command.slowed_to(limit) if limit > 0.0 else command, self._feedback)
 
     def _stand_still(self, goal: WaitInPlace, now: float) -> CycleResult:
-        """Waiting needs no sensors."""
+        """Stand still, which needs no sensors."""
         self._feedback, result = goal.step(now)
         return CycleResult(STANDSTILL, self._feedback) if result is None else self._finish(result)
 
@@ -529,7 +529,7 @@ class Navigator:
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
         localised = map_from_odom is not None
-        # Who lost its place keeps its distance to everybody.
+        # A robot that has lost its place keeps its distance from everybody.
         goal = self._goal if localised else None
         followed = (goal.user_id, goal.person) if isinstance(goal, Follow) else ()
         people = self._people.people(now, *followed)
@@ -539,14 +539,14 @@ class Navigator:
         return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
 
     def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
-        """Nobody knows where the robot is, and the goal needs it."""
+        """Find the robot's place: nobody knows it, and the goal needs it."""
         if self._finding is None:
             self._finding = FindPlace(self._costmaps, self._p, state.now)
         self._feedback = replace(self._feedback, text=f"waiting: {LOOKING_FOR_PLACE}")
         return self._finding.step(state)
 
     def _go_on(self, now: float) -> None:
-        """The place is known: a goal that was interrupted begins to count its time anew."""
+        """Go on as the place is known: a goal that was interrupted starts counting its time anew."""
         if self._finding is not None and self._finding.moved and isinstance(self._goal, _INTERRUPTED):
             self._goal.resume(now)
         self._finding = None

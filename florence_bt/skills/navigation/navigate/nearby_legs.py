@@ -42,7 +42,7 @@ class StandingThings:
         self._things: list[_Thing] = []
 
     def saw(self, now: float, legs: list[Place], person: Place) -> None:
-        """Something like legs is at these places, and the person at another one, metres."""
+        """Note that something like legs is at these places, and the person at another one, metres."""
         self._things = [thing for thing in self._things if now - thing.last < _KEPT_S]
         for place in legs:
             if math.dist(place, person) < _APART_M:
@@ -54,11 +54,11 @@ class StandingThings:
                 self._things.append(_Thing(place, now, now))
 
     def places(self) -> list[Place]:
-        """Where things stand, metres."""
+        """Return where things stand, metres."""
         return [thing.place for thing in self._things if thing.last - thing.first >= _STOOD_S]
 
     def without(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The points, shape (n, 2), metres, that are not of these things."""
+        """Return the points, shape (n, 2), metres, that are not of these things."""
         kept = np.ones(len(points), bool)
         for x, y in self.places():
             kept &= np.hypot(points[:, 0] - x, points[:, 1] - y) > _THING_M
@@ -81,7 +81,7 @@ class NearbyLegs:
         self.since = self._unclear_since = -math.inf
 
     def next(self, now: float, robot: Pose2, legs: list[Place]) -> Place | None:
-        """What may be the legs of the person and is to be looked at, metres; None when there is nothing.
+        """Return what may be the person's legs and is to be looked at, metres; None without any.
 
         Args:
             now: Seconds.
@@ -112,7 +112,7 @@ class NearbyLegs:
         return self._target
 
     def leave(self) -> None:
-        """What was chosen last is not looked at again: the robot knows it, or cannot turn to it."""
+        """Leave out from now on what was chosen last: the robot knows it, or cannot turn to it."""
         if self._target is not None:
             self._known.append(self._target)
             self._target = None

@@ -206,7 +206,7 @@ class NavigationNode(FlorenceNode):
             self._abandon(failure("server_failed", reason))
 
     def _forget_readings(self) -> None:
-        """The clock has jumped: what was on its way may have a stamp that is of no use."""
+        """Forget readings, as the clock has jumped: what was on its way may have a useless stamp."""
         self._queue.clear()
         self._taken.clear()
 
@@ -312,7 +312,7 @@ class NavigationNode(FlorenceNode):
             self._overdue = None
 
     def _map_from_odom(self) -> Pose2 | None:
-        """The place of the odometry frame in the map, None when it was not published lately."""
+        """Return the place of the odometry frame in the map, None when it was not published lately."""
         buffer, now = self._frames.buffer, self.timebase.now()
         stamp = buffer.latest_stamp(self._p.odom_frame)
         if stamp is None or now - stamp > self._settings.cycle.sensor_timeout:
@@ -355,7 +355,7 @@ class NavigationNode(FlorenceNode):
         return navigator.global_costmap if which == "global" else navigator.local_costmap
 
     def _pose_in(self, which: str) -> Pose2 | None:
-        """The robot in the frame of a costmap, None while it is not known."""
+        """Return the robot in the frame of a costmap, None while it is not known."""
         odometry, place = self._queue.odometry, self._map_from_odom()
         if odometry is None or (which == "global" and place is None):
             return None
@@ -415,7 +415,7 @@ class NavigationNode(FlorenceNode):
     # Goals.
 
     def _why_not(self) -> str | None:
-        """Why no goal can be taken now, or None."""
+        """Tell why no goal can be taken now; None when one can."""
         if self._overridden:
             return OVERRIDDEN
         return NO_MAP if self._navigator is None and self._map_work is None else None
@@ -479,7 +479,7 @@ class NavigationNode(FlorenceNode):
         navigator.saw_people(newest, [place for stamp, place in seen if stamp == newest])
 
     def _goal_in_map(self, message: PoseStamped) -> Pose2 | Result:
-        """The goal in the map frame, or why it is none."""
+        """Return the goal in the map frame, or why it is none."""
         q = message.pose.orientation
         problem = problem_with_quaternion(q.x, q.y, q.z, q.w)
         if problem is not None:
@@ -564,7 +564,7 @@ class NavigationNode(FlorenceNode):
         self._servers[action].publish_feedback(filled(action.interface.Feedback, facts))
 
     def _person_in_base(self, navigator: Navigator) -> tuple[float, float]:
-        """Where the person was last, in the robot's frame, metres; as before while nobody knows."""
+        """Return where the person was last, robot's frame, metres; unchanged while nobody knows."""
         odometry, person = self._queue.odometry, navigator.person
         if odometry is None or person is None:
             return self._person

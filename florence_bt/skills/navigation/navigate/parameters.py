@@ -18,7 +18,7 @@ from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS
 
 @dataclass(frozen=True, slots=True)
 class RecoveryParameters(CheckedParameters):
-    """When to recover, and how.
+    """The parameters of recovery.
 
     Attributes:
         planner_patience: Seconds without a plan before recovering.
@@ -102,7 +102,7 @@ class CycleParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class FollowParameters(CheckedParameters):
-    """How to follow somebody. The first three are the defaults of a goal that says 0.
+    """The parameters of following somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
         follow_distance: How far to stay behind, between the middles, in metres.
@@ -150,7 +150,7 @@ class FollowParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class ApproachParameters(CheckedParameters):
-    """How to approach somebody. The first three are the defaults of a goal that says 0.
+    """The parameters of approaching somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
         approach_me_distance: Where to stand, between the middles, in metres.

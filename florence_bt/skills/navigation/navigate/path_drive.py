@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, Rob
 
 
 class PathDrive:
-    """From the start of the drive to its result.
+    """A drive along a path, from the start of the drive to its result.
 
     Args:
         path: Shape (n, 2), metres in the map frame.
@@ -52,7 +52,7 @@ class PathDrive:
         self._last_control = now
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when the drive is over."""
+        """Take one step: the velocity, the feedback, and the result when the drive is over."""
         odom_from_map = state.map_from_odom.inverse()
         people = state.people.around_goal(odom_from_map @ self._goal)
         control = self._controller.control(

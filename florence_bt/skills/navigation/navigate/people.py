@@ -26,7 +26,7 @@ _SHARES = 1.0, 0.5
 
 @dataclass(frozen=True, slots=True)
 class PeopleParameters(CheckedParameters):
-    """How to drive near people whom the user tracker sees.
+    """The parameters of driving near people whom the user tracker sees.
 
     Attributes:
         people_distance: The robot drives no nearer to somebody than this, between the middles, in metres: the
@@ -51,7 +51,7 @@ class PeopleParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class People:
-    """Where everybody is at one moment, in the odometry frame.
+    """The people at one moment, in the odometry frame.
 
     Attributes:
         rows: Shape (n, 5): x, y in metres, vx, vy in m/s, and how near the robot may come, in metres.
@@ -62,14 +62,14 @@ class People:
     parameters: PeopleParameters = field(default_factory=PeopleParameters)
 
     def in_map(self, map_from_odom: Pose2) -> NDArray[np.float64]:
-        """Shape (n, 4): x, y, vx, vy in the map frame."""
+        """Return rows of the shape (n, 4): x, y, vx, vy in the map frame."""
         if not len(self.rows):
             return np.empty((0, 4))
         places = moved_points(self.rows[:, :2], map_from_odom)
         return np.hstack([places, moved_points(self.rows[:, 2:4], Pose2(0.0, 0.0, map_from_odom.yaw))])
 
     def around_goal(self, goal: Pose2) -> People:
-        """The same people; the robot may come as near to each as its goal is."""
+        """Return the same people; the robot may come as near to each as its goal is."""
         if not len(self.rows):
             return self
         rows = self.rows.copy()
@@ -78,14 +78,14 @@ class People:
         return replace(self, rows=rows)
 
     def anybody_beside(self, pose: Pose2) -> bool:
-        """Whether somebody is nearer than the robot may come to them: a turn would be too near, too."""
+        """Tell whether somebody is nearer than the robot may come to them: a turn would be too near, too."""
         if not len(self.rows):
             return False
         away = np.hypot(self.rows[:, 0] - pose.x, self.rows[:, 1] - pose.y)
         return bool((away < self.rows[:, 4]).any())
 
     def slowed(self, pose: Pose2, command: Twist2) -> Twist2:
-        """The same arc, driven as fast as people allow.
+        """Return the same arc, driven as fast as people allow.
 
         Args:
             pose: base_footprint.
@@ -107,7 +107,7 @@ class People:
         return STANDSTILL
 
     def _speed_limit(self, pose: Pose2, direction: float) -> float:
-        """How fast the robot may drive forward (1.0) or backwards (-1.0), m/s."""
+        """Return how fast the robot may drive forward (1.0) or backwards (-1.0), m/s."""
         time = self.parameters.people_time_to_contact
         if time == 0.0:
             return math.inf

@@ -21,7 +21,7 @@ _REMEMBERED_S = 30.0
 
 
 class PeopleTracks:
-    """Everybody whom the tracker has seen lately. All places are in the odometry frame.
+    """The people whom the tracker has seen lately. All places are in the odometry frame.
 
     Args:
         parameters: How long to remember them.
@@ -36,7 +36,7 @@ class PeopleTracks:
         return len(self._targets)
 
     def saw(self, stamp: float, user_id: int, x: float, y: float) -> None:
-        """The tracker saw somebody; what is not newer, or not finite, is left out."""
+        """Note that the tracker saw somebody; ignore what is not newer, or not finite."""
         target = self._targets.setdefault(user_id, MovingTarget(self._p.people_velocity_time))
         target.recognise(stamp, x, y)
         if target.seen == stamp:
@@ -44,7 +44,7 @@ class PeopleTracks:
             self._seen[user_id] = [*(each for each in before if each[0] < stamp), (stamp, x, y)]
 
     def seen_lately(self, user_id: int, now: float) -> list[tuple[float, float, float]]:
-        """When (seconds) and where (x and y, metres) the tracker saw a person in the last half minute."""
+        """Return when (seconds) and where (x, y, metres) a person was tracked in the last half minute."""
         return [each for each in self._seen.get(user_id, []) if 0.0 <= now - each[0] <= _REMEMBERED_S]
 
     def saw_scan(self, stamp: float, unknown: NDArray[np.float64], robot: Pose2) -> None:
@@ -53,7 +53,7 @@ class PeopleTracks:
             go_on_with_legs(target, stamp, unknown, robot, self._p.people_keep_time)
 
     def sights(self) -> list[tuple[float, int, Place]]:
-        """When and where each person was seen last, by camera or laser: seconds, their id, and metres."""
+        """Return when (seconds) camera or laser saw each person last, their id, and where (metres)."""
         return [
             (target.seen, who, target.at(target.seen, 0.0))
             for who, target in self._targets.items()
@@ -61,7 +61,7 @@ class PeopleTracks:
         ]
 
     def people(self, now: float, without: int | None = None, place: Place | None = None) -> People:
-        """Where people are now.
+        """Return where people are now.
 
         Args:
             now: Seconds.

@@ -21,7 +21,7 @@ class PersonPath:
         self._points: deque[tuple[float, Place]] = deque(maxlen=_POINTS)
 
     def saw(self, stamp: float, place: Place) -> None:
-        """They were at a place; ``stamp`` in seconds."""
+        """Note that they were at a place; ``stamp`` in seconds."""
         away = math.dist(self._points[-1][1], place) if self._points else math.inf
         if away > _GAP_M:
             self._points.clear()
@@ -29,17 +29,17 @@ class PersonPath:
             self._points.append((stamp, place))
 
     def last(self, length: float) -> list[Place]:
-        """The places not further than so many metres from the last one."""
+        """Return the places not further than so many metres from the last one."""
         places = [place for _, place in self._points]
         return [place for place in places if math.dist(place, places[-1]) <= length]
 
     def forget_since(self, stamp: float) -> None:
-        """What was taken for them after a time was somebody or something else."""
+        """Forget what was taken for them after a time: it was somebody or something else."""
         while self._points and self._points[-1][0] > stamp:
             self._points.pop()
 
     def ahead(self, robot: Place, person: Place) -> list[tuple[Place, float]]:
-        """The points of the path after the one nearest to the robot.
+        """Return the points of the path after the one nearest to the robot.
 
         Args:
             robot: Where the robot is.

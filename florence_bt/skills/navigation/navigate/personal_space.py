@@ -12,7 +12,7 @@ _BEFORE_RAD = 1.0
 
 
 def keep_off(robot: Pose2, person: tuple[float, float], command: Twist2) -> Twist2:
-    """The command; without its way forward when that leads towards somebody who is too near.
+    """Return the command; without its way forward when that leads towards somebody who is too near.
 
     Args:
         robot: The robot.

@@ -26,7 +26,7 @@ from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 
 @dataclass(frozen=True, slots=True)
 class PlannerParameters(CheckedParameters):
-    """How to plan.
+    """The parameters of the planner.
 
     Attributes:
         allow_unknown: Whether the way may lead over unknown cells, at the highest cost.
@@ -62,7 +62,7 @@ class Plan:
     goal: Pose2
 
     def poses(self) -> list[Pose2]:
-        """The points with the headings along the path; the last one has the goal's."""
+        """Return the points with the headings along the path; the last one has the goal's."""
         steps = np.diff(self.points, axis=0)
         yaws = np.arctan2(steps[:, 1], steps[:, 0])
         inner = zip(self.points[:-1], yaws, strict=True)
@@ -146,11 +146,11 @@ def _occupied(goal: Pose2) -> Result:
 
 
 def _crossing_costs(cells: Cells, parameters: PlannerParameters) -> NDArray[np.uint8]:
-    """Costs of crossing each cell, with a border of obstacles, shape (rows + 2, columns + 2)."""
+    """Return the costs of crossing each cell, with a border of obstacles, shape (rows + 2, columns + 2)."""
     values = np.arange(256)
     table = np.minimum(parameters.neutral_cost + parameters.cost_factor * values, INSCRIBED).astype(np.uint8)
     table[INSCRIBED:] = OBSTACLE
-    # What is a lethal cell stays apart from what is only too near to one: see _open_start.
+    # Lethal cells are kept apart from those that are only too near to one: see _open_start.
     table[LETHAL] = OBSTACLE + 1
     table[UNKNOWN_COST] = INSCRIBED if parameters.allow_unknown else OBSTACLE
     crossing = np.full((cells.shape[0] + 2, cells.shape[1] + 2), OBSTACLE, np.uint8)
@@ -173,7 +173,7 @@ def _open_start(crossing: NDArray[np.uint8], start: tuple[int, int], clearance: 
 def _reachable_cell(
     potential: NDArray[np.float32], goal: tuple[int, int], tolerance: float
 ) -> tuple[int, int] | None:
-    """The cell nearest to the goal that the wave has reached, None when there is none near enough."""
+    """Return the cell nearest to the goal that the wave has reached, None when there is none near enough."""
     row, column = goal
     if potential[row + 1, column + 1] < UNVISITED:
         return goal
@@ -189,7 +189,7 @@ def _reachable_cell(
 def _path_points(
     potential: NDArray[np.float32], columns: int, end: tuple[int, int], costmap: Costmap
 ) -> NDArray[np.float64] | None:
-    """The way from the robot to a cell in metres, shape (n, 2)."""
+    """Return the way from the robot to a cell in metres, shape (n, 2)."""
     index = (end[0] + 1) * columns + end[1] + 1
     cells, arrived = descend(potential, columns, index, 4 * (columns + len(potential) // columns), 0.5)
     if not arrived:

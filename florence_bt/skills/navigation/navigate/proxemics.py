@@ -56,6 +56,6 @@ def add_proxemics(
 
 
 def _cells(middle: float, reach: float, resolution: float, count: int) -> tuple[int, int]:
-    """The first cell within reach along one axis, and the first after them."""
+    """Return the first cell within reach along one axis, and the first one beyond."""
     first, last = math.floor((middle - reach) / resolution), math.ceil((middle + reach) / resolution)
     return min(max(0, first), count), min(max(0, last), count)

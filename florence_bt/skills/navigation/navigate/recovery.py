@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 
 
 class DriveState(enum.Enum):
-    """Where a drive stands."""
+    """The states of a drive."""
 
     PLANNING = "planning"
     CONTROLLING = "controlling"
@@ -24,7 +24,7 @@ class DriveState(enum.Enum):
 
 
 class DriveEvent(enum.Enum):
-    """What can happen to it."""
+    """The events of a drive."""
 
     PLAN_FOUND = "a plan was found"
     PLAN_LOST = "the newest plan fails"
@@ -88,7 +88,7 @@ _NEARER_M = 0.1
 
 
 class ProgressWatch:
-    """Whether the robot moves, and gets nearer to its goal.
+    """A watch that tells whether the robot moves, and gets nearer to its goal.
 
     Args:
         parameters: How far and how soon it has to.
@@ -109,7 +109,7 @@ class ProgressWatch:
         self._least, self._least_time = math.inf, now
 
     def problem(self, now: float, pose: Pose2, remaining: float) -> str | None:
-        """Why this does not count as progress, None when it does.
+        """Tell why this does not count as progress, None when it does.
 
         Args:
             now: Seconds.
@@ -172,7 +172,7 @@ class LostTime:
 
 
 def as_mermaid() -> str:
-    """The table as a state diagram in Mermaid."""
+    """Draw the table as a state diagram in Mermaid."""
     lines = ["stateDiagram-v2", "    [*] --> planning"]
     names = {state: state.value.replace(" ", "_") for state in DriveState}
     for (state, event), after in TRANSITIONS.items():
@@ -183,7 +183,7 @@ def as_mermaid() -> str:
 
 
 def as_table() -> str:
-    """The table and the order of the recovery behaviours in Markdown."""
+    """Write the table and the order of the recovery behaviours in Markdown."""
     rows = [
         f"| {state.value} | {event.value} | {after.value} |" for (state, event), after in TRANSITIONS.items()
     ]

@@ -151,7 +151,7 @@ PATH_SERVER_CODES = {**SERVER_CODES, "bad_input": 103, "no_transform": 102, "blo
 
 
 def _behaviour_codes(family: int, collision_ahead: int, bad_input: int) -> dict[str, int]:
-    """Our code -> error_code of an action of Nav2's behaviour server, whose codes begin with ``family``.
+    """Map our codes to the error codes of an action of Nav2's behaviour server, which begin with ``family``.
 
     Nav2 has no number for one without data, and leaves the last three of each family free.
     """
@@ -217,7 +217,7 @@ HEADING_CODES_BY_NUMBER = _straight_codes(HEADING_SERVER_CODES, 720)
 
 
 def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
-    """Our result for the end of an approach; code and reason are empty when the server gave none."""
+    """Return our result for the end of an approach; code and reason are empty when the server gave none."""
     if outcome is Outcome.SUCCEEDED:
         return success()
     if outcome is Outcome.CANCELLED:
@@ -226,7 +226,7 @@ def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
 
 
 def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outcome: Outcome) -> Result:
-    """Our result for the answer of an action server, ours or Nav2's, without outputs.
+    """Return our result for the answer of an action server, ours or Nav2's, without outputs.
 
     Args:
         skill: The skill that the action is.
@@ -245,7 +245,7 @@ def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outc
 
 @dataclass(frozen=True, slots=True)
 class BaseStop:
-    """What holds the base.
+    """The reason why the base is held.
 
     Codes that are neither of the two kinds below pass by themselves, such as a gyro that is calibrated.
 
@@ -268,5 +268,5 @@ class BaseStop:
         return self.code in TOUCH_FAILURES
 
     def failure(self, text: str = "") -> Result:
-        """The end of a goal because of it, with another text than its own where one is given."""
+        """End a goal because of it, with another text than its own where one is given."""
         return failure(self.code, text or self.text, server_code=SERVER_CODES[self.code])

@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
 
 @dataclass(frozen=True, slots=True)
 class SpinParameters(CheckedParameters):
-    """How to turn by an angle.
+    """The parameters of turning by an angle.
 
     Attributes:
         spin_max_speed: rad/s.
@@ -72,7 +72,7 @@ class Spin:
     def step(
         self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
     ) -> tuple[Twist2, Result | None]:
-        """The velocity to command now, and the result when the turn is over.
+        """Return the velocity to command now, and the result when the turn is over.
 
         Args:
             now: Seconds.

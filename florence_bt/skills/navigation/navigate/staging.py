@@ -25,7 +25,7 @@ LINED_UP_RAD = 0.2
 
 
 def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Pose2 | None:
-    """Where to line up before driving into a goal.
+    """Return where to line up before driving into a goal.
 
     Args:
         here: The robot in the costmap's frame.
@@ -47,7 +47,7 @@ def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Po
 
 
 def straight_way_in(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Plan | None:
-    """The straight way from a run-up into a narrow goal; a planned one would bend away from its sides.
+    """Return the straight way from a run-up into a narrow goal; a planned one would bend away from the sides.
 
     The arguments are those of :func:`staging_pose`.
 
@@ -65,7 +65,7 @@ def straight_way_in(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) ->
 
 
 def turning_place(goal: Pose2, costmap: Costmap, spare: float) -> Pose2 | None:
-    """The place nearest to a goal that has room to turn: with some to spare, or else just enough.
+    """Return the place nearest to a goal that has room to turn: with some to spare, or else just enough.
 
     Args:
         goal: The goal in the costmap's frame.
@@ -82,7 +82,7 @@ def turning_place(goal: Pose2, costmap: Costmap, spare: float) -> Pose2 | None:
 
 
 def is_lined_up(here: Pose2, goal: Pose2) -> bool:
-    """Whether driving straight on leads into the goal with the right heading."""
+    """Tell whether driving straight on leads into the goal with the right heading."""
     ahead = here.inverse() @ goal
     if not -_STEP_M <= ahead.x <= 2.0 * RUN_UPS_M[0] or abs(ahead.yaw) > LINED_UP_RAD:
         return False
@@ -90,7 +90,7 @@ def is_lined_up(here: Pose2, goal: Pose2) -> bool:
 
 
 def has_room_to_turn(place: Pose2, costmap: Costmap) -> bool:
-    """Whether the robot touches nothing at a place, whatever its heading, and nothing stands under it."""
+    """Tell whether the robot touches nothing at a place, at any heading, and nothing is under it."""
     if INSCRIBED <= costmap.cost_at(place.x, place.y) < UNKNOWN_COST:
         return False
     return all(costmap.footprint_cost(Pose2(place.x, place.y, yaw)) >= 0 for yaw in _HEADINGS)

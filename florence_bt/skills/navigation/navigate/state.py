@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.navigate.results import BaseStop
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """How far a goal is.
+    """The progress towards a goal.
 
     Attributes:
         distance_remaining: Metres along the path; for a turn the radians that are left.
@@ -51,7 +51,7 @@ class CycleResult:
 
 @dataclass(frozen=True, slots=True)
 class Costmaps:
-    """Where the robot drives.
+    """The costmaps that the robot drives by.
 
     Attributes:
         global_costmap: In the map frame.

@@ -35,7 +35,7 @@ class StraightDrive:
         self._start: Pose2 | None = None
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when the drive is over."""
+        """Take one step: the velocity, the feedback, and the result when the drive is over."""
         start = self._start = self._start or state.pose
         way = math.copysign(1.0, self._distance)
         travelled = way * (start.inverse() @ state.pose).x
@@ -80,6 +80,6 @@ class WaitInPlace:
         self._end = now + duration
 
     def step(self, now: float) -> tuple[Feedback, Result | None]:
-        """One cycle: how much time is left, and the result at the end."""
+        """Take one step: how much time is left, and the result at the end."""
         left = max(0.0, self._end - now)
         return Feedback(0.0, left, 0, "waiting"), None if left > 0.0 else success()

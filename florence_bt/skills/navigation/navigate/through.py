@@ -47,7 +47,7 @@ class ThroughDrive:
         self._drive.resume(now)
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        """One cycle: the velocity, the feedback, and the result when the drive is over."""
+        """Take one step: the velocity, the feedback, and the result when the drive is over."""
         command, feedback, result = self._drive.step(state)
         while len(self._goals) > 1 and self._is_passed(result):
             self._goals.pop(0)

@@ -34,7 +34,7 @@ class Trails:
         self._seen: dict[int, float] = {}
 
     def saw(self, stamp: float, user_id: int, place: Place) -> list[Place]:
-        """Somebody was seen.
+        """Note that somebody was seen.
 
         Args:
             stamp: Seconds.

@@ -40,7 +40,7 @@ class WalkingLegs:
         self._all: list[_Legs] = []
 
     def saw(self, stamp: float, legs: list[Place]) -> None:
-        """Something like legs is at these places (metres); ``stamp`` in seconds."""
+        """Note that something like legs is at these places (metres); ``stamp`` in seconds."""
         known = [each for each in self._all if stamp - each.way[-1][0] <= _GONE_S]
         pairs = sorted(
             (math.dist(known[old].place, legs[new]), old, new)
@@ -62,13 +62,13 @@ class WalkingLegs:
         self._all = known
 
     def places(self, stamp: float) -> list[Place]:
-        """Where legs are that walk and are in the scan of that time, but for rejected ones."""
+        """Return where legs are that walk and are in the scan of that time, but for rejected ones."""
         return [
             each.place for each in self._all if each.way[-1][0] == stamp and each.walk and not each.rejected
         ]
 
     def reject(self, place: Place) -> None:
-        """The legs at a place are those of somebody or something else."""
+        """Reject the legs at a place: they are those of somebody or something else."""
         for each in self._all:
             if math.dist(each.place, place) <= _STEP_M:
                 each.rejected = True

@@ -41,7 +41,7 @@ _ROUND_M, _HERE_M = 1.0, 0.8
 
 
 class Whereabouts:
-    """How likely somebody is in each cell of the map, from when they vanished on.
+    """The likelihood of somebody being in each cell of the map, from when they vanished on.
 
     They walk on about as fast as before, round the walls, and are not where the robot has looked since.
     All places are in the map frame.
@@ -94,11 +94,11 @@ class Whereabouts:
         self._likely, self._all = likely * self._open, float(likely.sum())
 
     def no_way_to(self, place: Place) -> None:
-        """No way leads to a place: it is not proposed again, nor what is round it."""
+        """Note that no way leads to a place: it is not proposed again, nor what is round it."""
         self._shut |= np.hypot(self._x[None, :] - place[0], self._y[:, None] - place[1]) <= _ROUND_M / 2.0
 
     def best_view(self, robot: Pose2) -> tuple[float, float]:
-        """The heading (rad) in which most of what is likely would get into view, and its share, 0..1.
+        """Return the heading (rad) that would bring most of what is likely into view, and its share, 0..1.
 
         The share is that of all places as they were before anybody looked.
         """
@@ -114,7 +114,7 @@ class Whereabouts:
         return float(robot.yaw + _ANGLES[best]), share
 
     def best_place(self, robot: Pose2) -> Place | None:
-        """Where to drive to: likely, and not far; None when they can be nowhere else than here."""
+        """Return where to drive to: likely, and not far; None when they can be nowhere else than here."""
         ways = self._ways_from((robot.x, robot.y))
         round_it = uniform_filter(self._likely, round(_ROUND_M / self._costmap.resolution))
         worth = np.where((ways > _HERE_M) & ~self._shut, round_it * np.exp(-ways / _WAY_M), 0.0)
@@ -124,13 +124,13 @@ class Whereabouts:
         return float(self._x[column]), float(self._y[row])
 
     def _how_far_ahead(self, place: Place, velocity: Place) -> NDArray[np.float64]:
-        """How likely the direction of each cell from a place is for somebody who walks so."""
+        """Rate the direction of each cell from a place by how likely somebody walks that way."""
         bearing = np.arctan2(self._y[:, None] - place[1], self._x[None, :] - place[0])
         turn: NDArray[np.float64] = np.cos(bearing - math.atan2(velocity[1], velocity[0]))
         return _TURNED + (1.0 - _TURNED) * (1.0 + turn) / 2.0
 
     def _ways_from(self, place: Place) -> NDArray[np.float64]:
-        """Metres from a place to each cell round the walls; infinite where no way leads."""
+        """Return the metres from a place to each cell round the walls; infinite where no way leads."""
         rows, columns = np.nonzero(self._floor[1:-1, 1:-1] == NEUTRAL)
         start = int(np.argmin((self._x[columns] - place[0]) ** 2 + (self._y[rows] - place[1]) ** 2))
         width = self._floor.shape[1]
@@ -142,7 +142,7 @@ class Whereabouts:
         return ways
 
     def _rays(self, robot: Pose2) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
-        """Cells along rays all round: rows, columns, and whether they are in sight; shape (rays, steps)."""
+        """Return rows and columns of cells along rays all round, and which are in sight; (rays, steps)."""
         costmap = self._costmap
         x = robot.x + _DISTANCES * np.cos(robot.yaw + _ANGLES)[:, None]
         y = robot.y + _DISTANCES * np.sin(robot.yaw + _ANGLES)[:, None]

@@ -39,7 +39,7 @@ class ApproachStatus:
         return True
 
     def next_word(self) -> str | None:
-        """The word to publish now, or None when there is nothing left to publish."""
+        """Return the word to publish now, or None when there is nothing left to publish."""
         if self._word is None:
             return None
         if self._word != ACTIVE:

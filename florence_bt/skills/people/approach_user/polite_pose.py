@@ -98,12 +98,12 @@ def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DE
 
 
 def _farthest_way(user: Pose2, robot: Pose2, safe_distance: float) -> float:
-    """How far from the person the way to a place may lead, metres."""
+    """Return how far from the person the way to a place may lead, metres."""
     return max(robot.distance_to(user) + _DETOUR, safe_distance + _AROUND)
 
 
 class _Surroundings:
-    """Where the robot gets to near a person, and where it fits.
+    """The surroundings of a person: where the robot gets to near a person, and where it fits.
 
     Args:
         user: Where the person is, map frame.
@@ -145,7 +145,7 @@ class _Surroundings:
         self.has_wide_way = self.reached & (beside * costmap.resolution <= RUN_UP)
 
     def _connected(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Those of the cells to which the robot gets without leaving them."""
+        """Return the cells that the robot reaches without leaving them."""
         import numpy as np
         from scipy import ndimage
 
@@ -160,7 +160,7 @@ class _Surroundings:
         return cell if self._costmap.contains(*cell) else None
 
     def _fits(self, pose: Pose2) -> bool:
-        """Whether nothing stands under the outline of the robot, and the map knows all of it."""
+        """Tell whether nothing stands under the outline of the robot, and the map knows all of it."""
         import numpy as np
 
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
@@ -171,7 +171,7 @@ class _Surroundings:
         return bool(inside.all() and self._free[cells[:, 1], cells[:, 0]].all())
 
     def problem_with(self, pose: Pose2) -> str:
-        """Why the robot does not get to a pose, or cannot stand there; empty when it can."""
+        """Tell why the robot cannot get to a pose, or cannot stand there; empty when it can."""
         cell = self._cell(pose)
         if cell is None:
             return "lies beyond the map"
@@ -186,7 +186,7 @@ class _Surroundings:
         return "" if enters else "has no room for the robot"
 
     def is_in_sight(self, place: Pose2) -> bool:
-        """Whether only what the person sits or lies on stands between: no free floor beyond an obstacle."""
+        """Tell whether only the person's seat or bed is in between: no free floor beyond an obstacle."""
         import numpy as np
 
         away = self._user.distance_to(place)
@@ -202,7 +202,7 @@ class _Surroundings:
         return not open_floor[first:].any()
 
     def stay_for(self, best: Pose2, safe_distance: float) -> Pose2:
-        """Where the robot stands, facing the person, when the best place is hardly nearer to them."""
+        """Return where the robot stands, facing the person, if the best place is hardly nearer to them."""
         here, user = self._robot, self._user
         away = here.distance_to(user)
         near = safe_distance - STAY_WORTH <= away <= best.distance_to(user) + STAY_WORTH
@@ -211,11 +211,11 @@ class _Surroundings:
         return Pose2(here.x, here.y, math.atan2(user.y - here.y, user.x - here.x))
 
     def stops_before(self, pose: Pose2) -> float:
-        """How far before a pose that it enters straight the robot has to stop, metres, at most ``SPARE``."""
+        """Return how far before a pose, entered straight, the robot has to stop, metres, to ``SPARE``."""
         return next((back for back in _STOPS if self._fits(pose @ Pose2(-back, 0.0, 0.0))), SPARE)
 
     def can_enter(self, pose: Pose2) -> bool:
-        """Whether the robot can turn at a pose, or drive straight into it."""
+        """Tell whether the robot can turn at a pose, or drive straight into it."""
         cell = self._cell(pose)
         if cell is None or self.has_room_to_turn[cell]:
             return cell is not None
@@ -230,7 +230,7 @@ class _Surroundings:
 def nearest_pose(
     user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid, number: int = 1
 ) -> Pose2 | None:
-    """A place as near to a person as the robot gets, at the safe distance or more.
+    """Return a place as near to a person as the robot gets, at the safe distance or more.
 
     Who sits on a sofa or lies in bed can often not be met at the safe distance. Only places count to which
     the robot gets without leaving the surroundings of the person, so none behind a wall.
@@ -250,7 +250,7 @@ def nearest_pose(
     near = _Surroundings(user, robot, safe_distance, costmap)
     apart = near.from_user
     places = near.reached & (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
-    # Of places that are about as near to the person, the one with the shortest way.
+    # Of places about equally near to the person, the one with the shortest way.
     cost = apart + WAY_WEIGHT * near.from_robot + TURN_WORTH * ~near.has_room_to_turn
     cost += WAY_WORTH * ~near.has_wide_way
     order = np.argsort(cost[places], kind="stable")

@@ -13,7 +13,7 @@ WALKING_SPEED = 0.7
 
 
 class ConstantVelocity:
-    """Where somebody is and how fast it moves.
+    """A Kalman filter for the place and velocity of somebody.
 
     Args:
         position: Shape (2,), metres.
@@ -39,11 +39,11 @@ class ConstantVelocity:
         self.covariance = step @ self.covariance @ step.T + self._acceleration**2 * push @ push.T
 
     def innovation_covariance(self, sigma: float) -> F64:
-        """How far a position measured with a standard deviation may be from the expected one; (2, 2), m^2."""
+        """Return the covariance (2, 2), m^2, of a measured position around the expected one."""
         return self.covariance[:2, :2] + sigma**2 * np.eye(2)
 
     def mahalanobis_squared(self, position: F64, sigma: float) -> float:
-        """Squared Mahalanobis distance of a measured position, shape (2,), metres, from the expected one."""
+        """Return the squared Mahalanobis distance of a measured position, (2,), metres, from the expected."""
         innovation = position - self.state[:2]
         return float(innovation @ np.linalg.solve(self.innovation_covariance(sigma), innovation))
 

@@ -27,7 +27,7 @@ def colour_histogram(
     shape: tuple[int, int],
     heights: NDArray[np.floating],
 ) -> Histogram | None:
-    """The hue and saturation of some pixels, by height.
+    """Return the hue and saturation of some pixels, by height.
 
     Args:
         image: The colour picture.
@@ -50,7 +50,7 @@ def colour_histogram(
 
 
 def _of_band(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Hue and saturation of pixels, shape (n, 3)."""
+    """Return the hue and saturation of pixels, shape (n, 3)."""
     unknown = np.zeros((HUE_BINS, SATURATION_BINS), np.float32)
     if len(pixels) < MINIMUM_PIXELS:
         return unknown  # OpenCV refuses an empty picture
@@ -64,7 +64,7 @@ def _of_band(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def distance_if_known(first: Histogram | None, second: Histogram | None) -> float | None:
-    """Mean Bhattacharyya distance of the bands that both know: 0 the same, 1 nothing in common; or None."""
+    """Return the mean Bhattacharyya distance of bands known in both: 0 equal, 1 disjoint; or None."""
     if first is None or second is None:
         return None
     common = np.flatnonzero(_known(first) & _known(second))
@@ -74,11 +74,11 @@ def distance_if_known(first: Histogram | None, second: Histogram | None) -> floa
 
 
 def blend(old: Histogram, new: Histogram, share: float) -> Histogram:
-    """A running average of histograms, ``share`` of the new one; a band that one knows alone is its own."""
+    """Average histograms, with ``share`` of the new one; keep a band that only one of them knows."""
     both = (_known(old) & _known(new))[:, None, None]
     return np.where(both, (1.0 - share) * old + share * new, old + new).astype(np.float32)
 
 
 def _known(histogram: Histogram) -> NDArray[np.bool_]:
-    """Which bands say something, shape (3,)."""
+    """Tell which bands say something, shape (3,)."""
     return np.any(histogram > 0.0, axis=(1, 2))

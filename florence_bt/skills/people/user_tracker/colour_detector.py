@@ -40,7 +40,7 @@ class ColourNetworkUnusable(FlorenceError):
 
 
 def network_file() -> Path:
-    """Where the network is installed, for all checkouts of a user."""
+    """Return where the network is installed, for all checkouts of a user."""
     folder = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return folder / "florence_bt" / "colour_network" / "centernet.onnx"
 
@@ -61,7 +61,7 @@ class ColourDetector:
         self._network = _read(file or network_file())
 
     def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
-        """What a picture says of a candidate; 30 to 60 ms on one core.
+        """Tell what a picture says of a candidate; 30 to 60 ms on one core.
 
         That nobody is there it says only of what it has seen well: large enough, lit, and not lying. It was
         shown too few people who lie.
@@ -77,7 +77,7 @@ class ColourDetector:
         return Opinion.NOBODY if seen_well and score < self._use.colour_nobody else Opinion.NONE
 
     def score(self, pixels: NDArray[np.uint8], region: Region) -> float:
-        """How sure it is, 0 to 1, that a person fills about this region.
+        """Tell how sure it is, 0 to 1, that a person fills about this region.
 
         Args:
             pixels: Shape (rows, columns, 3), red green blue.
@@ -97,7 +97,7 @@ class ColourDetector:
         return float((heat * (_overlap(boxes, _within(wanted, around)) >= self._use.colour_overlap)).max())
 
     def _look(self, part: NDArray[np.uint8]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """For each place, shape (64, 64), how probable a person is; and boxes, shape (4, 64, 64)."""
+        """Return how probable a person is at each place, shape (64, 64), and boxes, shape (4, 64, 64)."""
         shrinks = min(part.shape[:2]) > SIZE
         given = cv2.resize(part, (SIZE, SIZE), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
         self._network.setInput(cv2.dnn.blobFromImage(given))
@@ -128,7 +128,7 @@ def _box(pixels: NDArray[np.uint8], region: Region) -> Box:
 
 
 def _around(box: Box, margin: float, shape: tuple[int, ...]) -> Box:
-    """A square with the box in its middle and a margin, moved and cut so that it is within the picture."""
+    """Return a square around the box, with a margin, moved and cut to stay within the picture."""
     rows, columns = shape
     side = (1.0 + 2.0 * margin) * max(box[2] - box[0], box[3] - box[1])
     width, height = min(side, columns), min(side, rows)
@@ -143,14 +143,14 @@ def _part(pixels: NDArray[np.uint8], box: Box) -> NDArray[np.uint8]:
 
 
 def _within(box: Box, around: Box) -> Box:
-    """A box in pixels of the input."""
+    """Return a box in pixels of the input."""
     across, down = SIZE / (around[2] - around[0]), SIZE / (around[3] - around[1])
     left, top = around[:2]
     return (box[0] - left) * across, (box[1] - top) * down, (box[2] - left) * across, (box[3] - top) * down
 
 
 def _overlap(boxes: NDArray[np.float32], wanted: Box) -> NDArray[np.float32]:
-    """Intersection over union with a box, of boxes of the shape (4, rows, columns)."""
+    """Compute intersection over union with a box, of boxes of the shape (4, rows, columns)."""
     left, top, right, bottom = boxes
     width = (np.minimum(right, wanted[2]) - np.maximum(left, wanted[0])).clip(0)
     height = (np.minimum(bottom, wanted[3]) - np.maximum(top, wanted[1])).clip(0)

@@ -55,7 +55,7 @@ class Outline:
     goes_on: NDArray[np.bool_]
 
     def moved_by(self, robot: Pose2) -> Outline:
-        """The same in the frame in which the robot has this pose."""
+        """Return the same in the frame in which the robot has this pose."""
         c, s = math.cos(robot.yaw), math.sin(robot.yaw)
         points = self.points @ np.array([[c, s], [-s, c]]) + (robot.x, robot.y)
         return Outline(points.astype(np.float32), self.goes_on)
@@ -89,7 +89,7 @@ class Detection:
     outline: Outline | None = None
 
     def moved_by(self, robot: Pose2) -> Detection:
-        """The same in the frame in which the robot has this pose."""
+        """Return the same in the frame in which the robot has this pose."""
         x, y = robot.apply(self.x, self.y)
         outline = None if self.outline is None else self.outline.moved_by(robot)
         return replace(self, x=x, y=y, outline=outline)
@@ -179,7 +179,7 @@ def _votes(pixels: Pixels, use: DetectorParameters) -> _Votes:
 
 
 def _groups(votes: _Votes, use: DetectorParameters) -> list[NDArray[np.int64]]:
-    """Indices of the votes for each place where many meet."""
+    """Return the indices of the votes for each place where many meet."""
     if not len(votes.rows):
         return []
     low = votes.middles.min(axis=0) - use.merge_radius
@@ -211,7 +211,7 @@ def _judge(
     use: DetectorParameters,
     map_and_robot: tuple[KnownObstacles, Pose2] | None,
 ) -> Detection | None:
-    """The person for whom some votes are, None when they are too few or too unsure."""
+    """Return the person whom some votes are for, None when they are too few or too unsure."""
     area = float(votes.area[mine].sum())
     if len(mine) < use.minimum_pixels or area < use.minimum_area:
         return None
@@ -246,12 +246,12 @@ def _judge(
 
 
 def _is_cut_above(votes: _Votes, mine: NDArray[np.int64]) -> bool:
-    """Whether the body may go on above the picture."""
+    """Tell whether the body may go on above the picture."""
     return int((votes.rows[mine] < _EDGE * INPUT_SIZE[1]).sum()) >= _FEW_VOTES
 
 
 def _shown(seems: Posture, height: float, *, cut: bool) -> tuple[Posture, float]:
-    """The posture and the height that a picture shows, which may cut the body above.
+    """Return the posture and the height that a picture shows, which may cut the body above.
 
     What goes on above the picture does not lie: a bed is below the middle of a picture from a robot. And
     somebody who sits so near looks like somebody who stands.
@@ -276,7 +276,7 @@ def _outline_of(votes: _Votes, mine: NDArray[np.int64], shown: NDArray[np.bool_]
 
 
 def _region_of(votes: _Votes, mine: NDArray[np.int64]) -> Region:
-    """The part of the picture with all but a few of some votes."""
+    """Return the part of the picture that holds all but a few of the votes."""
     few = 100.0 - _TOP_PERCENT
     left, right = np.percentile(votes.columns[mine], [few, _TOP_PERCENT]) / INPUT_SIZE[0]
     top, bottom = np.percentile(votes.rows[mine], [few, _TOP_PERCENT]) / INPUT_SIZE[1]

@@ -15,7 +15,7 @@ from florence_bt.core.sensing import ColourImage, Posture
 
 
 class Opinion(Enum):
-    """What a source says of a proposal."""
+    """The opinions of a source on a proposal."""
 
     PERSON = "person"
     NOBODY = "nobody"
@@ -40,14 +40,14 @@ class Region:
     bottom: float
 
     def share_of_columns(self, other: Region) -> float:
-        """How much of this region, 0 to 1, is in columns of another one."""
+        """Return how much of this region, 0 to 1, is in columns of another one."""
         common = min(self.right, other.right) - max(self.left, other.left)
         return max(0.0, common) / (self.right - self.left)
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Who may be a person.
+    """A candidate for a person.
 
     Attributes:
         number: Of the track.
@@ -61,14 +61,14 @@ class Candidate:
 
 
 class EvidenceSource(Protocol):
-    """Whoever can be asked."""
+    """A source that can be asked for evidence."""
 
     def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
-        """What a picture says of a candidate; may take some ten milliseconds."""
+        """Tell what a picture says of a candidate; may take some ten milliseconds."""
 
 
 def opinions(
     source: EvidenceSource, picture: ColourImage, candidates: Sequence[Candidate]
 ) -> list[tuple[int, Opinion]]:
-    """Numbers of candidates, with what a source says of them."""
+    """Return numbers of candidates, with what a source says of them."""
     return [(each.number, source.opinion(picture, each)) for each in candidates]

@@ -49,7 +49,7 @@ class Gallery:
         came: Sighting | None = None,
         others: Sequence[Sighting] = (),
     ) -> int:
-        """The persistent id of somebody who was just confirmed.
+        """Return the persistent id of somebody who was just confirmed.
 
         Args:
             histogram: The colours, None when they are not known.
@@ -70,7 +70,7 @@ class Gallery:
     def recognise(
         self, user_id: int, histogram: Histogram | None, now: float, present: Collection[int], came: Sighting
     ) -> int:
-        """The persistent id of somebody whose colours are seen now and were not when they got an id.
+        """Return the persistent id of somebody whose colours are seen now and were not when they got an id.
 
         Args:
             user_id: The id that they have.
@@ -90,7 +90,7 @@ class Gallery:
         return best if best is not None and known_well else user_id
 
     def _absent(self, now: float, present: Collection[int]) -> dict[int, _Known]:
-        """Who is remembered and not there; people not seen for long are forgotten."""
+        """Return the people who are remembered but not there; forget those not seen for long."""
         self._known = {
             key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
         }
@@ -110,7 +110,7 @@ class Gallery:
     def _by_colours(
         self, absent: Mapping[int, _Known], histogram: Histogram | None, came: Sighting | None
     ) -> int | None:
-        """Who has these colours; of several in like shirts, the best known who walked least."""
+        """Return who has these colours; of several in like shirts, the best known who walked least."""
         best, best_cost = None, math.inf
         for user_id, known in absent.items():
             distance = distance_if_known(histogram, known.histogram)
@@ -135,7 +135,7 @@ class Gallery:
         came: Sighting,
         others: Sequence[Sighting],
     ) -> int | None:
-        """Who was lost so near and so recently that it must be them; nobody when two people may be meant."""
+        """Return who was lost so near and lately that it must be them; nobody if it may be two people."""
         fitting: dict[int, Sighting] = {}
         for user_id, known in absent.items():
             distance = distance_if_known(histogram, known.histogram)
@@ -143,7 +143,7 @@ class Gallery:
                 continue
             if known.last is None or not may_return(known.last, came, self._use):
                 continue
-            # A reflection of somebody, or somebody in grey, is not who has colours and was somewhere else.
+            # A reflection, or somebody in grey, is not the one who has colours and was elsewhere.
             unseen = distance is None and known.histogram is not None
             if unseen and away(known.last, came) > NEARBY * self._use.return_margin:
                 continue

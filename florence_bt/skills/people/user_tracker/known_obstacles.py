@@ -40,7 +40,7 @@ class KnownObstacles:
     def distance_to(
         self, x: NDArray[np.float64], y: NDArray[np.float64], robot: Pose2
     ) -> NDArray[np.float32]:
-        """The distance of points to the nearest of the obstacles.
+        """Return the distance of points to the nearest of the obstacles.
 
         Args:
             x: Shape (n,), metres, robot frame.
@@ -53,7 +53,7 @@ class KnownObstacles:
         return self._values(self._distance, x, y, robot)
 
     def depth_in_unknown(self, x: float, y: float, robot: Pose2) -> float:
-        """How far a point is from everything that the map knows, metres; infinite outside of the map.
+        """Return how far a point is from everything that the map knows, metres; infinite outside of the map.
 
         Args:
             x: Metres, robot frame.
@@ -65,7 +65,7 @@ class KnownObstacles:
     def _values(
         self, of: NDArray[np.float32], x: NDArray[np.float64], y: NDArray[np.float64], robot: Pose2
     ) -> NDArray[np.float32]:
-        """What the cells have in which points lie; infinite outside of the map."""
+        """Return the values of the cells in which points lie; infinite outside of the map."""
         c, s = np.cos(robot.yaw), np.sin(robot.yaw)
         column = np.floor((robot.x + c * x - s * y - self._grid.origin.x) / self._grid.resolution).astype(int)
         row = np.floor((robot.y + s * x + c * y - self._grid.origin.y) / self._grid.resolution).astype(int)

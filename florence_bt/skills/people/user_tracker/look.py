@@ -22,7 +22,7 @@ _Sample = tuple[float, TrackedUser]
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Who is looked for.
+    """The person to look for.
 
     Attributes:
         user_id: The persistent id; 0 for anybody.
@@ -107,7 +107,7 @@ class LookForUser:
                 self._samples.setdefault(user.user_id, []).append((now, user))
 
     def result(self, now: float) -> Result | None:
-        """The end of the look, or None while it goes on.
+        """Return the end of the look, or None while it goes on.
 
         Returns:
             Success with ``user`` (its yaw points to the robot, 0 when the robot's pose is not known),
@@ -125,14 +125,14 @@ class LookForUser:
         return self._nobody(now) if uncertain else None
 
     def _counts(self, samples: Sequence[_Sample]) -> bool:
-        """Whether somebody was seen often enough, and for certain."""
+        """Tell whether somebody was seen often enough, and for certain."""
         if max(user.confidence for _, user in samples) >= self._use.certain:
             self._certain.add(samples[0][1].user_id)
         certain = self._wanted.user_id or samples[0][1].user_id in self._certain
         return bool(certain) and len(samples) >= self._use.minimum_pictures
 
     def _is_empty(self, now: float) -> bool:
-        """Whether enough pictures have shown nothing that may be a person."""
+        """Tell whether enough pictures have shown nothing that may be a person."""
         if self._first_picture is None or self._undecided or self._pictures < self._use.enough_pictures:
             return False
         return now - self._first_picture >= self._use.settle_s
@@ -151,7 +151,7 @@ class LookForUser:
         return self._use.nearest <= distance <= self._use.farthest
 
     def _far(self, user: Sequence[TrackedUser]) -> tuple[float, float]:
-        """What is smallest for the person meant: metres beside the place asked for, then from the camera."""
+        """Return what is least for the person meant: metres from the place asked for, then the camera."""
         beside = statistics.median(self._beside_place(each.x, each.y) for each in user)
         return beside, statistics.median(each.distance for each in user)
 
@@ -164,7 +164,7 @@ class LookForUser:
         )
 
     def _beside_place(self, x: float, y: float) -> float:
-        """How far somebody (map frame) is from the place that was asked for; 0 where none was."""
+        """Return how far somebody (map frame) is from the place that was asked for; 0 where none was."""
         wanted, robot = self._wanted, self._robot
         if robot is None or not (wanted.x or wanted.y):
             return 0.0

@@ -41,7 +41,7 @@ Cell = tuple[int, int]
 
 
 class LyingBody:
-    """What pictures have shown of one body."""
+    """A lying body, as pictures have shown it."""
 
     def __init__(self) -> None:
         self._weight = 0.0
@@ -72,7 +72,7 @@ class LyingBody:
             }
 
     def shows(self, detection: Detection) -> bool:
-        """Whether what a picture shows is where this body is known to be, or its middle is near this one."""
+        """Tell whether a picture shows this body where it is known to be, or with its middle near."""
         if self.place is not None and math.dist(self.place, (detection.x, detection.y)) <= _MOVED_M:
             return True
         if detection.outline is None:
@@ -84,7 +84,7 @@ class LyingBody:
         return sum(known) > _KNOWN_SHARE * len(known)
 
     def _middle_of_body(self) -> tuple[float, float] | None:
-        """The network's middle, moved along the body by what is known of its ends; None without any."""
+        """Return the network's middle, moved along the body by its known ends; None without any."""
         cells = [cell for cell, count in self._inside.items() if count >= _SIGHTINGS]
         if len(cells) < 2:
             return None
@@ -122,7 +122,7 @@ class LyingBodies:
         self._places: list[LyingBody] = []
 
     def near(self, detection: Detection) -> LyingBody:
-        """The place where somebody was seen lying who may be meant, or a new one."""
+        """Return the place where somebody was seen lying who may be meant, or a new one."""
         for each in self._places:
             if each.shows(detection):
                 return each
@@ -135,5 +135,5 @@ def _cells(points: NDArray[np.float32]) -> set[Cell]:
 
 
 def _places(cells: set[Cell] | list[Cell]) -> NDArray[np.float64]:
-    """The middles of cells, shape (n, 2), metres."""
+    """Return the middles of cells, shape (n, 2), metres."""
     return (np.array(sorted(cells), float).reshape(-1, 2) + 0.5) * _CELL_M

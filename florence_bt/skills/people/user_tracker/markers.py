@@ -20,7 +20,7 @@ _TEXT = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
 def markers_of(users: Sequence[TrackedUser], frame: str, stamp: float) -> MarkerArray:
-    """The markers of some people; viewers drop those of earlier messages.
+    """Make the markers of some people; viewers drop those of earlier messages.
 
     Args:
         users: In the frame.

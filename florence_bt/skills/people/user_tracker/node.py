@@ -225,7 +225,7 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"the camera info is left out: {error}")
 
     def _forget_readings(self) -> None:
-        """The clock has jumped: what was on its way may have a stamp that is of no use."""
+        """Forget readings, as the clock has jumped: what was on its way may have a useless stamp."""
         self._colour = self._waiting = None
         self._last_stamp = self._asked = float("-inf")
 
@@ -271,7 +271,7 @@ class UserTrackerNode(FlorenceNode):
         return self.time_of(stamp_from_ros(picture.header.stamp))
 
     def _colour_near(self, stamp: float) -> ColourImage | None:
-        """The latest colour picture, if it is of about this moment."""
+        """Return the latest colour picture, if it is of about this moment."""
         assert self._depth_camera is not None
         if self._colour is None or abs(self._taken_at(self._colour) - stamp) > self._use.colour_age_s:
             return None

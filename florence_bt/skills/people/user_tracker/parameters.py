@@ -10,7 +10,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Posi
 
 @dataclass(frozen=True, slots=True)
 class DetectorParameters(CheckedParameters):
-    """What counts as a person in a depth picture.
+    """The parameters of what counts as a person in a depth picture.
 
     Attributes:
         minimum_probability: From here on a pixel is taken to show a person.
@@ -42,7 +42,7 @@ class DetectorParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class ColourParameters(CheckedParameters):
-    """When the colour detector says something (docs/people.md has the trial that they come from).
+    """The parameters of what the colour detector says (docs/people.md has the trial that they come from).
 
     Attributes:
         colour_person: From this score on it shows a person.
@@ -67,7 +67,7 @@ class ColourParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class TrackerParameters(CheckedParameters):
-    """How people are followed from picture to picture.
+    """The parameters of following people from picture to picture.
 
     Attributes:
         confirm_hits: A person counts when seen in this many ...
@@ -158,7 +158,7 @@ class TrackerParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class LookParameters(CheckedParameters):
-    """When a person counts as seen.
+    """The parameters of what counts as a person seen.
 
     Attributes:
         nearest: Nearer people are not measured well, metres (the Kinect's minimum range).

@@ -63,7 +63,7 @@ class Pixels:
         return Pixels(depth, np.moveaxis(points, 0, -1), rays, depth**2 * np.float32(side))
 
     def as_input(self) -> Floats:
-        """What the network is given: inverse depth, height above the floor and whether there is a value."""
+        """Return the network's input: inverse depth, height above the floor and whether there is a value."""
         seen = np.isfinite(self.depth)
         inverse = np.where(seen, 1.0 / np.where(seen, np.maximum(self.depth, 0.3), 1.0), 0.0)
         height = np.where(seen, np.clip(self.points[..., 2], -0.5, 3.0), 0.0)
@@ -71,14 +71,14 @@ class Pixels:
 
 
 def _sampled(camera: CameraModel) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The rows and columns of a picture that the network is given."""
+    """Return the rows and columns of a picture that are given to the network."""
     columns = np.arange(INPUT_SIZE[0]) * camera.width // INPUT_SIZE[0]
     return np.arange(INPUT_SIZE[1]) * camera.height // INPUT_SIZE[1], columns
 
 
 @lru_cache(maxsize=4)
 def _directions(camera: CameraModel, rotation: bytes) -> tuple[Floats, Floats]:
-    """What each pixel looks along for one metre of depth, and its horizontal direction; robot frame.
+    """Return what each pixel looks along for one metre of depth, and its horizontal direction; robot frame.
 
     The first has shape (3, 120, 160): products with one plane after the other are several times as fast.
 
@@ -101,7 +101,7 @@ def _directions(camera: CameraModel, rotation: bytes) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class NetworkOutput:
-    """What the network says of every second pixel.
+    """The output of the network for every second pixel.
 
     Attributes:
         person: Shape (60, 80), probability that it shows a person.

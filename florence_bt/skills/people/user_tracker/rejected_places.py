@@ -32,7 +32,7 @@ away in the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on 
 
 @dataclass(frozen=True, slots=True)
 class CameraView:
-    """From where a picture was taken, and what stands there.
+    """The view of a camera: from where a picture was taken, and what stands there.
 
     Attributes:
         camera: Place and heading of the camera in the frame of the tracker.
@@ -44,7 +44,7 @@ class CameraView:
 
 
 def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> CameraView:
-    """The view of a depth picture.
+    """Return the view of a depth picture.
 
     Args:
         depth: The picture.
@@ -66,7 +66,7 @@ def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> Cam
 
 @dataclass(slots=True)
 class _Place:
-    """Where somebody was seen.
+    """A place where somebody was seen.
 
     Attributes:
         x: In the frame of the tracker, metres.
@@ -97,7 +97,7 @@ class RejectedPlaces:
         self._places: list[_Place] = []
 
     def seen(self, now: float, x: float, y: float, confidence: float) -> None:
-        """Somebody is seen at a place, and stands there."""
+        """Note that somebody is seen at a place, and stands there."""
         place = self._at(x, y)
         if place is None:
             self._places.append(_Place(x, y, now + self._use.reject_s, confidence))
@@ -125,11 +125,11 @@ class RejectedPlaces:
             place.until = now + self._use.reject_s
 
     def forget(self, x: float, y: float) -> None:
-        """Somebody stood at a place, and walked away."""
+        """Forget the place where somebody stood who walked away."""
         self._places = [place for place in self._places if not self._is_at(place, x, y)]
 
     def rejects(self, sight: Detection, confidence: float) -> bool:
-        """Whether who is seen somewhere is the thing that stands there.
+        """Tell whether who is seen somewhere is the thing that stands there.
 
         Args:
             sight: Where they were seen last.

@@ -16,7 +16,7 @@ view (REFERENCE 5.4). Nearby it cuts off heads."""
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """Somebody as they were seen at a moment.
+    """A person as they were seen at a moment.
 
     Attributes:
         time: Seconds.
@@ -29,22 +29,22 @@ class Sighting:
 
 
 def away(lost: Sighting, came: Sighting) -> float:
-    """Metres between two sightings."""
+    """Return the metres between two sightings."""
     return math.hypot(came.user.x - lost.user.x, came.user.y - lost.user.y)
 
 
 def reach(seconds: float, use: TrackerParameters) -> float:
-    """Metres from where somebody was seen within which they can be seen so much later."""
+    """Return the distance in metres within which somebody can be seen so much later than they were last."""
     return use.return_speed * max(0.0, seconds) + use.gate_margin
 
 
 def walked_share(lost: Sighting, came: Sighting, use: TrackerParameters) -> float:
-    """How much of what somebody could have walked meanwhile is between two sightings; above 1 is too far."""
+    """Return the distance as a share of what could be walked meanwhile; above 1 it is too far."""
     return away(lost, came) / reach(came.time - lost.time, use)
 
 
 def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:
-    """Whether place, time, height and posture let somebody be the one who was lost."""
+    """Tell whether place, time, height and posture let somebody be the one who was lost."""
     return (
         0.0 < came.time - lost.time <= use.return_s
         and walked_share(lost, came, use) <= 1.0
@@ -53,7 +53,7 @@ def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:
 
 
 def contradict(one: TrackedUser | Detection, other: TrackedUser | Detection, tolerance: float) -> bool:
-    """Whether heights or postures cannot be those of one person.
+    """Tell whether heights or postures cannot be those of one person.
 
     Within seconds nobody lies down or gets up. A nearer person may look lower: the picture ends above.
     """

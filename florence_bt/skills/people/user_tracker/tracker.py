@@ -108,7 +108,7 @@ class _Track:
         return not self._agreed and self._denials >= self._use.denials and not self.has_walked
 
     def is_a_person(self, now: float) -> bool:
-        """Whether it was seen often enough, and no second source is against it."""
+        """Tell whether it was seen often enough, and no second source is against it."""
         hits = sum(self.hits)
         if self._agreed:
             return hits >= self._use.agreed_hits
@@ -126,7 +126,7 @@ class _Track:
         return ConstantVelocity(position, self._use.position_sigma, self._use.acceleration)
 
     def as_user(self) -> TrackedUser:
-        """What is published of it."""
+        """Return what is published of it."""
         x, y, vx, vy = (float(value) for value in self.filter.state)
         distance = LOST_DISTANCE if self.lost else self.distance
         posture = self._posture()
@@ -137,7 +137,7 @@ class _Track:
         return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy, sure)
 
     def _posture(self) -> Posture:
-        """What most of the last looks that tell it say."""
+        """Return the posture that most of the last looks tell."""
         told = [each.posture for each in self.looks if each.posture != "unknown"]
         return statistics.mode(told) if told else "unknown"
 
@@ -242,7 +242,7 @@ class UserTracker:
         return self._present(self._last)
 
     def candidates(self, most: int) -> list[Candidate]:
-        """Of whom a second source should say something: who is in the last image and not confirmed.
+        """Return those in the last image who are not confirmed, for a second source to say something of.
 
         Args:
             most: How many; those of whom the least was said come first.
@@ -266,14 +266,14 @@ class UserTracker:
                 track.take_opinion(opinion, now)
 
     def _unconfirmed(self) -> list[_Track]:
-        """Who is in the last image without being confirmed."""
+        """Return those in the last image who are not confirmed."""
         return [track for track in self._tracks if not track.device_id and track.hits[-1]]
 
     def _confirmed(self) -> list[_Track]:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
 
     def _assign(self, detections: Sequence[Detection]) -> list[tuple[_Track, Detection]]:
-        """Pairs of tracks and detections: first those who are followed, then those who were lost."""
+        """Pair tracks and detections: first those who are followed, then those who were lost."""
         followed = [track for track in self._tracks if not track.lost]
         lost = [track for track in self._tracks if track.lost]
         pairs = _cheapest(followed, detections, self._following_cost)
@@ -282,7 +282,7 @@ class UserTracker:
         return pairs + _cheapest(lost, left, self._return_cost)
 
     def _following_cost(self, track: _Track, detection: Detection) -> float:
-        """Twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
+        """Return twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
         position, seen = np.array([detection.x, detection.y]), track.looks[-1]
         distance = track.filter.mahalanobis_squared(position, self._use.position_sigma)
         away = math.dist(position, (seen.x, seen.y))
@@ -292,7 +292,7 @@ class UserTracker:
         return distance + spread + self._colour_cost(track, detection)
 
     def _return_cost(self, track: _Track, detection: Detection) -> float:
-        """For somebody who is seen again where they were seen last, or expected; infinite for others."""
+        """Return the cost for somebody seen again where they were seen last, or expected; else infinite."""
         user = replace(track.as_user(), distance=track.distance)
         seen = track.looks[-1]
         away = min(math.dist((detection.x, detection.y), (at.x, at.y)) for at in (user, seen))
@@ -301,7 +301,7 @@ class UserTracker:
         return (away / self._use.return_margin) ** 2 + self._colour_cost(track, detection)
 
     def _colour_cost(self, track: _Track, detection: Detection) -> float:
-        """The squared distance of the colours in standard deviations; that of one, when not known."""
+        """Return the squared distance of the colours in standard deviations; 1 when it is not known."""
         apart = distance_if_known(track.histogram, detection.histogram)
         if apart is None:
             return 1.0
@@ -339,27 +339,27 @@ class UserTracker:
         self._drop_doubles(now)
 
     def _present(self, now: float) -> list[int]:
-        """The persistent ids of those who are in the last image."""
+        """Return the persistent ids of those who are in the last image."""
         return [track.user_id for track in self._tracks if track.device_id and track.seen == now]
 
     def _may_be_new(self, track: _Track) -> bool:
-        """Whether a track without an id shows a person for sure."""
+        """Tell whether a track without an id shows a person for sure."""
         sure = any(each.confidence >= self._use.sure for each in track.looks)
         return sure and not track.device_id and not track.denied
 
     def _is_rejected(self, track: _Track) -> bool:
-        """Whether something else is known to stand where it was seen last."""
+        """Tell whether something else is known to stand where it was seen last."""
         sure = statistics.fmean(look.confidence for look in track.looks)
         return not track.has_walked and self._rejected.rejects(track.looks[-1], sure)
 
     def _drop_doubles(self, now: float) -> None:
-        """The track of somebody who was recognised elsewhere is over."""
+        """Drop the track of somebody who was recognised elsewhere."""
         here = [track.user_id for track in self._tracks if track.device_id and track.seen == now]
         self._tracks = [track for track in self._tracks if track.seen == now or track.user_id not in here]
 
 
 def _credible(detections: Sequence[Detection], sure: float) -> list[Detection]:
-    """The detections without those that are probably nobody.
+    """Return the detections without those that are probably nobody.
 
     Behind somebody the network often sees a second person, at the outline of the first. In simulated pictures
     of two people, three in four unsure detections with more than half of their columns behind somebody nearer
@@ -382,7 +382,7 @@ def _cheapest(
     detections: Sequence[Detection],
     cost_of: Callable[[_Track, Detection], float],
 ) -> list[tuple[_Track, Detection]]:
-    """As many pairs as there can be, with the smallest sum of costs; none of infinite cost."""
+    """Return as many pairs as there can be, with the smallest sum of costs; none of infinite cost."""
     if not tracks or not detections:
         return []
     cost = np.array([[cost_of(track, each) for each in detections] for track in tracks])
@@ -399,7 +399,7 @@ FLOOR_HEIGHT = 0.5
 
 
 def on_the_floor(users: Iterable[TrackedUser]) -> bool:
-    """Whether one of some people, of those who are seen, lies on the floor."""
+    """Tell whether one of the people who are seen lies on the floor."""
     return any(
         user.posture == "lying" and user.height < FLOOR_HEIGHT and user.distance > LOST_DISTANCE
         for user in users

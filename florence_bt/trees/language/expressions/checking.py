@@ -27,14 +27,14 @@ _QUOTIENTS: dict[tuple[Kind, Kind], Kind] = {
 
 
 def common_kind(left: Kind, right: Kind) -> Kind | None:
-    """The kind of a sum or a comparison, None when there is none."""
+    """Return the kind of a sum or a comparison, None when there is none."""
     if left is right:
         return left
     return Kind.NUMBER if left in PLAIN and right in PLAIN else None
 
 
 def product_kind(left: Kind, right: Kind) -> Kind | None:
-    """The kind of a product of two numeric kinds, None when there is none."""
+    """Return the kind of a product of two numeric kinds, None when there is none."""
     if left in PLAIN and right in PLAIN:
         return common_kind(left, right)
     if left in PLAIN:
@@ -45,7 +45,7 @@ def product_kind(left: Kind, right: Kind) -> Kind | None:
 
 
 def quotient_kind(left: Kind, right: Kind) -> Kind | None:
-    """The kind of a quotient of two numeric kinds, None when there is none."""
+    """Return the kind of a quotient of two numeric kinds, None when there is none."""
     if right in PLAIN:
         return Kind.NUMBER if left in PLAIN else left
     if left is right and left in NUMERIC_KINDS:
@@ -55,7 +55,7 @@ def quotient_kind(left: Kind, right: Kind) -> Kind | None:
 
 @dataclass(frozen=True, slots=True)
 class KindProblem:
-    """Something in an expression that cannot be computed.
+    """A part of an expression that cannot be computed.
 
     Attributes:
         position: Where.
@@ -70,7 +70,7 @@ class KindProblem:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What is known about an expression.
+    """The facts about an expression.
 
     Attributes:
         kind: What it gives; None when that is not known.
@@ -157,7 +157,7 @@ class _Checker:
             self.add(syntax.start_of(term), message, *_instead(term, kind, wanted))
 
     def _joined(self, term: syntax.Binary) -> None:
-        """``and`` and ``or``: all operands are true or false; what is meant by ``$a == 3 or 4`` is said."""
+        """Check that operands of ``and`` and ``or`` are true or false; say what ``$a == 3 or 4`` means."""
         operands = _operands(term, term.operator)
         meant = [self._as_comparison(operand, number, operands) for number, operand in enumerate(operands)]
         for operand, comparison in zip(operands, meant, strict=True):
@@ -171,7 +171,7 @@ class _Checker:
     def _as_comparison(
         self, operand: syntax.Term, number: int, operands: list[syntax.Term]
     ) -> syntax.Term | None:
-        """The comparison that is meant by an operand such as ``4`` beside ``$a == 3``."""
+        """Return the comparison that is meant by an operand such as ``4`` beside ``$a == 3``."""
         kind = self._silently(operand)
         if kind is None or kind is Kind.BOOLEAN:
             return None
@@ -188,7 +188,7 @@ class _Checker:
     def _completed(
         self, operand: syntax.Term, kind: Kind, near: syntax.Binary, *, behind: bool
     ) -> syntax.Binary | None:
-        """A comparison like one nearby with another operand, if that can be compared.
+        """Return a comparison like one nearby with another operand, if that can be compared.
 
         Args:
             operand: The operand.
@@ -200,7 +200,7 @@ class _Checker:
             items = self._silently(near.right)
             alike = items is not None and items.item is kind
             return syntax.Binary("in", operand, near.right, near.position) if alike else None
-        # A constant is held against what is none; a key against what is on its other side.
+        # A constant is compared with a term that is none, a key with what is on its other side.
         constant = isinstance(operand, syntax.Constant)
         to_left = not isinstance(near.left, syntax.Constant) if constant else behind
         held = near.left if to_left else near.right
@@ -227,7 +227,7 @@ class _Checker:
         return False
 
     def _silently(self, term: syntax.Term) -> Kind | None:
-        """The kind of a term that is checked elsewhere."""
+        """Return the kind of a term that is checked elsewhere."""
         if id(term) not in self._found:
             checker = _Checker(self._kinds, self._whole, self._found)
             kind = checker.kind(term)
@@ -237,7 +237,7 @@ class _Checker:
     def _incomplete(
         self, term: syntax.Term, operator: str, wrong: syntax.Term, meant: list[syntax.Term]
     ) -> None:
-        """A value where a comparison is needed.
+        """Report a value where a comparison is needed.
 
         Args:
             term: The term with ``and`` or ``or``.
@@ -270,7 +270,7 @@ class _Checker:
         return None
 
     def _list(self, term: syntax.Term, what: str) -> Kind | None:
-        """The kind of the items of what must be a list."""
+        """Return the kind of the items of what must be a list."""
         kind = self.kind(term)
         if kind is not None and kind.item is None:
             message = f"{what!r} needs a list, but {syntax.print_term(term)!r} is {_article(kind)}"
@@ -299,7 +299,7 @@ class _Checker:
     def _alike(
         self, term: syntax.Binary | syntax.Function, left: syntax.Term, right: syntax.Term
     ) -> Kind | None:
-        """Two numbers of one kind: sums, minimum, maximum."""
+        """Check two numbers of one kind: sums, minimum, maximum."""
         what = term.operator if isinstance(term, syntax.Binary) else term.name
         before = len(self.problems)
         kinds = self._number(left, what), self._number(right, what)
@@ -353,7 +353,7 @@ class _Checker:
 def _common(
     left: syntax.Term, kind: Kind | None, right: syntax.Term, other: Kind | None
 ) -> tuple[Kind | None, bool]:
-    """The one kind of two values, and whether they have one; a plain 0 is a value of every numeric kind."""
+    """Return the one kind of two values, and whether they have one; a plain 0 is of every numeric kind."""
     if kind is None or other is None:
         return kind or other, True
     if _is_zero(left) and other in NUMERIC_KINDS:
@@ -371,7 +371,7 @@ def _fits(term: syntax.Term, kind: Kind | None, wanted: Kind) -> bool:
 
 
 def _operands(term: syntax.Term, operator: str) -> list[syntax.Term]:
-    """The operands of a chain of one operator, from left to right."""
+    """Return the operands of a chain of one operator, from left to right."""
     if isinstance(term, syntax.Binary) and term.operator == operator:
         return [*_operands(term.left, operator), *_operands(term.right, operator)]
     return [term]
@@ -391,7 +391,7 @@ class _Near:
 
 
 def _nearest(term: syntax.Term, edge: str) -> _Near | None:
-    """The comparison at the left or right edge of a term."""
+    """Return the comparison at the left or right edge of a term."""
     match term:
         case syntax.Binary(operator="and" | "or", left=left, right=right):
             return _nearest(right if edge == "right" else left, edge)
@@ -410,7 +410,7 @@ def _is_zero(term: syntax.Term) -> bool:
 
 
 def _instead(term: syntax.Term, kind: Kind | None, wanted: Kind | None) -> tuple[str, ...]:
-    """What could be written in place of a term to make it of the wanted kind."""
+    """Return what could be written in place of a term to make it of the wanted kind."""
     if wanted is None or kind is None:
         return ()
     text = syntax.print_term(term)

@@ -51,7 +51,7 @@ _ARITHMETIC = frozenset("+-*/")
 
 
 def constant_of(expression: syntax.Expression | None) -> bool | None:
-    """Whether a condition always holds (True) or never does (False); None when that depends on keys."""
+    """Tell whether a condition always holds (True) or never does (False); None when that depends on keys."""
     if expression is None:
         return None
     try:
@@ -65,7 +65,7 @@ def constant_of(expression: syntax.Expression | None) -> bool | None:
 
 
 def can_break(expression: syntax.Expression) -> bool:
-    """Whether the evaluation of an expression can fail: a division by zero, an infinite number."""
+    """Tell whether the evaluation of an expression can fail: a division by zero, an infinite number."""
     return any(
         (isinstance(part, syntax.Function) and part.name != "count")
         or isinstance(part, syntax.Item)

@@ -107,7 +107,7 @@ class Token:
 
 
 class PositionMap:
-    """Where the characters of a text stand in its file.
+    """The places of the characters of a text in its file.
 
     Args:
         position: Where the text begins.
@@ -120,7 +120,7 @@ class PositionMap:
         self._exact = exact
 
     def at(self, offset: int) -> Position:
-        """The place of a character, counted from 0."""
+        """Return the place of a character, counted from 0."""
         if not self._exact:
             return self._position
         return Position(self._position.line, self._position.column + offset)
@@ -148,12 +148,12 @@ def tokenize(text: str, positions: PositionMap) -> list[Token]:
 
 
 def problem_at(position: Position, problem: str, *valid: str) -> ConfigError:
-    """An error with a place."""
+    """Make an error with a place."""
     return ConfigError(problem, line=position.line, column=position.column, valid=valid)
 
 
 def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> None:
-    """A word right after a number can only be a unit."""
+    """Refuse a word right after a number that is no unit."""
     match = _WORD.match(text, end)
     if match is None or match[1] in ("and", "or"):
         return
@@ -182,7 +182,7 @@ def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
 
 
 def closing_brace(text: str, start: int) -> int | None:
-    """The index of the first ``}`` from ``start`` on that stands in no quotes, None when there is none.
+    """Return the index of the first ``}`` from ``start`` on outside quotes, None when there is none.
 
     Braces round a key, as in ``${key}``, belong together.
     """

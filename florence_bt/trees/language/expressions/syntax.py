@@ -87,7 +87,7 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Two operands with an operator between them.
+    """An operator between two operands.
 
     Attributes:
         operator: ``or and in == != < <= > >= + - * /``.
@@ -142,7 +142,7 @@ class Expression:
 
 
 def parts_of(term: Term) -> tuple[Term, ...]:
-    """The terms directly below a term."""
+    """Return the terms directly below a term."""
     match term:
         case PosePart(pose=pose):
             return (pose,)
@@ -158,7 +158,7 @@ def parts_of(term: Term) -> tuple[Term, ...]:
 
 
 def replaced(term: Term, old: Term, new: Term) -> Term:
-    """A term with another one in place of one of its parts."""
+    """Return a term with another one in place of one of its parts."""
     if term is old:
         return new
     match term:
@@ -176,7 +176,7 @@ def replaced(term: Term, old: Term, new: Term) -> Term:
 
 
 def keys_of(term: Term) -> Iterator[Key]:
-    """Every mention of a key in a term, from left to right."""
+    """Yield every mention of a key in a term, from left to right."""
     if isinstance(term, Key):
         yield term
     for part in parts_of(term):
@@ -184,7 +184,7 @@ def keys_of(term: Term) -> Iterator[Key]:
 
 
 def start_of(term: Term) -> Position:
-    """Where the text of a term begins; an opening parenthesis is not counted."""
+    """Return where the text of a term begins; an opening parenthesis is not counted."""
     match term:
         case Binary(left=left):
             return start_of(left)
@@ -202,7 +202,7 @@ _TIGHT = 8
 
 
 def print_term(term: Term) -> str:
-    """A term as an author would write it.
+    """Print a term as an author would write it.
 
     Args:
         term: Any part of an expression.
@@ -214,7 +214,7 @@ def print_term(term: Term) -> str:
 
 
 def _print(term: Term) -> tuple[str, int]:
-    """The text of a term and how tightly it holds together."""
+    """Print a term, and tell how tightly it holds together."""
     match term:
         case Constant(kind=Kind.TEXT, text=text):
             return (f"'{text}'" if '"' in text else f'"{text}"'), _TIGHT

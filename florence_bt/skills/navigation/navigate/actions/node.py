@@ -65,12 +65,12 @@ class GoalAction:
     every_cycle: bool = False
 
     def number(self, result: Result) -> int:
-        """The ``error_code`` of a result."""
+        """Return the ``error_code`` of a result."""
         return self.codes.get(result.code, self.unknown)
 
 
 def filled(message_type: Any, facts: Mapping[str, Any]) -> Any:
-    """A message with the facts that it has fields for."""
+    """Make a message with the facts that it has fields for."""
     names = message_type.get_fields_and_field_types()
     return message_type(**{name: value for name, value in facts.items() if name in names})
 
@@ -86,7 +86,7 @@ def _in_map(poses: Iterable[PoseStamped], to_map: ToMap) -> list[Pose2] | Result
 
 
 def poses_of_path(path: Path) -> Iterable[PoseStamped]:
-    """The poses of a path; those without a frame are in the frame of the path."""
+    """Yield the poses of a path; those without a frame are in the frame of the path."""
     for pose in path.poses:
         frame = pose.header.frame_id or path.header.frame_id
         yield PoseStamped(header=type(pose.header)(frame_id=frame), pose=pose.pose)

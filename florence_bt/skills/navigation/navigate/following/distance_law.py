@@ -18,7 +18,7 @@ _NEAREST_M = 0.5
 
 
 def velocity_straight(task: FollowTask, robot: Pose2, distance: float, bearing: float) -> Twist2:
-    """The velocity straight towards the person, who is so far away (metres) and so far beside (rad)."""
+    """Return the velocity straight towards the person at a distance (metres) and bearing (rad)."""
     use, track = task.use, task.track
     turn = use.follow_angular_gain * bearing if abs(bearing) > use.follow_angle_tolerance else 0.0
     if track.walks:
@@ -29,13 +29,13 @@ def velocity_straight(task: FollowTask, robot: Pose2, distance: float, bearing: 
 
 
 def speed_along(task: FollowTask, robot: Pose2, way: float, bearing: float) -> float:
-    """The speed along a way of so many metres to who walks away from the robot, m/s."""
+    """Return the speed along a way of so many metres to somebody who walks away from the robot, m/s."""
     away = task.track.walks_away(robot, bearing)
     return speed_behind(task, away, way - task.goal.distance)
 
 
 def speed_behind(task: FollowTask, away: float, too_far: float) -> float:
-    """The speed behind somebody who walks on (m/s) and is some metres too far away; never backwards."""
+    """Return the speed behind somebody who walks (m/s) and is some metres too far; never backwards."""
     use = task.use
     if abs(too_far) <= use.follow_distance_tolerance:
         too_far = 0.0

@@ -40,7 +40,7 @@ class GiveWay:
         return self._aside is not None
 
     def is_too_near(self, state: RobotState, distance: float, bearing: float) -> bool:
-        """Whether the person is nearer than wanted; who does not come may be a little nearer."""
+        """Tell whether the person is nearer than wanted; one who does not come may be a little nearer."""
         track = self._task.track
         comes = track.walks and track.walks_away(state.pose, bearing) < -_TOWARDS * track.speed
         if comes:
@@ -58,7 +58,7 @@ class GiveWay:
         return self._task.motions.turn_towards(state, bearing) if command.is_zero() else command
 
     def nobody_is_too_near(self) -> None:
-        """There is nobody before the robot to give way to."""
+        """Note that there is nobody before the robot to give way to."""
         self._cornered_since = None
 
     def let_pass(self, state: RobotState, person: Place, distance: float) -> None:

@@ -35,7 +35,7 @@ class KeepDistance:
         self._free_since = now
 
     def step(self, state: RobotState) -> Move:
-        """What to do; fails when nothing has led to the person for long."""
+        """Decide what to do; fail when nothing has led to the person for long."""
         x, y = self._task.track.at(state.now)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         move = self._without_a_path(state, distance, bearing)
@@ -46,7 +46,7 @@ class KeepDistance:
         return self._round_obstacles(state, bearing)
 
     def _without_a_path(self, state: RobotState, distance: float, bearing: float) -> Move | None:
-        """The first that can be done of what needs no planned path; None when nothing can."""
+        """Return the first possible move that needs no planned path; None when there is none."""
         person, wanted = self._task.track.at(state.now), self._task.goal.distance
         if self._give_way.is_too_near(state, distance, bearing):
             if abs(bearing) < _BEFORE_RAD:

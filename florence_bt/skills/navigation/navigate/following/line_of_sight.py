@@ -21,7 +21,7 @@ _STEP_M = 0.05
 def is_line_free(
     task: FollowTask, state: RobotState, place: Place, person: Place, least: int = INSCRIBED
 ) -> bool:
-    """Whether the line to a place is free of such costs; at the person the map alone counts.
+    """Tell whether the line to a place is free of costs from ``least`` on; at the person only the map counts.
 
     Args:
         task: The task.
@@ -45,5 +45,5 @@ def is_line_free(
 
 
 def is_in_sight(task: FollowTask, state: RobotState, place: Place) -> bool:
-    """Whether nothing that the sensors marked is on the line to somebody at a place."""
+    """Tell whether nothing that the sensors marked is on the line to somebody at a place."""
     return is_line_free(task, state, place, place, LETHAL)

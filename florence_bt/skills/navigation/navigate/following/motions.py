@@ -14,7 +14,7 @@ from florence_bt.skills.navigation.navigate.state import RobotState
 
 @dataclass(frozen=True, slots=True)
 class FollowGoal:
-    """Whom to follow, and how.
+    """The person to follow, and how.
 
     Attributes:
         user_id: The persistent id of the person.
@@ -31,7 +31,7 @@ class FollowGoal:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """What the robot does in a cycle.
+    """The motion of the robot in a cycle.
 
     Attributes:
         command: The velocity.
@@ -59,20 +59,20 @@ class Motions:
         self._blocked_turns: set[bool] = set()
 
     def limited(self, turn: float) -> float:
-        """A turning speed within the limit of the goal, rad/s."""
+        """Keep a turning speed within the limit of the goal, rad/s."""
         return max(-self._goal.max_angular, min(self._goal.max_angular, turn))
 
     def turning_speed(self, bearing: float) -> float:
-        """How fast to turn towards what is so far beside the heading (rad), rad/s."""
+        """Return how fast to turn towards what is so far beside the heading (rad), rad/s."""
         return self.limited(self._use.follow_angular_gain * bearing)
 
     def is_free(self, state: RobotState, command: Twist2) -> bool:
-        """Whether a motion is free for as long as the robot looks ahead."""
+        """Tell whether a motion is free for as long as the robot looks ahead."""
         ahead = self._use.follow_look_ahead
         return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
 
     def is_free_turn(self, clearance: Clearance, speed: float, turn: float, left: float) -> bool:
-        """Whether a motion is free that turns by so much (``left``, rad), and no further."""
+        """Tell whether a motion is free that turns by that much (``left``, rad) and no further."""
         ahead = self._use.follow_look_ahead
         angle = math.copysign(min(abs(left), abs(turn) * ahead), left)
         return clearance.is_free(speed * ahead, angle)
@@ -86,7 +86,7 @@ class Motions:
         return STANDSTILL if self.held else Twist2(0.0, turn)
 
     def begin_to_turn_round(self) -> None:
-        """What was in the way of a turn before does not count any more."""
+        """Forget what was in the way of an earlier turn."""
         self._turning = 0.0
         self._blocked_turns.clear()
 

@@ -54,7 +54,7 @@ class PersonsWay:
         """Where it costs so much, the robot could not turn."""
 
     def drive(self, state: RobotState, person: Place, keep: float) -> tuple[Twist2 | None, float]:
-        """The velocity, None when the way cannot be driven, and the metres that are left.
+        """Return the velocity, None when the way cannot be driven, and the metres that are left.
 
         The robot heads for the furthest point of that way to which the straight line is free; rather for a
         nearer one than past something beside which it could not turn.
@@ -66,7 +66,7 @@ class PersonsWay:
         """
         pose, track = state.pose, self._task.track
         distance, ahead = math.dist(person, (pose.x, pose.y)), pose.bearing_to(*person)
-        # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
+        # A person in sight is as far away as they look, any other as far as the robot has to drive.
         seen = is_in_sight(self._task, state, person)
         walks = track.walks_away(pose, ahead) if seen else track.speed
         steps = [
@@ -75,9 +75,9 @@ class PersonsWay:
             if math.dist(place, (pose.x, pose.y)) > OWN_PLACE_M
         ]
         if seen and distance <= keep + self._task.use.follow_give_way:
-            # Who is near and in sight is not turned away from.
+            # The robot does not turn away from somebody who is near and in sight.
             steps = [step for step in steps if not _is_astray(pose, step[0], ahead)]
-        # Where they walked nothing stands that the map may know: it was moved.
+        # Where they walked is free, whatever the map knows there: it was moved.
         seen_free = Clearance(self._task.costmaps.local_costmap, pose, None, None)
         # Where it is narrow, the robot stays on the way itself.
         close = sorted(steps, key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))
@@ -104,7 +104,7 @@ class PersonsWay:
         return None, math.inf
 
     def _freest(self, place: Place) -> Place:
-        """Where it is narrow: where the robot fits best within the error of a place of the person."""
+        """Return where the robot fits best in a narrow place, within the error of a place of the person."""
         costs = self._task.costmaps.local_costmap.costs_at(place + _NEARBY_OFFSETS)
         if costs[0] < self.narrow:
             return place
@@ -112,12 +112,12 @@ class PersonsWay:
         return float(x), float(y)
 
     def _is_free_after_turning(self, pose: Pose2, place: Place) -> bool:
-        """Whether the robot could drive towards a place if it were turned to it."""
+        """Tell whether the robot could drive towards a place if it were turned to it."""
         turned = replace(pose, yaw=pose.yaw + pose.bearing_to(*place))
         free = Clearance(self._task.costmaps.local_costmap, turned, None, None)
         return free.is_free(min(_START_M, math.dist(place, (pose.x, pose.y))), 0.0)
 
 
 def _is_astray(pose: Pose2, place: Place, ahead: float) -> bool:
-    """Whether a place is far to the side of a bearing (rad)."""
+    """Tell whether a place is far to the side of a bearing (rad)."""
     return abs(normalize_angle(pose.bearing_to(*place) - ahead)) > _ASTRAY_RAD

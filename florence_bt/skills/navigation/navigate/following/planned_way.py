@@ -42,16 +42,16 @@ class PlannedWay:
         self.trouble = ""
 
     def forget(self) -> None:
-        """The path is not needed any more."""
+        """Forget the path, which is not needed any more."""
         self.path = None
         self.plan_anew()
 
     def plan_anew(self) -> None:
-        """The next path leads to another place."""
+        """Plan anew at once: the next path leads to another place."""
         self._next_plan = -math.inf
 
     def drive(self, state: RobotState, place: Place, person: Place | None = None) -> tuple[Twist2, float]:
-        """The velocity, standstill without a path, and the metres that are left, infinite without one.
+        """Return the velocity, standstill without a path, and the metres that are left, infinite without one.
 
         Args:
             state: Of this moment.
@@ -96,14 +96,14 @@ class PlannedWay:
             costmap.clear_disc(CAMERA_SOURCES, (here.x, here.y), _FORGET_M)
 
     def _costs_without(self, person: Pose2) -> NDArray[np.uint8]:
-        """The costs of the global costmap; round the person (map frame) those of the map alone."""
+        """Return the costs of the global costmap; round the person (map frame) those of the map alone."""
         costmap = self._task.costmaps.global_costmap
         costs, near = costmap.master.copy(), costmap.distances_to(person.x, person.y) <= PERSON_M
         costs[near] = self._task.costmaps.static[near]
         return costs
 
     def _costs_round(self, state: RobotState, person: Place) -> NDArray[np.uint8]:
-        """The costs of the global costmap; no way leads nearer to the person than the robot may come."""
+        """Return the global costmap's costs; no way leads nearer to the person than allowed."""
         costmap, here = self._task.costmaps.global_costmap, state.map_pose
         in_map = state.map_from_odom.apply(*person)
         costs, away = costmap.master.copy(), costmap.distances_to(*in_map)

@@ -48,7 +48,7 @@ class Search:
         self._next_choice = state.now
 
     def step(self, state: RobotState) -> Move:
-        """What to do."""
+        """Decide what to do."""
         look = self._look_at_who_walks(state)
         if look is not None:
             return Move(look, "looking at who walks")
@@ -120,7 +120,7 @@ class Search:
                 speed = self._task.goal.max_angular if fast else _LOOK_RADPS
                 turn = self._task.motions.turn_round(state, left, speed)
                 if turn.is_zero():
-                    # From here it cannot be looked at: make room, and drive on.
+                    # It cannot be looked at from here: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
                     self._next_choice = state.now
                     self._way_back.begin(state.now)
@@ -151,6 +151,6 @@ class Search:
 
 
 def _of_nobody_known(legs: list[Place], state: RobotState) -> list[Place]:
-    """The legs but for those of people whom the camera sees and knows as others."""
+    """Return the legs without those of people whom the camera sees and knows to be others."""
     others = state.people.rows[:, :2]
     return [each for each in legs if all(math.dist(each, who) > REACH_M for who in others)]

@@ -54,7 +54,7 @@ class PersonTrack:
         self.unknown, self.scanned = np.empty((0, 2)), -math.inf
 
     def saw(self, stamp: float, x: float, y: float) -> None:
-        """The camera saw the person; ``stamp`` in seconds."""
+        """Note that the camera saw the person; ``stamp`` in seconds."""
         self._target.recognise(stamp, x, y)
         self._note_place()
 
@@ -75,7 +75,7 @@ class PersonTrack:
             self.things.saw(stamp, legs, self.last)
 
     def check_camera(self, now: float, robot: Pose2) -> None:
-        """Legs in the middle of the picture without a person are not those of the person."""
+        """Reject legs in the middle of the picture where the camera sees no person."""
         if not self.is_seen(now):
             return
         place = self.at(now)
@@ -94,7 +94,7 @@ class PersonTrack:
         return self._target.seen
 
     def is_seen(self, now: float, seconds: float | None = None) -> bool:
-        """Whether they were seen up to so many seconds ago, by default as long as they count as in sight."""
+        """Tell whether they were seen in the last seconds, by default as long as they count as in sight."""
         return self.seen is not None and now - self.seen <= (self._coast if seconds is None else seconds)
 
     @property
@@ -104,11 +104,11 @@ class PersonTrack:
         return self._target.at(self.seen, 0.0)
 
     def at(self, now: float) -> Place:
-        """Where they should be now, walking on for a moment when they are not seen."""
+        """Return where they should be now, walking on for a moment when they are not seen."""
         return self._target.at(now, self._coast)
 
     def suppose(self, now: float, place: Place) -> None:
-        """Since they were seen last they have most likely walked to a place."""
+        """Suppose that since they were last seen they have walked to a place."""
         self._target.suppose(now, *place)
 
     @property
@@ -127,7 +127,7 @@ class PersonTrack:
         return self.speed >= _WALKING_MPS
 
     def walks_away(self, robot: Pose2, bearing: float) -> float:
-        """How fast they walk away from the robot, m/s; ``bearing`` is theirs (rad)."""
+        """Return how fast they walk away from the robot, m/s; ``bearing`` is theirs (rad)."""
         (vx, vy), heading = self.velocity, robot.yaw + bearing
         return math.cos(heading) * vx + math.sin(heading) * vy
 

@@ -32,8 +32,8 @@ class Vanished:
         self._way_left, self._nearer_at = math.inf, now
 
     def clear_marks(self, state: RobotState) -> None:
-        """What the camera has marked where they walked last was they; if they still stand there, the laser
-        sees their legs.
+        """Clear what the camera has marked where they walked last: it was they. If they still stand there,
+        the laser sees their legs.
         """
         costmaps = self._task.costmaps
         for place in self._task.track.path.last(PERSON_M):
@@ -42,7 +42,7 @@ class Vanished:
             costmaps.global_costmap.clear_disc(CAMERA_SOURCES, in_map, BODY_M)
 
     def step(self, state: RobotState, unseen: float) -> Move | None:
-        """What to do, None when the robot is there and does not see the person, or cannot get there."""
+        """Decide what to do; None when there without seeing the person, or when it cannot get there."""
         expected = self._task.track.at(state.now)
         bearing = state.pose.bearing_to(*expected)
         self._faced = (
@@ -64,13 +64,13 @@ class Vanished:
         return Move(command, "going to where the person was seen last") if goes else None
 
     def _gets_nearer(self, now: float, left: float) -> bool:
-        """Whether the robot comes nearer to where they vanished, of which it is some metres away."""
+        """Tell whether the robot comes nearer to where they vanished, which is some metres away from it."""
         if left < self._way_left - _NEARER_M:
             self._way_left, self._nearer_at = left, now
         return now - self._nearer_at <= _NO_NEARER_S
 
     def _is_there(self, state: RobotState, place: Place) -> bool:
-        """Whether the robot is where they vanished, or would see them whole there: they have walked on."""
+        """Tell whether the robot is where they vanished, or would see them there: they have walked on."""
         away = math.dist(place, (state.pose.x, state.pose.y))
         in_view = abs(state.pose.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
         return away <= _ARRIVED_M or (in_view and is_in_sight(self._task, state, place))

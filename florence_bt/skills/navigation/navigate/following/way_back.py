@@ -48,7 +48,7 @@ class WayBack:
         self._until = now + _BACK_OUT_S
 
     def back_out(self, state: RobotState) -> Twist2:
-        """The velocity while it backs out, else standstill."""
+        """Return the velocity while the robot backs out, else standstill."""
         command = STANDSTILL
         if state.now < self._until:
             command = state.people.slowed(state.pose, self.back_off(state))
@@ -57,7 +57,7 @@ class WayBack:
         return command
 
     def back_off(self, state: RobotState, bearing: float = 0.0, speed: float = _MPS) -> Twist2:
-        """Back on the way the robot came, or straight; standstill where there is no room.
+        """Back off the way the robot came, or straight; standstill where there is no room.
 
         Args:
             state: Of this moment.
@@ -76,7 +76,7 @@ class WayBack:
             left = 0.0
         turn = self._task.motions.turning_speed(left)
         straight = back if abs(left) < _STRAIGHT_RAD else 0.0
-        # Where it has come, nothing stands that the map may know.
+        # Where it came from is free, whatever the map knows there.
         costmap = self._task.costmaps.local_costmap
         come = Clearance(costmap, pose, None, None) if on_trail else state.clearance
         ways = (Twist2(straight, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
@@ -88,6 +88,6 @@ class WayBack:
         return STANDSTILL
 
     def _is_somebody_behind(self, state: RobotState) -> bool:
-        """Whether somebody else was behind the robot a moment ago, where it is blind."""
+        """Tell whether somebody else was behind the robot a moment ago, where it is blind."""
         behind = state.pose.apply(-_BEHIND_M, 0.0)
         return any(math.dist(place, behind) <= _CLOSE_BEHIND_M for _, place in self._task.track.others)
