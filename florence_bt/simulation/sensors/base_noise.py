@@ -113,7 +113,7 @@ class BaseSensors:
         return whole
 
     def take_angle_deg(self, *, keep: bool = True) -> int:
-        """Take the turn since the last call in whole degrees, counter-clockwise positive; ``keep`` the rest."""
+        """Take the turn since the last call, whole degrees, counter-clockwise positive; ``keep`` the rest."""
         whole, rest = _int16(self._angle_deg)
         self._angle_deg = rest if keep else 0.0
         return whole
