@@ -82,6 +82,7 @@ def tick_until(
         raise TypeError("tick_until needs a context of make_context")
     for ticks in range(1, MAX_TICKS + 1):
         wake.take()
+        context.tick_beside()
         root.tick_once()
         if root.status is not Status.RUNNING or (done is not None and done()):
             return ticks
@@ -100,3 +101,4 @@ def drain(clock: ManualClock, context: TreeContext) -> None:
     while context.runs:
         if not clock.run_next():
             raise AssertionError(f"runs that never end: {[run.path for run in context.runs]}")
+        context.tick_beside()

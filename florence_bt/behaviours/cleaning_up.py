@@ -5,7 +5,6 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 from py_trees.behaviour import Behaviour
@@ -84,70 +83,80 @@ class Finally(Stepping):
         interrupted = new_status is Status.INVALID and self.status is Status.RUNNING
         super().stop(new_status)
         if interrupted:
-            beside = _CleanupRun(self, self._context, self._make_cleanup)
+            beside = CleanupRun(self, self._context, self._make_cleanup)
             self._beside = beside.tree
             beside.begin()
 
 
-class _CleanupRun:
-    """A clean-up that goes on beside the tree, with a ticker of its own, seen as a run: a poll ticks it."""
+class CleanupRun:
+    """A clean-up that goes on beside the tree, seen as a run.
+
+    Args:
+        owner: The node whose clean-up it is.
+        context: What the tree shares.
+        make_cleanup: Builds the tree of the clean-up.
+
+    Attributes:
+        tree: The tree of the clean-up.
+    """
+
+    feedback = ""
+    """Empty: no node shows it."""
 
     def __init__(
         self, owner: Behaviour, context: TreeContext, make_cleanup: Callable[[TreeContext], Behaviour]
     ) -> None:
         self._context = context
-        self.tree = make_cleanup(replace(context, wake=self._wake))
+        self.tree = make_cleanup(context)
         self.tree.parent = owner
         self._ticker = Ticker(self.tree)
         self._result: Result | None = None
         self._entry: OpenRun | None = None
 
     def begin(self) -> None:
+        """Tick it for the first time; whoever ticks the tree goes on with it."""
         path = path_of(self.tree)
         self._context.on_skill_started(path, CLEANUP, {})
         self._entry = self._context.adopt(path, CLEANUP, self)
-        self._context.poll(self._entry)
+        self._context.beside.append(self)
+        self.tick()
 
-    @property
-    def feedback(self) -> str:
-        return ""  # no node shows it
+    def tick(self) -> None:
+        """Tick the tree of the clean-up; at its end the run ends."""
+        try:
+            self._ticker.tick()
+        except Exception as error:
+            # A bug in a clean-up ends the clean-up, and not the mission.
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{Path(where.filename).name}:{where.lineno}"
+            self.break_off("internal_error", f"{type(error).__name__}: {error} (in {place})")
+            return
+        why = explain(self.tree)
+        if why is not None:
+            self._end(failure(why.code, why.reason))
+        elif self.tree.status is Status.SUCCESS:
+            self._end(success())
 
-    def poll(self) -> Result | None:
-        if self._result is None and not self._context.pause.active:
-            try:
-                self._ticker.tick()
-            except Exception as error:
-                # A bug in a clean-up ends the clean-up: it may have been woken by a timer, far from any tree.
-                self._break_off(error)
-                return self._result
-            why = explain(self.tree)
-            if why is not None:
-                self._result = failure(why.code, why.reason)
-            elif self.tree.status is Status.SUCCESS:
-                self._result = success()
-        return self._result
-
-    def _break_off(self, error: Exception) -> None:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        place = f"{Path(where.filename).name}:{where.lineno}"
-        self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
-        # Skills that the clean-up had started are cancelled; the node that broke may break again.
+    def break_off(self, code: str, reason: str) -> None:
+        """End with a failure; skills that the clean-up had started are cancelled."""
         for node in self.tree.iterate():
             if not node.children and node.status is Status.RUNNING:
-                with suppress(Exception):
+                with suppress(Exception):  # the node that broke may break again
                     node.stop(Status.INVALID)
+        self._end(failure(code, reason))
+
+    def _end(self, result: Result) -> None:
+        assert self._entry is not None
+        self._result = result
+        self._context.beside.remove(self)
+        self._context.poll(self._entry)
+
+    def poll(self) -> Result | None:
+        """The result, None as long as it goes on."""
+        return self._result
 
     def cancel(self) -> None:
         """Refused on purpose: the deadlines of its skills end a clean-up."""
 
     def on_change(self, callback: Callable[[], None]) -> None:
         """Not needed: its nodes wake through the context."""
-
-    def _wake(self) -> None:
-        # Deferred: a wake may come in the middle of this tree's own tick.
-        self._context.clock.call_at(self._context.clock.now(), self._on_wake)
-
-    def _on_wake(self) -> None:
-        if self._entry is not None:
-            self._context.poll(self._entry)
-        self._context.wake()

@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Skill, SkillRun
+
+if TYPE_CHECKING:
+    from florence_bt.behaviours.cleaning_up import CleanupRun
 
 StartedHook = Callable[[str, str, Mapping[str, Any]], None]
 """Called with the path of the node, the name of the skill and its inputs."""
@@ -94,6 +97,7 @@ class TreeContext:
         later: Does what is not urgent: during a tick when it is over, at once otherwise.
         waiting: Called when a run has ended: skills that wait until what they need is free.
         watching: Called when the run goes on after a pause: skills that are watched as conditions.
+        beside: The clean-ups that go on beside the tree, each to be ticked with it.
     """
 
     clock: Clock
@@ -108,6 +112,7 @@ class TreeContext:
     later: Callable[[Callable[[], None]], None] = _at_once
     waiting: list[Callable[[], None]] = field(default_factory=list)
     watching: list[Callable[[], None]] = field(default_factory=list)
+    beside: list[CleanupRun] = field(default_factory=list)
 
     def with_keys(self, keys: KeyStore) -> TreeContext:
         """Return the same context for a called mission, which has its own keys."""
@@ -171,6 +176,11 @@ class TreeContext:
         self.runs.remove(entry)
         _end_limit(entry)
         self._call_waiting()
+
+    def tick_beside(self) -> None:
+        """Tick the clean-ups that go on beside the tree."""
+        for cleanup in tuple(self.beside):
+            cleanup.tick()
 
     def suspend(self) -> None:
         """Cancel every run that goes on, for a pause; a run that had finished keeps its result."""

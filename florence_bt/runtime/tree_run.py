@@ -106,25 +106,29 @@ class TreeRun:
         Args:
             by_itself: Whether that was the step before, and nothing outside the tree.
         """
-        if self.run.status is RunStatus.RUNNING:
+        if self.run.status is not RunStatus.PAUSED:
             self._ticks.note(self._environment.clock.now(), by_itself=by_itself)
             self._tick()
-        elif self.run.status is RunStatus.PAUSED and self._resume_wanted:
+        elif self._resume_wanted:
             self._resume_when_drained()
-        if self.run.status is RunStatus.ENDING:
-            self._finish_if_drained()
+        self.finish_if_drained()
 
     # ---- ticking --------------------------------------------------------------------------------------
 
     def _tick(self) -> None:
-        root = self.tree.root
+        """Tick the clean-ups beside the tree, and the tree unless it has ended."""
+        goes_on = self.run.status is RunStatus.RUNNING
+        if not goes_on and not self._context.beside:
+            return
         if self._ticks.count > MAX_QUICK_ROUNDS:
-            self.end(RunStatus.FAILED, self._spinning())
+            self._end_spinning()
             return
         self.run.ticks += 1
         self._held = []
         try:
-            self._ticks.tick()
+            self._context.tick_beside()
+            if goes_on:
+                self._ticks.tick()
         except Exception as error:
             # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
             self._break_down(error)
@@ -132,6 +136,12 @@ class TreeRun:
         finally:
             self._do_held()
             self._held = None
+        if goes_on:
+            self._after_main_tick()
+
+    def _after_main_tick(self) -> None:
+        """Publish what the tick has changed, and end with the tree."""
+        root = self.root
         for change in self._ticks.changes():
             self._environment.event_bus.publish(self.run, EventKind.NODE, **change)
         self.on_tick(self.run)
@@ -142,16 +152,14 @@ class TreeRun:
         elif root.status is Status.FAILURE:
             self.end(RunStatus.FAILED, explain(root))
 
-    def _spinning(self) -> Why:
-        """Make the failure of a tree that goes on without time passing, at its lowest running node."""
-        node = self.root
-        while child := next((child for child in node.children if child.status is Status.RUNNING), None):
-            node = child
-        reason = (
-            f"{node.name} goes on without end: {MAX_QUICK_ROUNDS} rounds in a row took no time "
-            "(a wait, or a skill that takes time, belongs into such a loop)"
-        )
-        return Why(path_of(node), "spinning", reason)
+    def _end_spinning(self) -> None:
+        """End a tree that goes on without time passing, or the clean-ups that do when it has ended."""
+        if self.run.status is RunStatus.RUNNING:
+            self.end(RunStatus.FAILED, _spinning(self.root))
+            return
+        for cleanup in tuple(self._context.beside):
+            why = _spinning(cleanup.tree)
+            cleanup.break_off(why.code, why.reason)
 
     def _after_tick(self, callback: Callable[[], None]) -> None:
         """Do what is not urgent when the tick is over, now when none goes on: the next skill starts first."""
@@ -322,10 +330,10 @@ class TreeRun:
             self._limit.cancel()
             self._limit = None
 
-    def _finish_if_drained(self) -> None:
-        """Finish when every skill of the run has ended too: no goal is left behind."""
-        assert self._end is not None
-        if not self._open_skills():
+    def finish_if_drained(self) -> None:
+        """Finish a run that ends, when every skill it started has ended too: no goal is left behind."""
+        if self.run.status is RunStatus.ENDING and not self._open_skills():
+            assert self._end is not None
             self._finish(*self._end)
 
     def _open_skills(self) -> list[str]:
@@ -399,6 +407,18 @@ class TreeRun:
             self._environment.wake()
 
 
+def _spinning(root: Behaviour) -> Why:
+    """The failure of a tree that goes on without time passing; the lowest node that runs does not end."""
+    node = root
+    while child := next((child for child in node.children if child.status is Status.RUNNING), None):
+        node = child
+    reason = (
+        f"{node.name} goes on without end: {MAX_QUICK_ROUNDS} rounds in a row took no time "
+        "(a wait, or a skill that takes time, belongs into such a loop)"
+    )
+    return Why(path_of(node), "spinning", reason)
+
+
 class TreeTicks:
     """Ticks a tree.
 
@@ -423,7 +443,8 @@ class TreeTicks:
         self._moment = -1.0
 
     def note_end(self) -> None:
-        """Note where every node stands, before the tree is stopped and its nodes forget it."""
+        """Note where every node stands, before the tree is stopped and its nodes forget it; count anew."""
+        self.count = 0
         now, tick = self._clock.now(), self._ticker.count
         known: dict[Behaviour, Why] = {}
         nodes = [self._ticker.root]

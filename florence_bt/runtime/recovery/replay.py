@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
+from itertools import islice, takewhile
 from math import inf
 
 from py_trees.common import Status
 
-from florence_bt.behaviours.cleaning_up import CLEANUP
 from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.behaviours.why import Why, path_of
 from florence_bt.core.clock import ManualClock
@@ -106,14 +105,11 @@ class _Replay:
             raise ReplayDiverged("the journal of the run has no beginning")
         self._clock = ManualClock(self._events[0].time)
         self._done: list[RunEvent] = []
-        self._started_between: list[tuple[str, ...]] = []
         self._last_change = {
             event.tick: index
             for index, event in enumerate(self._events)
             if event.kind == EventKind.NODE.value
         }
-        self._between = _between_ticks(self._events, self._last_change)
-        self._records: dict[int, _Recorded] = {}
         self._over: tuple[RunStatus, Why | None] | None = None
         self._skills = {name: _RecordedSkill(declaration, run) for name, declaration in declarations.items()}
         self._give_ends()
@@ -132,9 +128,7 @@ class _Replay:
         ticks = [event for event in self._events if event.kind in _TICKED]
         last = max((event.tick for event in ticks), default=0)
         for index, event in enumerate(self._events):
-            if index in self._between.ends or index in self._between.starts:
-                self._go_on_between(index)
-            elif event.kind in _TICKED and event.tick > self._run.ticks:
+            if event.kind in _TICKED and event.tick > self._run.ticks:
                 self._tick(index, complete=event.tick < last)
             elif event.kind == EventKind.PAUSED.value:
                 self._advance(event.time, 0.0)
@@ -164,32 +158,7 @@ class _Replay:
         """Let go of what ran: its process has died, so nobody need wait for the end of a run."""
         for skill in self._skills.values():
             skill.let_go()
-        if self._run.status is RunStatus.ENDING:
-            self._tree.step()
-
-    def _go_on_between(self, index: int) -> None:
-        """Let a clean-up beside the tree do what it did between two ticks: a skill ends or starts."""
-        event = self._events[index]
-        self._advance(event.time, self._early_s)
-        # A tick that changed nothing is not in the journal.
-        self._run.ticks = max(self._run.ticks, event.tick)
-        start = self._between.ends.get(index)
-        if start in self._records:
-            self._records[start].held = False
-        for skill in self._skills.values():
-            skill.release(event.tick)
-        self._clock.advance_to(self._clock.now())  # a clean-up ticks right after it was woken
-        self._note_starts()
-        if start is None:
-            if _recorded(event) not in self._started_between:
-                raise ReplayDiverged(_difference(event.tick, [_recorded(event)], self._started_between))
-            self._started_between.remove(_recorded(event))
-
-    def _note_starts(self) -> None:
-        """Note what clean-ups have started since the last tick."""
-        started = (event for event in self._done if event.kind is EventKind.SKILL_STARTED)
-        self._started_between += [_did(event) for event in started]
-        self._done.clear()
+        self._tree.finish_if_drained()
 
     def _tick(self, index: int, *, complete: bool) -> None:
         """Do the tick whose first event has this index, and compare."""
@@ -197,19 +166,16 @@ class _Replay:
         self._advance(first.time, self._early_s)
         for skill in self._skills.values():
             skill.release(first.tick)
-        self._note_starts()
         self._run.ticks = first.tick - 1
-        later = ((at, self._events[at]) for at in range(index, len(self._events)))
-        of_tick = takewhile(lambda each: each[1].tick == first.tick and each[1].kind not in _BETWEEN, later)
-        compared = [
-            event for at, event in of_tick if event.kind in _COMPARED and at not in self._between.starts
-        ]
+        later = islice(self._events, index, None)
+        of_tick = takewhile(lambda event: event.tick == first.tick and event.kind not in _BETWEEN, later)
+        compared = [event for event in of_tick if event.kind in _COMPARED]
         for node in self._asked_in_background(compared):
             node.ask_again()
+        self._done.clear()
         self._tree.step()
         wanted = [_recorded(event) for event in compared]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
-        self._done.clear()
         if (done[: len(wanted)] if not complete else done) != wanted:
             raise ReplayDiverged(_difference(first.tick, wanted, done))
 
@@ -240,7 +206,8 @@ class _Replay:
 
     def _give_ends(self) -> None:
         """Give each recorded start the end that belongs to it."""
-        records, unseen = self._records, _ends_after_leaving(self._events, self._last_change)
+        records: dict[int, _Recorded] = {}
+        unseen = _ends_after_leaving(self._events, self._last_change)
         for index, event in enumerate(self._events):
             if event.kind == EventKind.SKILL_STARTED.value and event.skill in self._skills:
                 records[index] = _Recorded()
@@ -252,8 +219,7 @@ class _Replay:
                 records[start].tick = event.tick
                 records[start].late = end > self._last_change.get(event.tick, -1)
                 records[start].in_pause = bool(event.data.get("paused"))
-                records[start].held = end in self._between.ends
-                records[start].after_leaving = end in unseen and not records[start].held
+                records[start].after_leaving = end in unseen
                 records[start].result = _result(event, self._skills[event.skill].declaration)
 
 
@@ -264,7 +230,6 @@ class _Recorded:
     Attributes:
         tick: The tick in which the end was published, or after which.
         late: Whether it is the last event of that tick. A run that was left ended after it.
-        held: Whether the end is that of a skill of a clean-up, not published yet: it comes between two ticks.
         in_pause: Whether it ended well in a pause, although it was cancelled for that or left before.
         after_leaving: Whether it ended only after its node had left it: the node never saw the end.
         result: How it ended.
@@ -272,7 +237,6 @@ class _Recorded:
 
     tick: int = 0
     late: bool = False
-    held: bool = False
     in_pause: bool = False
     after_leaving: bool = False
     result: Result | None = None
@@ -353,7 +317,7 @@ class _RecordedRun:
             self._end(self.record.result or cancelled())
 
     def _has_ended_by(self, tick: int) -> bool:
-        if self.record.held or ((self.record.after_leaving or self.record.in_pause) and not self.left):
+        if (self.record.after_leaving or self.record.in_pause) and not self.left:
             return False
         last = self.record.tick + (self.left and self.record.late)
         return self.result is None and self.record.result is not None and tick >= last
@@ -391,53 +355,6 @@ def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
     outputs = {name: typed(value, declaration.outputs.get(name)) for name, value in event.outputs.items()}
     outcome = Outcome(event.data.get("outcome", Outcome.FAILED.value))
     return Result(outcome, event.code or "ok", event.reason, outputs)
-
-
-@dataclass(frozen=True, slots=True)
-class _BetweenTicks:
-    """The starts and ends of clean-ups between two ticks of the tree; indices of events.
-
-    Attributes:
-        starts: Starts of skills.
-        ends: The end of a skill -> its start.
-    """
-
-    starts: frozenset[int]
-    ends: dict[int, int]
-
-
-def _between_ticks(events: Sequence[JournaledEvent], last_change: dict[int, int]) -> _BetweenTicks:
-    """Find what clean-ups beside the tree did by themselves.
-
-    Args:
-        events: Everything that the journal has of a run.
-        last_change: Tick -> index of the last change of a node in it. The events of a tick come before that.
-    """
-    beside = _starts_beside(events)
-    return _BetweenTicks(
-        frozenset(index for index in beside if index > last_change.get(events[index].tick, -1)),
-        {
-            end: start
-            for start, end in match_ends(events)
-            if start in beside and end > last_change.get(events[end].tick, -1)
-        },
-    )
-
-
-def _starts_beside(events: Sequence[JournaledEvent]) -> set[int]:
-    """Return the starts of skills below the node of a clean-up, from its beginning to its end."""
-    going: list[str] = []
-    found = set()
-    for index, event in enumerate(events):
-        if event.kind == EventKind.SKILL_STARTED.value and event.skill == CLEANUP:
-            going.append(event.node)
-        elif event.kind == EventKind.SKILL_ENDED.value and event.skill == CLEANUP and event.node in going:
-            going.remove(event.node)
-        elif event.kind == EventKind.SKILL_STARTED.value and any(
-            f"{event.node}/".startswith(f"{node}/") for node in going
-        ):
-            found.add(index)
-    return found
 
 
 def _ends_after_leaving(events: Sequence[JournaledEvent], last_change: Mapping[int, int]) -> frozenset[int]:

@@ -83,6 +83,7 @@ def ticks_of(name, library, declarations, seed, stop_after=None):
     assert isinstance(wake, Wake)
     for tick in range(300):
         wake.take()
+        context.tick_beside()
         tree.root.tick_once()
         statuses = "".join(node.status.value[0] for node in tree.root.iterate())
         trace.append((round(clock.now(), 6), statuses))
@@ -195,6 +196,7 @@ def run_tree(exchange_with):
         tree = compile_mission(library.get("t"), library, inputs or {}, context)
         while tree.root.status.value not in ("SUCCESS", "FAILURE"):
             context.wake.take()
+            context.tick_beside()
             tree.root.tick_once()
             while not context.wake.asked and (clock.next_time() or limit_s) < limit_s and clock.run_next():
                 pass

@@ -250,6 +250,20 @@ def test_an_endless_loop_that_takes_no_time_ends_and_names_the_node(either_bench
     assert run.ticks <= MAX_QUICK_ROUNDS + 1
 
 
+def test_a_clean_up_that_takes_no_time_and_never_ends_does_not_keep_the_robot(either_bench):
+    loop = "{name: count, repeat: 1000000, do: {set: {x: 1}}}"
+    run = either_bench.run_text(f"tree: {{timeout: 1 s, do: {{wait: 9 s, finally: {loop}}}}}")
+    assert (run.status, run.code) == (RunStatus.FAILED, "timed_out")
+    assert run.ticks <= MAX_QUICK_ROUNDS + 5
+
+
+def test_a_tree_that_spins_is_cleaned_up_all_the_same(either_bench):
+    either_bench.script_work(Step(success(pay=7), after=2.0))
+    clean_up = "{repeat: 3, do: {work: }}"
+    run = either_bench.run_text(f"tree: {{repeat: 1000000, do: {{set: {{x: 1}}}}, finally: {clean_up}}}")
+    assert (run.status, run.code, len(either_bench.work.runs)) == (RunStatus.FAILED, "spinning", 3)
+
+
 def test_a_loop_that_takes_time_never_spins(either_bench):
     either_bench.script_work(Step(success(pay=7), after=0.001))
     run = either_bench.run_text("tree: {repeat: 6000, do: {work: }}")

@@ -109,6 +109,7 @@ class Play:
             if self.root.status in (Status.SUCCESS, Status.FAILURE):
                 return
             self._held = []
+            self.context.tick_beside()
             self.root.tick_once()
             held, self._held = self._held, None
             for callback in held:

@@ -285,6 +285,7 @@ def play(
     tick = make_tick(root)
     story: list[Any] = []
     for _ in range(TICKS):
+        script.context.tick_beside()
         tick()
         story.append((random_trees.state_of(root), tuple(script.log)))
         script.log.clear()
