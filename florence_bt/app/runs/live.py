@@ -14,6 +14,9 @@ from florence_bt.trees.drawings.ascii import MARKS
 
 STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
 
+_FRAME = (4, 2)
+"""Columns and lines that the border of a panel takes."""
+
 
 def styled(tree: str) -> Text:
     """Colour each mark of the ASCII tree."""
@@ -23,8 +26,27 @@ def styled(tree: str) -> Text:
     return text
 
 
+def around_what_runs(tree: str, lines: int, columns: int) -> str:
+    """The head line of a status and the lines down to the last one that runs, moved to the left where needed.
+
+    Args:
+        tree: A status with more lines than there is room for.
+        lines: How many lines there is room for.
+        columns: How wide they may be: every node that runs begins in the left half.
+    """
+    head, *below = tree.splitlines()
+    running = [line.lstrip().startswith(MARKS[Status.RUNNING]) for line in below]
+    end = max([lines - 1, *(place for place, runs in enumerate(running, 1) if runs)])
+    part = slice(end - lines + 1, end)
+    deepest = max(
+        (_depth(line) for line, runs in zip(below[part], running[part], strict=True) if runs), default=0
+    )
+    shift = max(deepest - columns // 2, 0)
+    return "\n".join([head, *(line[min(_depth(line), shift) :] for line in below[part])])
+
+
 class LiveDisplay:
-    """A panel that is redrawn in place."""
+    """A panel that is redrawn in place; of a status that is too long for the terminal it has what runs."""
 
     def __init__(self, console: Console) -> None:
         """Start drawing."""
@@ -37,7 +59,12 @@ class LiveDisplay:
 
     def show(self, tree: str) -> None:
         """Redraw the panel."""
-        self._live.update(Panel(styled(tree), title="mission", border_style="dim"))
+        console, text = self._live.console, styled(tree)
+        columns, lines = console.width - _FRAME[0], max(console.height - _FRAME[1], 2)
+        if len(text.wrap(console, columns)) > lines:
+            text = styled(around_what_runs(tree, lines, columns))
+            text.no_wrap, text.overflow = True, "ellipsis"
+        self._live.update(Panel(text, title="mission", border_style="dim"))
 
     def close(self) -> None:
         """Remove the panel."""

@@ -13,7 +13,8 @@ def fold_calls(rows: Sequence[TreeRow]) -> tuple[TreeRow, ...]:
     """Leave out the nodes of called missions, but for the ways to what runs and to what failed.
 
     A call below which nothing runs and that has not failed becomes one row. A failure that the called mission
-    has dealt with is left out, too.
+    has dealt with is left out, too. Where a way ends at a node between two of its children, such as a repeat
+    between two rounds, their rows stay.
 
     Args:
         rows: The nodes of a whole tree, as :func:`~florence_bt.trees.drawings.ascii.tree_rows` gives them.
@@ -23,6 +24,7 @@ def fold_calls(rows: Sequence[TreeRow]) -> tuple[TreeRow, ...]:
     """
     parents = _parents(rows)
     ways = _ways_to_what_runs(rows, parents)
+    between = ways.difference(parents[place] for place in ways)
     called: set[int] = set()
     shown: list[TreeRow] = []
     failing: set[int] = set()
@@ -32,7 +34,7 @@ def fold_calls(rows: Sequence[TreeRow]) -> tuple[TreeRow, ...]:
         failed = row.status is Status.FAILURE and (place not in called or parent in failing or parent in ways)
         if failed:
             failing.add(place)
-        if failed or place not in called or place in ways:
+        if failed or place not in called or place in ways or parent in between:
             shown.append(row)
     return tuple(shown)
 

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display, styled
+from florence_bt.app.runs.live import LiveDisplay, LogDisplay, around_what_runs, make_display, styled
 
 TREE = "goto: RUNNING\n[>] goto (sequence)\n    [+] find room\n    [>] navigate to -- driving [/bold] on\n"
 
@@ -77,3 +77,25 @@ def test_marks_have_colours_and_the_text_stays(screen):
     text = styled(TREE)
     assert text.plain == TREE
     assert {"green", "bold cyan"} <= {str(span.style) for span in text.spans}
+
+
+LONG = "goto: RUNNING\n[>] goto (sequence)\n" + "".join(
+    f"{'    ' * depth}{mark} node {depth}\n"
+    for depth, mark in enumerate("[>]" if i < 30 else "[ ]" for i in range(40))
+)
+
+
+def test_of_a_long_status_the_live_display_shows_what_runs():
+    console = Console(file=io.StringIO(), width=80, height=24, force_terminal=True)
+    display = LiveDisplay(console)
+    display.show(LONG)
+    display.close()
+    shown = console.file.getvalue()
+    assert "goto: RUNNING" in shown and "node 29" in shown and "node 30" not in shown
+
+
+@pytest.mark.parametrize("lines", [3, 10, 41])
+def test_as_many_lines_as_there_is_room_for(lines):
+    found = around_what_runs(LONG, lines, 60).splitlines()
+    assert len(found) == lines and found[0] == "goto: RUNNING"
+    assert any("[>] node 29" in line[:60] for line in found)

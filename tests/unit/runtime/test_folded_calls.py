@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from py_trees.common import Status
 
 from florence_bt.core.outcome import failure
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.run import MissionRequest
+from florence_bt.trees.drawings.ascii import TreeRow
+from florence_bt.trees.drawings.folding import fold_calls
 
 TOUR = """\
 mission: tour
@@ -155,3 +158,14 @@ def test_a_call_that_was_left_on_the_way_is_one_line(bench, tmp_path):
     text = bench.executor.render(run)
     assert "[-] run leg\n" in text and "short cut" not in text
     assert "short cut" in bench.executor.render(run, whole=True)
+
+
+def test_between_two_rounds_the_last_one_is_still_seen():
+    rows = [
+        TreeRow(0, Status.RUNNING, "tour", ""),
+        TreeRow(1, Status.RUNNING, "run trip", "", call=True),
+        TreeRow(2, Status.RUNNING, "repeat forever", ""),
+        TreeRow(3, Status.SUCCESS, "drive and work", ""),
+        TreeRow(4, Status.SUCCESS, "drive", ""),
+    ]
+    assert fold_calls(rows) == tuple(rows[:4])
