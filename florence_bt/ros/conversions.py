@@ -181,7 +181,7 @@ def odometry_to_ros(
 
 
 def odometry_from_ros(message: OdometryMsg) -> Odometry:
-    """Pose and velocity of a base."""
+    """Convert the pose and velocity of a base."""
     return Odometry(
         stamp_from_ros(message.header.stamp),
         pose_from_ros(message.pose.pose),

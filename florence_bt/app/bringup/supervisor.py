@@ -295,7 +295,7 @@ class Supervisor:
         return killed
 
     def pids(self) -> dict[str, int]:
-        """Process ids by group."""
+        """Return the process ids by group."""
         return {child.name: child.process.pid for child in self._children}
 
 

@@ -134,7 +134,7 @@ class System:
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
-        """Process ids by group of nodes."""
+        """Return the process ids by group of nodes."""
         return self._supervisor.pids()
 
     def check(self) -> None:

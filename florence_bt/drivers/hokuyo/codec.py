@@ -400,8 +400,8 @@ def _decode_echoes(data: bytes, width: int, numbers: int) -> NDArray[np.int32]:
 
     Args:
         data: The data lines in one piece.
-        width: Characters a number.
-        numbers: Numbers an echo: 1, or 2 with intensities.
+        width: Characters per number.
+        numbers: Numbers per echo: 1, or 2 with intensities.
 
     Returns:
         Shape (steps, k, numbers), ``NO_ECHO`` from a step's last echo on.

@@ -26,7 +26,7 @@ class Retune:
     A line feed goes first: what was sent at the wrong speed is half a command in the sensor's buffer.
 
     Attributes:
-        bit_rate: Bits a second of our end of the line.
+        bit_rate: Bits per second of our end of the line.
     """
 
     bit_rate: int

@@ -79,7 +79,7 @@ class HokuyoPortParameters(CheckedParameters):
 
     Attributes:
         port: The serial device; the sensor is a USB modem class device (REFERENCE 4.2).
-        baud_rate: Bits a second that a real serial line shall have (SS); the sensor is looked for at others
+        baud_rate: Bits per second that a real serial line shall have (SS); the sensor is looked for at others
             too. Without effect over USB (ttyACM).
         ip_address: Address or name of a sensor on the network, such as 192.168.0.10; used instead of the port
             when it is set. Sensors with a network plug speak the same protocol there.

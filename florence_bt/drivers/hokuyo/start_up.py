@@ -87,7 +87,7 @@ def rates_to_try(wanted: int | None, last: int | None, misses: int) -> tuple[int
         misses: How many starts in a row heard nothing.
 
     Returns:
-        Bits a second; none for a line without speed.
+        Bits per second; none for a line without speed.
     """
     if wanted is None:
         return ()

@@ -70,7 +70,7 @@ class Body:
         self._readers = self._make_readers()
 
     def restart(self) -> None:
-        """Begin like at power-on: the outputs are high for a while, and everything counts from nothing."""
+        """Begin as at power-on: the outputs are high for a while, and everything counts from nothing."""
         self.digital_outputs = 7
         self.leds = (0, 0, 0)
         self.songs.forget()

@@ -345,7 +345,7 @@ class ScipEmulator:
 
     @property
     def bit_rate(self) -> int:
-        """Bits a second of its RS-232 line."""
+        """Bits per second of its RS-232 line."""
         return int(self._bit_rate)
 
     def _objection(self, letters: str, arguments: str, note: str) -> str | None:
@@ -575,7 +575,7 @@ def group(values: NDArray[np.int32], cluster: int, minimum_mm: int) -> NDArray[n
 
     Args:
         values: Shape (n,), millimetres or error codes.
-        cluster: Steps a group; 0 and 1 both mean one.
+        cluster: Steps per group; 0 and 1 both mean one.
         minimum_mm: DMIN; smaller values are codes.
 
     Returns:
@@ -646,7 +646,7 @@ def encode_echoes(values: NDArray[np.int32], numbers: int, minimum_mm: int) -> s
 
     Args:
         values: Shape (steps * numbers,).
-        numbers: Numbers an echo: 1, or 2 with intensities.
+        numbers: Numbers per echo: 1, or 2 with intensities.
         minimum_mm: DMIN; smaller distances are codes.
     """
     echoes = []

@@ -187,7 +187,7 @@ class _Furnisher:
         return moved if self._fits(moved, self._taken(), self._blocked()) else None
 
     def _place_group(self, area: Area, group: Group) -> None:
-        """Try some places for the main piece; leave the group away when none is good."""
+        """Try some places for the main piece; leave the group out when none is good."""
         taken, blocked = self._taken(), self._blocked()
         for _ in range(_TRIES):
             look = self._look(group)

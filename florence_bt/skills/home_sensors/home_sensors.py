@@ -107,7 +107,7 @@ class HomeSensors:
             raise BadReport(f"there is no home sensor {report.sensor!r} (would have worked: {names})")
         if report.at is None:
             if sensor.kind is SensorKind.DEVICE:
-                # Not when, but what it is: the next change is one.
+                # It tells the state, but not since when: the next report that differs is a change.
                 state.active = report.active
             return
         if not math.isfinite(report.at) or report.at > now + AHEAD_S:

@@ -225,7 +225,7 @@ class Converter:
         """Return the kind of a key."""
         key = self.tree.local(foreign, self.facts.main)
         kind = self.facts.kind(self.tree.tree.name, key)
-        # What nothing tells of is declared as a text.
+        # A key that nothing tells about is declared as a text.
         return kind or (Kind.TEXT if key in self.tree.inputs or key in self.tree.outputs else None)
 
     def new_key(self, wanted: str, kind: Kind, default: str | None) -> str:
@@ -997,7 +997,7 @@ def pipeline_sequence(c: Converter, e: Element) -> Node:
     if not any(_is_done_again(c, child) for child in earlier):
         return {"sequence": [*first, c.node(last)]}
     if any(below.tag == e.tag for child in earlier for below in child.walk()):
-        # What is done again is written twice: one in another would grow without end.
+        # A part that is done again is written twice: nested ones would grow without end.
         c.lost(e, "another PipelineSequence stands before its last node; imported as a sequence")
         return {"sequence": [*first, c.node(last)]}
     rounds: Node = {"sequence": [{"wait": _shortest_pace(c, earlier)}, *first]}

@@ -116,7 +116,7 @@ class LaserOdometry:
         self.covariance = _covariance(self._slip.deviations(wheels, _SLIP))
 
     def _follow(self, points: NDArray[np.float64], wheels: Pose2) -> None:
-        # So far is a drive that the wheels take for one in the other direction.
+        # Twice the way: the wheels may take a drive for one in the other direction.
         reach = 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M
         match = self._match(points, wheels, min(_LONGEST_M, reach), 1)
         if match.near_fraction < _BROKEN_BELOW and reach > _LONGEST_M:
@@ -146,7 +146,7 @@ class LaserOdometry:
             cost_d=_cost(held_d),
             cost_a=_cost(held_a),
         )
-        # The wheels may be wrong by what they are mostly wrong by, and by what the search has found.
+        # The wheels may be off by their usual error, and by what the search has found.
         slipped = [found.x - guess.x, found.y - guess.y, angle_difference(found.yaw, guess.yaw)]
         return match_scan(
             field,

@@ -114,7 +114,7 @@ class ParticleFilter:
         x, y, yaw = self.particles.T
         column, row = np.floor(x / 0.5), np.floor(y / 0.5)
         sector = np.floor(_wrap(yaw) / math.radians(10.0))
-        # One number a bin, in the order of (column, row, sector): sorting rows of three is dear.
+        # One number per bin, in the order of (column, row, sector): sorting rows of three is slow.
         rows = row.max() - row.min() + 1.0
         bins = ((column - column.min()) * rows + (row - row.min())) * 64.0 + (sector + 32.0)
         _, which = np.unique(bins, return_inverse=True)

@@ -118,11 +118,11 @@ class Relocaliser:
     def _count(self, fit: float, motion: Pose2, *, contradicts: bool) -> None:
         """Add what was travelled to that with scans that fit badly, or take it off."""
         way = math.hypot(motion.x, motion.y)
-        # Without a break, what contradicts nothing has met people.
+        # Unless the robot was carried, a poor fit that contradicts nothing comes from people.
         worst = self._p.relocalise_fit if self._unconfirmed else self._p.lost_fit
         poor = fit < worst and (contradicts or self._carried)
         self._poor_m = max(0.0, self._poor_m + (1.0 if poor else -1.0) * (way + abs(motion.yaw)))
-        # What fits a little counts less.
+        # A scan that fits a little counts less.
         self._unfit_m = max(0.0, self._unfit_m + way * min(1.0, 1.0 - fit / self._p.lost_fit))
 
     def _is_lost(self, points: NDArray[np.float64], fit: float, *, contradicts: bool) -> bool:

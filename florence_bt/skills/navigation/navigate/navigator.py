@@ -529,7 +529,7 @@ class Navigator:
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
         localised = map_from_odom is not None
-        # Who lost its place keeps its distance to everybody.
+        # A robot that has lost its place keeps its distance from everybody.
         goal = self._goal if localised else None
         followed = (goal.user_id, goal.person) if isinstance(goal, Follow) else ()
         people = self._people.people(now, *followed)

@@ -150,7 +150,7 @@ def _crossing_costs(cells: Cells, parameters: PlannerParameters) -> NDArray[np.u
     values = np.arange(256)
     table = np.minimum(parameters.neutral_cost + parameters.cost_factor * values, INSCRIBED).astype(np.uint8)
     table[INSCRIBED:] = OBSTACLE
-    # What is a lethal cell stays apart from what is only too near to one: see _open_start.
+    # Lethal cells are kept apart from those that are only too near to one: see _open_start.
     table[LETHAL] = OBSTACLE + 1
     table[UNKNOWN_COST] = INSCRIBED if parameters.allow_unknown else OBSTACLE
     crossing = np.full((cells.shape[0] + 2, cells.shape[1] + 2), OBSTACLE, np.uint8)

@@ -47,7 +47,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     first = np.array([(start[0] + 1) * (columns + 2) + start[1] + 1])
     potential = spread_wave(floor.ravel(), columns + 2, first, -1, 2.0 * NEUTRAL)
     way = potential.reshape(floor.shape)[1:-1, 1:-1]
-    # What is marked round the person is the person.
+    # The marks around the person are the person.
     solid = (costmaps.static == LETHAL) | ((costs == LETHAL) & (from_person > _BODY_M))
     room = distance_transform_edt(~solid) * resolution
     worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way

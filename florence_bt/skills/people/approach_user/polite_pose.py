@@ -250,7 +250,7 @@ def nearest_pose(
     near = _Surroundings(user, robot, safe_distance, costmap)
     apart = near.from_user
     places = near.reached & (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
-    # Of places that are about as near to the person, the one with the shortest way.
+    # Of places about equally near to the person, the one with the shortest way.
     cost = apart + WAY_WEIGHT * near.from_robot + TURN_WORTH * ~near.has_room_to_turn
     cost += WAY_WORTH * ~near.has_wide_way
     order = np.argsort(cost[places], kind="stable")

@@ -143,7 +143,7 @@ class Gallery:
                 continue
             if known.last is None or not may_return(known.last, came, self._use):
                 continue
-            # A reflection of somebody, or somebody in grey, is not who has colours and was somewhere else.
+            # A reflection, or somebody in grey, is not the one who has colours and was elsewhere.
             unseen = distance is None and known.histogram is not None
             if unseen and away(known.last, came) > NEARBY * self._use.return_margin:
                 continue

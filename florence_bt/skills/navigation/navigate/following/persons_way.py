@@ -66,7 +66,7 @@ class PersonsWay:
         """
         pose, track = state.pose, self._task.track
         distance, ahead = math.dist(person, (pose.x, pose.y)), pose.bearing_to(*person)
-        # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
+        # A person in sight is as far away as they look, any other as far as the robot has to drive.
         seen = is_in_sight(self._task, state, person)
         walks = track.walks_away(pose, ahead) if seen else track.speed
         steps = [
@@ -75,9 +75,9 @@ class PersonsWay:
             if math.dist(place, (pose.x, pose.y)) > OWN_PLACE_M
         ]
         if seen and distance <= keep + self._task.use.follow_give_way:
-            # Who is near and in sight is not turned away from.
+            # The robot does not turn away from somebody who is near and in sight.
             steps = [step for step in steps if not _is_astray(pose, step[0], ahead)]
-        # Where they walked nothing stands that the map may know: it was moved.
+        # Where they walked is free, whatever the map knows there: it was moved.
         seen_free = Clearance(self._task.costmaps.local_costmap, pose, None, None)
         # Where it is narrow, the robot stays on the way itself.
         close = sorted(steps, key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))

@@ -120,7 +120,7 @@ class Search:
                 speed = self._task.goal.max_angular if fast else _LOOK_RADPS
                 turn = self._task.motions.turn_round(state, left, speed)
                 if turn.is_zero():
-                    # From here it cannot be looked at: make room, and drive on.
+                    # It cannot be looked at from here: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
                     self._next_choice = state.now
                     self._way_back.begin(state.now)

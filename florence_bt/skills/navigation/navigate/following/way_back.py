@@ -76,7 +76,7 @@ class WayBack:
             left = 0.0
         turn = self._task.motions.turning_speed(left)
         straight = back if abs(left) < _STRAIGHT_RAD else 0.0
-        # Where it has come, nothing stands that the map may know.
+        # Where it came from is free, whatever the map knows there.
         costmap = self._task.costmaps.local_costmap
         come = Clearance(costmap, pose, None, None) if on_trail else state.clearance
         ways = (Twist2(straight, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
