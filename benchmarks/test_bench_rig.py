@@ -1,4 +1,4 @@
-"""How much faster than real time the rig is, and where its time goes."""
+"""How much faster than real time the rig is, and where its time goes (``build/rig_profile.csv``)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import pstats
 import time
 
 from florence_bt.app.demo.rigs import make_rig
+from tools.tables import write_runs
 
 SEEDS = (1, 2, 3)
 
@@ -30,14 +31,14 @@ def test_rig_speed(benchmark, figures):
     assert simulated / wall >= 250
 
 
-def test_rig_profile(benchmark, figures):
+def test_rig_profile(benchmark):
     profile = cProfile.Profile()
     benchmark.pedantic(lambda: profile.runcall(run_once, SEEDS[1]), rounds=1)
     stats = pstats.Stats(profile)
     total = stats.total_tt
-    rows = sorted(stats.stats.items(), key=lambda item: item[1][2], reverse=True)[:5]
-    for (file, _line, name), (_, calls, own, _, _) in rows:
+    entries = sorted(stats.stats.items(), key=lambda item: item[1][2], reverse=True)
+    rows = []
+    for (file, _line, name), (_, calls, own, _, _) in entries:
         place = file.split("florence_bt/")[-1] if "florence_bt" in file else file.rsplit("/", 1)[-1]
-        figures.add(
-            "rig profile, own time", f"{100 * own / total:.0f} %", f"{name} in {place}, {calls} calls"
-        )
+        rows.append((f"{100 * own / total:.1f}", name, place, str(calls)))
+    write_runs("rig_profile", ("own time (%)", "function", "file", "calls"), rows)

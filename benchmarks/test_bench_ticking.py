@@ -20,6 +20,7 @@ from benchmarks import trees
 from benchmarks.measure import seconds_per_call
 from benchmarks.test_bench_runs import VALUES
 from florence_bt.behaviours.keys import KeyStore
+from florence_bt.behaviours.ticking import Ticker
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import success
@@ -27,7 +28,6 @@ from florence_bt.core.skill import BaseRun, Event
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, RunIds
-from florence_bt.runtime.ticking import Ticker
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.inputs import parse_inputs

@@ -1,6 +1,7 @@
 """How well the colour detector tells people from other things in real photographs.
 
-``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/people.md``
+``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/people.md``.
+What was said of each photograph is in ``build/colour.csv``.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from florence_bt.core.sensing import CameraModel, ColourImage
 from florence_bt.skills.people.user_tracker.colour_detector import Box, ColourDetector
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion, Region
 from tools.colour_network.photographs import EMPTY, WITH_PEOPLE, Photograph, read
-from tools.tables import table, write_between_marks
+from tools.tables import table, write_between_marks, write_runs
 
 PROPOSALS = 12
 """Regions of the shape of a person that are proposed in each empty photograph."""
@@ -80,22 +81,27 @@ def look(detector: ColourDetector, photograph: Photograph) -> list[Looked]:
     return looked
 
 
-def row(photograph: Photograph, looked: Sequence[Looked]) -> tuple[str, ...]:
-    """Write a row of the table."""
-    counts = [str(sum(each.opinion is opinion for each in looked)) for opinion in Opinion]
-    people = str(len(photograph.people) or "nobody")
-    return f"{photograph.name} ({photograph.package.split('==')[0]})", people, str(len(looked)), *counts
+SAID = ("proposed", *(f"said: {each.value}" for each in Opinion))
+RUN = ("photograph", "people", *SAID)
 
 
-def report(detector: ColourDetector) -> str:
-    """Write all results as Markdown."""
-    results = [(each, look(detector, each)) for each in (*WITH_PEOPLE, *EMPTY)]
-    head = ("photograph", "people", "proposed", *(f"said: {each.value}" for each in Opinion))
+def said(looked: Sequence[Looked]) -> list[str]:
+    """How often the detector was asked, and what it said how often."""
+    return [str(len(looked)), *(str(sum(each.opinion is opinion for each in looked)) for opinion in Opinion)]
+
+
+def report(results: Sequence[tuple[Photograph, Sequence[Looked]]]) -> str:
+    """The totals as Markdown."""
+    rows = []
+    for what, shows_people in (("people", True), ("nobody", False)):
+        mine = [looked for photograph, looked in results if bool(photograph.people) is shows_people]
+        rows.append((what, str(len(mine)), *said([each for looked in mine for each in looked])))
     times = [each.seconds for _, looked in results for each in looked]
     return "\n\n".join(
         (
-            table(head, [row(*each) for each in results]),
-            f"{1000 * statistics.median(times):.0f} ms of one core a proposal (median of {len(times)}).",
+            table(("what they show", "photographs", *SAID), rows),
+            f"{1000 * statistics.median(times):.0f} ms of one core for each proposal "
+            f"(median of {len(times)}).",
         )
     )
 
@@ -104,16 +110,19 @@ def main() -> int:
     """Look at the photographs and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+        "--write", type=Path, metavar="PAGE", help="put the totals between the marks of this page"
     )
     given = parser.parse_args()
     cv2.setNumThreads(1)
     try:
-        text = report(ColourDetector())
+        detector = ColourDetector()
+        results = [(each, look(detector, each)) for each in (*WITH_PEOPLE, *EMPTY)]
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 1
-    print(text)
+    rows = ((f"{each.name} ({each.package})", str(len(each.people)), *said(of)) for each, of in results)
+    text = report(results)
+    print(write_runs("colour", RUN, rows), text, sep="\n")
     if given.write:
         write_between_marks(given.write, "colour", text)
     return 0

@@ -1,6 +1,7 @@
 """Drives to random goals among walking people, in the rig: how many are reached, and how.
 
-``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 40 20 --write docs/navigation.md``
+``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 40 20 --write docs/navigation.md``.
+The single drives are in ``build/driving.csv``.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from florence_bt.simulation.home.mjcf import WHEEL_SEPARATION_M
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.rig.rig import Rig
 from florence_bt.skills.navigation.map_server.map_file import load_map
-from tools.tables import table, write_between_marks
+from tools.tables import table, write_between_marks, write_runs
 
 NAME = "driving"
 GOAL_CLEARANCE_M, WAY_RADIUS_M, WALKER_RADIUS_M = 0.30, 0.17, 0.35
@@ -189,6 +190,25 @@ HEAD = [
     "acceleration at most, m/s^2",
     "braking",
 ]
+RUN = ["home", "goal", "outcome", "driven (m)", "shortest (m)", "seconds", "end error (cm)", "contacts"]
+RUN += ["people into it", "acceleration (m/s^2)", "braking (m/s^2)"]
+
+
+def run_row(home: str, number: int, drive: DrivenGoal) -> list[str]:
+    """One drive as a line of the file."""
+    return [
+        home,
+        str(number),
+        "reached" if drive.reached else drive.reason,
+        f"{drive.driven:.2f}",
+        f"{drive.shortest:.2f}",
+        f"{drive.seconds:.0f}",
+        f"{100 * drive.error:.0f}",
+        ", ".join(drive.contacts),
+        str(drive.run_into),
+        f"{drive.acceleration:.2f}",
+        f"{drive.braking:.2f}",
+    ]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -204,7 +224,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if len(given.goals) not in (1, len(given.homes)):
         parser.error(f"--goals takes one number, or one for each of the {len(given.homes)} homes")
-    rows, failures = [], []
+    rows, runs = [], []
     for home, goals in zip(given.homes, itertools.cycle(given.goals), strict=False):
         file = None if home == "flat" else Path(home)
         try:
@@ -215,19 +235,14 @@ def main(arguments: list[str] | None = None) -> int:
             for number in range(goals):
                 drive = trip.drive()
                 drives.append(drive)
-                seen = "" if not drive.contacts else f", touched {', '.join(drive.contacts)}"
-                how = "reached" if drive.reached else drive.reason
-                print(
-                    f"{home} {number}: {how} ({drive.driven:.1f} m, {drive.seconds:.0f} s{seen})", flush=True
-                )
-                if not drive.reached or drive.contacts:
-                    failures.append(f"- {flat.name}, goal {number}: {how}{seen}")
+                runs.append(run_row(flat.name, number, drive))
+                print(" | ".join(runs[-1]), flush=True)
         except FlorenceError as error:
             print(f"{home}: {error}", file=sys.stderr)
             return 1
         rows.append(row_of(flat.name, given.people, drives))
-    text = "\n".join([table(HEAD, rows), *(["", *failures] if failures else [])])
-    print(text)
+    text = table(HEAD, rows)
+    print(write_runs(NAME, RUN, runs), text, sep="\n")
     if given.write is not None:
         write_between_marks(given.write, NAME, text)
     return 0

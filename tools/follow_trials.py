@@ -1,6 +1,7 @@
 """Many seeded runs of ``follow_me``: in the rig somebody leads the robot through a home.
 
-``python tools/follow_trials.py --runs 10 --out docs/follow.md``
+``python tools/follow_trials.py --runs 10 --out docs/follow.md``.
+The single walks are in ``build/follow.csv``.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+import shlex
 import statistics
 import sys
 import time
@@ -29,7 +31,7 @@ from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import LedWalk, led_walk
 from florence_bt.simulation.rig.rig import Rig
-from tools.tables import table
+from tools.tables import table, write_runs
 
 HOMES = {"flat": "the hand-made flat", "generated": "generated homes"}
 """Name -> what it is."""
@@ -238,25 +240,39 @@ def route_length(spec: PersonSpec) -> float:
 
 HEAD = """# Seeded runs of follow_me in the rig
 
-Made by `python tools/follow_trials.py --out docs/follow.md`, judged by the simulation's truth at every 0.1 s
-from when the person sets off, not by what the mission says. Somebody leads the robot over 60 m or more from
-room to room, at 0.25 to 0.45 m/s, through ways where a circle of 0.3 m fits, and stands for 2 to 6 s in
-each; somebody else walks to and fro across that way ([homes.md](homes.md)). Every distance is between the
-middles of robot and person.
+Made by `COMMAND`.
+The same command writes the single walks to `build/follow.csv`.
 
+The walks are judged by the simulation's truth at every 0.1 s from when the person sets off, not by what the
+mission says. Somebody leads the robot over 60 m or more from room to room, at 0.25 to 0.45 m/s, through ways
+where a circle of 0.3 m fits, and stands for 2 to 6 s in each; somebody else walks to and fro across that way
+([homes.md](homes.md)). Every distance is between the middles of robot and person.
+"""
+
+MEANING = """
 - *walk over*: the person came to the end; a robot that stays in a door blocks them.
 - *kept*: then the robot came nearer than 1.5 m within 10 s, and the mission still ran.
 - *mean error*: of the distance during the whole walk, against 1 m, also after the mission has ended.
-- *lost*: how often, and for how long in all, the person was further away than 2 m during the walk.
-- *followed*: who was nearest in the end, and nearer than 1.5 m.
+- *lost*: for how long in all the person was further away than 2 m during the walks; *never lost*: in how many
+  walks they never were.
 """
 
 SUMMARY = ["home", "runs", "walk over", "kept", "mean error (m)", "smallest distance (m)"]
-SUMMARY += ["to the other person (m)", "lost (s)", "contacts"]
-RUN = ["seed", "walk (m)", "speed (m/s)", "walk over", "kept", "mean error (m)", "smallest distance (m)"]
+SUMMARY += ["to the other person (m)", "never lost", "lost (s)", "contacts"]
+RUN = [
+    "home",
+    "seed",
+    "walk (m)",
+    "speed (m/s)",
+    "walk over",
+    "kept",
+    "mean error (m)",
+    "smallest distance (m)",
+]
 RUN += [
     "to the other person (m)",
-    "lost",
+    "losses",
+    "lost (s)",
     "followed",
     "contacts",
     "time (s)",
@@ -265,20 +281,16 @@ RUN += [
 ]
 
 
-def page(trials: Sequence[Trial]) -> str:
-    """Write the results as Markdown."""
+def page(trials: Sequence[Trial], command: str) -> str:
+    """The totals as Markdown.
+
+    Args:
+        trials: The walks.
+        command: What made them.
+    """
     by_home = {home: [trial for trial in trials if trial.home == home] for home in HOMES}
-    parts = [HEAD, table(SUMMARY, [summary(home, of) for home, of in by_home.items() if of])]
-    for home, of in by_home.items():
-        if of:
-            title = HOMES[home]
-            parts += [
-                "",
-                f"## {title[0].upper()}{title[1:]}",
-                "",
-                table(RUN, [list(row(each)) for each in of]),
-            ]
-    return "\n".join(parts) + "\n"
+    rows = [summary(home, of) for home, of in by_home.items() if of]
+    return "\n".join((HEAD.replace("COMMAND", command), table(SUMMARY, rows), MEANING))
 
 
 def summary(home: str, trials: Sequence[Trial]) -> list[str]:
@@ -292,26 +304,29 @@ def summary(home: str, trials: Sequence[Trial]) -> list[str]:
         f"{statistics.fmean(verdict.error for verdict in verdicts):.2f}",
         f"{min(verdict.nearest for verdict in verdicts):.2f}",
         f"{min(verdict.nearest_visitor for verdict in verdicts):.2f}",
+        str(sum(not verdict.losses for verdict in verdicts)),
         f"{sum(verdict.lost for verdict in verdicts):.0f}",
         str(sum(len(trial.contacts) for trial in trials)),
     ]
 
 
 def row(trial: Trial) -> Iterator[str]:
-    """Write one run as a line of a table."""
+    """One walk as a line of the file."""
     verdict = trial.verdict
+    yield trial.home
     yield str(trial.seed)
     yield f"{trial.length:.0f}"
     yield f"{trial.speed:.2f}"
     yield "yes" if verdict.over else "no"
-    yield "yes" if verdict.kept else "**no**"
+    yield "yes" if verdict.kept else "no"
     yield from (f"{value:.2f}" for value in (verdict.error, verdict.nearest, verdict.nearest_visitor))
-    yield f"{verdict.losses}, {verdict.lost:.0f} s" if verdict.losses else "never"
+    yield str(verdict.losses)
+    yield f"{verdict.lost:.0f}"
     yield verdict.followed
-    yield ", ".join(trial.contacts) or "none"
+    yield ", ".join(trial.contacts)
     yield f"{trial.simulated:.0f}"
     yield f"{trial.wall:.0f}"
-    yield trial.mission.replace("|", "/")
+    yield trial.mission
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -328,7 +343,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--length", type=float, default=60.0, metavar="M", help="least length of a walk")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time, each on a core")
-    parser.add_argument("--out", type=Path, help="Markdown file for the tables")
+    parser.add_argument("--out", type=Path, help="Markdown file for the totals")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
     run = partial(
@@ -344,12 +359,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with ProcessPoolExecutor(given.jobs) as pool:
             for trial in pool.map(run, *zip(*todo, strict=True)):
                 trials.append(trial)
-                print(f"{trial.home}:", " | ".join(row(trial)), flush=True)
+                print(" | ".join(row(trial)), flush=True)
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
+    print(write_runs("follow", RUN, [list(row(trial)) for trial in trials]))
     if given.out is not None:
-        given.out.write_text(page(trials), encoding="utf-8")
+        command = ["python", "tools/follow_trials.py", *(sys.argv[1:] if arguments is None else arguments)]
+        given.out.write_text(page(trials, shlex.join(command)), encoding="utf-8")
     for home in given.homes:
         print(" | ".join(summary(home, [trial for trial in trials if trial.home == home])))
     return 0

@@ -1,14 +1,17 @@
 """How well the robot is localised on a real building's log and on generated ones, with default parameters.
 
-``python tools/localisation.py --log freiburg-079-corrected.log.gz --maps depot.yaml --write PAGE``
+``python tools/localisation.py --log freiburg-079-corrected.log.gz --maps depot.yaml --write PAGE``.
+The single generated logs are in ``generated_localisation.csv``, ``found_robots.csv`` and
+``sparse_localisation.csv`` below ``build``.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +26,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from tools.carmen_log import Record, build_map, read_log, thinned
 from tools.generated_log import Conditions, corridors, drive, home, mapped
-from tools.tables import table, write_between_marks
+from tools.tables import table, write_between_marks, write_runs
 
 AT_MIDDLE = Transform3.from_pose2(Pose2())
 START = Pose2(0.2, -0.15, 0.1)
@@ -154,8 +157,12 @@ def kidnapped(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: 
     return searches
 
 
-def row(name: str, runs: Sequence[Followed]) -> tuple[str, ...]:
-    """Write a row of the table."""
+Figures = tuple[float, ...]
+"""How far off a place was told: centimetres, degrees, percent of the scans, as in ``HEAD``."""
+
+
+def figures(runs: Sequence[Followed]) -> Figures:
+    """The figures of some stretches together."""
     metres = np.concatenate([each.metres for each in runs])
     degrees = np.degrees(np.concatenate([each.radians for each in runs]))
     told = ~np.isnan(metres)
@@ -164,13 +171,23 @@ def row(name: str, runs: Sequence[Followed]) -> tuple[str, ...]:
         return float(np.percentile(values[told], share))
 
     return (
-        name,
-        *(f"{100 * at(metres, share):.1f}" for share in (50, 95, 99, 100)),
-        *(f"{at(degrees, share):.2f}" for share in (50, 95)),
-        f"{100 * np.mean([each.lost for each in runs]):.1f} %",
+        *(100 * at(metres, share) for share in (50, 95, 99, 100)),
+        *(at(degrees, share) for share in (50, 95)),
+        float(100 * np.mean([each.lost for each in runs])),
     )
 
 
+def worst(of_logs: Iterable[Figures]) -> Figures:
+    """Each figure of the log that has it worst."""
+    return tuple(map(max, zip(*of_logs, strict=True)))
+
+
+def row(name: str, of: Figures) -> tuple[str, ...]:
+    """A row of the table."""
+    return (name, *(f"{each:.1f}" for each in of[:4]), *(f"{each:.2f}" for each in of[4:6]), f"{of[6]:.1f} %")
+
+
+SEARCHES = {"nobody knows where it is": unknown_starts, "carried away": kidnapped}
 HEAD = ("", "cm off, median", "95 %", "99 %", "worst", "degrees off, median", "95 %", "reported lost")
 FOUND_HEAD = (
     "",
@@ -182,15 +199,21 @@ FOUND_HEAD = (
 )
 
 
-def found_row(name: str, searches: Sequence[Search]) -> tuple[str, ...]:
-    """Write a row of the table of robots that had to be found."""
-    found = [each.found_m for each in searches]
+def found_row(name: str, of_places: Sequence[Sequence[Search]]) -> tuple[str, ...]:
+    """A row of the table of robots that had to be found.
+
+    Counts are of all places, the rest of the place that has it worst.
+    """
+    found = [[each.found_m for each in searches] for searches in of_places]
+    ways = list(itertools.chain.from_iterable(found))
+    wrong_m = max(float(np.mean([each.wrong_m for each in searches])) for searches in of_places)
+    wrong_again = sum(each.wrong_again_m > 0.0 for each in itertools.chain.from_iterable(of_places))
     return (
         name,
-        f"{sum(way <= FOUND_WITHIN_M for way in found)} of {len(found)}",
-        *(f"{way:.1f} m" if way < math.inf else "never" for way in (float(np.median(found)), max(found))),
-        f"{np.mean([each.wrong_m for each in searches]):.1f}",
-        f"{sum(each.wrong_again_m > 0.0 for each in searches)}",
+        f"{sum(way <= FOUND_WITHIN_M for way in ways)} of {len(ways)}",
+        *(f"{way:.1f} m" if way < math.inf else "never" for way in (max(map(np.median, found)), max(ways))),
+        f"{wrong_m:.1f}",
+        str(wrong_again),
     )
 
 
@@ -200,61 +223,76 @@ def of_log(path: Path, seeds: Sequence[int]) -> str:
     half = len(records) // 2
     grid, of_half = build_map(records), build_map(records[:half])
     rows = [
-        row("map of the whole log, localised on the whole", _known(grid, records, seeds)),
-        row("map of its first half, localised on the second", _known(of_half, records[half:], seeds)),
+        row("map of the whole log, localised on the whole", figures(_known(grid, records, seeds))),
+        row(
+            "map of its first half, localised on the second", figures(_known(of_half, records[half:], seeds))
+        ),
     ]
     found = [
-        found_row(
-            "nobody knows where it is",
-            [s for seed in seeds for s in unknown_starts(grid, records, seed, STARTS)],
-        ),
-        found_row("carried away", [s for seed in seeds for s in kidnapped(grid, records, seed, KIDNAPS)]),
+        found_row(name, [[each for seed in seeds for each in search(grid, records, seed, count)]])
+        for (name, search), count in zip(SEARCHES.items(), (STARTS, KIDNAPS), strict=True)
     ]
     return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
 
 
 def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
-    """Write all results on generated logs as Markdown."""
-    places = [*(mapped(path) for path in maps), *(home(seed) for seed in HOMES)]
-    rows, found = [], []
-    for place in places:
-        logs = {}
-        for name, conditions in CONDITIONS.items():
-            logs[name] = [drive(place, conditions, SCANS, seed) for seed in seeds]
-            runs = [run for log in logs[name] for run in _known(place.grid, log, seeds[:1])]
-            rows.append(row(f"{place.name}, {name}", runs))
-            print(rows[-1], file=sys.stderr)
-        for name, search, count in (
-            ("nobody knows where it is", unknown_starts, STARTS_GENERATED),
-            ("carried away", kidnapped, KIDNAPS_GENERATED),
-        ):
-            searches = [s for log in logs[HARDEST] for s in search(place.grid, log, seeds[0], count)]
-            found.append(found_row(f"{place.name}, {name}", searches))
-            print(found[-1], file=sys.stderr)
+    """The results on generated logs as Markdown, in each condition those of the worst place."""
+    kinds = {path.stem: [mapped(path)] for path in maps} | {"homes": [home(seed) for seed in HOMES]}
+    by_condition: dict[str, list[Figures]] = {name: [] for name in CONDITIONS}
+    single, single_found, found = [], [], []
+    for kind, places in kinds.items():
+        searches: dict[str, list[list[Search]]] = {name: [] for name in SEARCHES}
+        for place in places:
+            logs = {}
+            for name, conditions in CONDITIONS.items():
+                logs[name] = [drive(place, conditions, SCANS, seed) for seed in seeds]
+                of_place = figures([run for log in logs[name] for run in _known(place.grid, log, seeds[:1])])
+                by_condition[name].append(of_place)
+                single.append(row(f"{place.name}, {name}", of_place))
+                print(single[-1], file=sys.stderr)
+            for (name, search), count in zip(
+                SEARCHES.items(), (STARTS_GENERATED, KIDNAPS_GENERATED), strict=True
+            ):
+                of_search = [s for log in logs[HARDEST] for s in search(place.grid, log, seeds[0], count)]
+                searches[name].append(of_search)
+                single_found.append(found_row(f"{place.name}, {name}", [of_search]))
+                print(single_found[-1], file=sys.stderr)
+        found += [found_row(f"{kind}, {name}", of_places) for name, of_places in searches.items()]
+    write_runs("generated_localisation", HEAD, single)
+    write_runs("found_robots", FOUND_HEAD, single_found)
+    rows = [row(name, worst(of_places)) for name, of_places in by_condition.items()]
     return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
 
 
 def of_sparse(log: Path | None, every: float, seeds: Sequence[int]) -> str:
-    """Write results on the same logs with all of their scans and with few, as Markdown."""
-    rows = []
+    """The results with all scans and with few as Markdown, of each kind of place those of the worst one."""
+    rows, single = [], []
     if log is not None:
         records = read_log(log)
-        rows += _sparse_rows("log", build_map(records), records, every, seeds)
-    for place in [*map(corridors, CORRIDORS), *map(home, HOMES)]:
+        of_log = _all_and_few(build_map(records), records, every, seeds)
+        rows += [row(f"log: {scans}", of) for scans, of in of_log.items()]
+    kinds = {"corridors": list(map(corridors, CORRIDORS)), "homes": list(map(home, HOMES))}
+    for kind, places in kinds.items():
         for name, conditions in CONDITIONS.items():
-            records = drive(place, conditions, SPARSE_SCANS, seeds[0])
-            rows += _sparse_rows(f"{place.name}, {name}", place.grid, records, every, seeds)
-            print(*rows[-2:], file=sys.stderr, sep="\n", flush=True)
+            by_scans: dict[str, list[Figures]] = {}
+            for place in places:
+                records = drive(place, conditions, SPARSE_SCANS, seeds[0])
+                for scans, of in _all_and_few(place.grid, records, every, seeds).items():
+                    by_scans.setdefault(scans, []).append(of)
+                    single.append(row(f"{place.name}, {name}: {scans}", of))
+                    print(single[-1], file=sys.stderr, flush=True)
+            rows += [row(f"{kind}, {name}: {scans}", worst(of)) for scans, of in by_scans.items()]
+    write_runs("sparse_localisation", HEAD, single)
     return table(HEAD, rows)
 
 
-def _sparse_rows(
-    name: str, grid: OccupancyGrid, records: list[Record], every: float, seeds: Sequence[int]
-) -> list[tuple[str, ...]]:
-    return [
-        row(f"{name}: all scans", _known(grid, records, seeds)),
-        row(f"{name}: every {every:g} m", _known(grid, thinned(records, every), seeds)),
-    ]
+def _all_and_few(
+    grid: OccupancyGrid, records: list[Record], every: float, seeds: Sequence[int]
+) -> dict[str, Figures]:
+    return {
+        "all scans": figures(_known(grid, records, seeds)),
+        f"every {every:g} m": figures(_known(grid, thinned(records, every), seeds)),
+    }
 
 
 def _known(grid: OccupancyGrid, records: Sequence[Record], seeds: Sequence[int]) -> list[Followed]:

@@ -1,6 +1,7 @@
 """Robots that are not where they believe to be and get a goal, in the rig: who finds its place and arrives.
 
-``python tools/lost.py --homes flat 5 6 7 8 9 --seed 41 --write docs/navigation.md``
+``python tools/lost.py --homes flat 5 6 7 8 9 --seed 41 --write docs/navigation.md``.
+The single robots are in ``build/lost.csv``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.generate import generated_flat
 from florence_bt.simulation.rig.rig import Rig
 from tools.driving import GOAL_CLEARANCE_M, SAMPLE_S
-from tools.tables import table, write_between_marks
+from tools.tables import table, write_between_marks, write_runs
 
 NAME = "lost robots"
 DRIVING, STANDING, STARTED = CASES = ("carried while driving", "carried while standing", "started elsewhere")
@@ -139,6 +140,7 @@ def rows_of(runs: Sequence[LostRun]) -> list[list[str]]:
 
 
 HEAD = ["", "arrived", "success elsewhere", "contacts", "seconds, median", "longest"]
+RUN = ["home", "seed", "case", "outcome", "seconds", "contacts"]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -148,19 +150,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     given = parser.parse_args(arguments)
-    runs, failures = [], []
+    runs, rows = [], []
     for number, home in enumerate(given.homes):
         flat = load_flat() if home == "flat" else generated_flat(int(home))
         for case in CASES:
             run = go(flat, case, given.seed + number)
             runs.append(run)
-            seen = "" if not run.contacts else f", touched {', '.join(run.contacts)}"
             how = run.reason if not run.succeeded else "arrived" if run.arrived else "SUCCESS ELSEWHERE"
-            print(f"{home}, {case}: {how} ({run.seconds:.0f} s{seen})", flush=True)
-            if not (run.succeeded and run.arrived) or run.contacts:
-                failures.append(f"- home {home}, {case}: {how}{seen}")
-    text = "\n".join([table(HEAD, rows_of(runs)), *(["", *failures] if failures else [])])
-    print(text)
+            seed = str(given.seed + number)
+            rows.append([home, seed, case, how, f"{run.seconds:.0f}", ", ".join(run.contacts)])
+            print(" | ".join(rows[-1]), flush=True)
+    text = table(HEAD, rows_of(runs))
+    print(write_runs("lost", RUN, rows), text, sep="\n")
     if given.write is not None:
         write_between_marks(given.write, NAME, text)
     return 0

@@ -1,17 +1,34 @@
-"""Figures as tables of Markdown."""
+"""Totals as tables of Markdown for the docs, and single runs as files for whoever wants to look closer."""
 
 from __future__ import annotations
 
+import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+BUILD = Path(__file__).resolve().parents[1] / "build"
+"""Where the files of single runs are; git ignores it."""
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Write a Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def write_runs(name: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
+    """Write single runs, a row for each, to ``build/NAME.csv``.
+
+    Returns:
+        The file.
+    """
+    BUILD.mkdir(exist_ok=True)
+    file = BUILD / f"{name}.csv"
+    with file.open("w", newline="", encoding="utf-8") as output:
+        csv.writer(output, lineterminator="\n").writerows([head, *rows])
+    return file
 
 
 def milliseconds(ordered: Sequence[float], share: float) -> str:

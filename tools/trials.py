@@ -1,22 +1,26 @@
 """Many seeded runs of ``goto_user`` in the rig, with people where people are, and what really came of them.
 
-``python tools/trials.py --runs 10 --out docs/trials.md``
+``python tools/trials.py --runs 10 --out docs/trials.md``.
+The single runs are in ``build/trials.csv``.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import statistics
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.options import ABSENT
@@ -31,6 +35,7 @@ from florence_bt.simulation.home.ground_truth import BestCase, best_case
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
 from florence_bt.simulation.rig.rig import navigator_parameters
+from tools.tables import table, write_runs
 
 CLASSES = {
     "easy": "easy: the hand-made flat, in view of the room's hotspot, standing or on a stool",
@@ -43,9 +48,6 @@ CLASSES = {
     "nobody": "nobody at home, with plants and coats",
 }
 """Name -> what it is. All but the first are in generated homes."""
-
-MOST_ROWS = 20
-"""Of a class with more runs, the page lists only those that were not good."""
 
 NEAR_M = 0.8
 """Whoever is found further than this from every place where the person was is not the person."""
@@ -223,23 +225,29 @@ def _distance_to_leg(
 
 HEAD = """# Seeded runs of goto_user in the rig
 
-Made by `make trials`, judged by the simulation's truth, not by what the mission says. The robot is told the
-room in which the person is (of somebody who walks: was at the beginning), and drives there from its start.
-The homes are [generated](homes.md), with doors that may be closed, glass, mirrors, clutter, moved chairs,
-plants and coats; each seed is another one, unless there are fewer homes than runs (`--homes`). Where several
-people are at home, the robot is sent to the room of one of them, and may meet any. The class `easy` is the
-hand-made flat with the person where they are easy to find.
+Made by `COMMAND`.
+The same command writes the single runs to `build/trials.csv`.
 
+The runs are judged by the simulation's truth, not by what the mission says. The robot is told the room in
+which the person is (of somebody who walks: was at the beginning), and drives there from its start. The homes
+are [generated](homes.md), with doors that may be closed, glass, mirrors, clutter, moved chairs, plants and
+coats; each seed is another one, unless there are fewer homes than runs (`--homes`). Where several people are
+at home, the robot is sent to the room of one of them, and may meet any. The class `easy` is the hand-made
+flat with the person where they are easy to find.
+"""
+
+MEANING = """
 - *could be seen*: trunk or head of the person are in sight of the camera, 0.6 to 4 m away, from a place that
   the robot gets to (of somebody who walks: at the beginning). Who cannot be seen cannot be found.
 - *approached politely*: the mission succeeded, and the robot stands 0.5 m ± 0.1 m from the middle of the
   person and looks at them within 15 degrees. Of somebody who sits on furniture, or lies, or stands where no
   robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m more than the
-  smallest that a robot gets to, and sees them from ("of" in the tables). It needs room to turn to the
-  person there, also when it stands 5 cm beside the place (the goal tolerance of navigation): in an aisle of
-  0.55 m beside a bed it could not count on that. Somebody with a box (it reaches 0.5 m ahead), a rollator
-  (0.66 m) or in a wheelchair (0.6 m) may be met from before it, with the same room: at 0.81 m, 0.97 m or
-  0.91 m from their middle. Half a metre from the middle the robot would touch what they hold or push.
+  smallest that a robot gets to, and sees them from. It needs room to turn to the person there, also when it
+  stands 5 cm beside the place (the goal tolerance of navigation): in an aisle of 0.55 m beside a bed it could
+  not count on that. Somebody with a box (it reaches 0.5 m ahead), a rollator (0.66 m) or in a wheelchair
+  (0.6 m) may be met from before it, with the same room: at 0.81 m, 0.97 m or 0.91 m from their middle. Half
+  a metre from the middle the robot would touch what they hold or push.
+- *wrong success*: the mission succeeded, but the robot did not stand like that, or nobody was at home.
 - *contacts*: how often the robot touched anything or anybody, whoever of them moved; touches of one thing
   less than 0.5 s apart are one.
 - *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.
@@ -247,87 +255,75 @@ hand-made flat with the person where they are easy to find.
   look.
 """
 
-SUMMARY = ["class", "runs", "could be seen", "approached politely", "contacts", "false finds"]
-SUMMARY += ["median time (s)", "to ideal"]
-RUN = ["seed", "room", "person", "could be seen", "mission", "distance (m)", "facing (deg)", "contacts"]
-RUN += ["time (s)", ""]
+SUMMARY = ["class", "runs", "could be seen", "approached politely", "wrong success", "contacts"]
+SUMMARY += ["false finds", "median time (s)", "to ideal"]
+RUN = ["class", "seed", "room", "person", "could be seen", "mission", "reason", "distance (m)"]
+RUN += ["smallest distance (m)", "facing (deg)", "contacts", "false find", "good", "time (s)", "wall (s)"]
 
 
-def head(columns: Sequence[str]) -> list[str]:
-    """Write the first two lines of a table."""
-    return [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+def page(trials: Sequence[Trial], command: str) -> str:
+    """The totals as Markdown.
 
-
-def page(trials: Sequence[Trial]) -> str:
-    """Write the results as Markdown."""
+    Args:
+        trials: The runs.
+        command: What made them.
+    """
     simulated, wall = sum(trial.simulated for trial in trials), sum(trial.wall for trial in trials)
-    lines = [
-        HEAD,
-        f"{len(trials)} runs, {simulated:.0f} simulated seconds in {wall:.0f} seconds of one core "
-        f"({simulated / wall:.0f} times real time on the last machine).",
-        "",
-        *head(SUMMARY),
-        *(
-            summary(title, of)
-            for name, title in CLASSES.items()
-            if (of := [each for each in trials if each.situation == name])
-        ),
-        summary("all with people", [trial for trial in trials if trial.end is not None]),
-    ]
-    for name, title in CLASSES.items():
-        of = [trial for trial in trials if trial.situation == name]
-        if of:
-            lines += ["", f"## {title[0].upper()}{title[1:]}", ""]
-            if len(of) > MOST_ROWS:
-                lines += [f"Those of the {len(of)} runs that were not good:", ""]
-                of = [trial for trial in of if not trial.good]
-            lines += table(of)
-    return "\n".join(lines) + "\n"
+    by_class = {name: [trial for trial in trials if trial.situation == name] for name in CLASSES}
+    rows = [summary(CLASSES[name], of) for name, of in by_class.items() if of]
+    rows.append(summary("all with people", [trial for trial in trials if trial.end is not None]))
+    return "\n".join(
+        (
+            HEAD.replace("COMMAND", command),
+            table(SUMMARY, rows),
+            MEANING,
+            f"{len(trials)} runs, {simulated:.0f} simulated seconds in {wall:.0f} seconds of one core "
+            f"({simulated / wall:.0f} times real time on the last machine).",
+            "",
+        )
+    )
 
 
-def summary(title: str, trials: Sequence[Trial]) -> str:
-    """Write some runs as a line of the table."""
+def summary(title: str, trials: Sequence[Trial]) -> list[str]:
+    """The runs of one class as a line of the table."""
     people = [trial for trial in trials if trial.end is not None]
     polite = [trial for trial in trials if trial.polite]
     ratios = [trial.simulated / trial.ideal for trial in polite if trial.ideal]
     seen = sum(trial.best_case is not None and trial.best_case.visible for trial in people)
-    cells = (
+    succeeded = sum(trial.status is RunStatus.SUCCEEDED for trial in trials)
+    return [
         title,
-        len(trials),
-        seen if people else "",
+        str(len(trials)),
+        str(seen) if people else "",
         f"**{len(polite)}**" if people else "",
-        sum(len(trial.contacts) for trial in trials),
-        sum(trial.false_find for trial in trials),
+        str(succeeded - len(polite)),
+        str(sum(len(trial.contacts) for trial in trials)),
+        str(sum(trial.false_find for trial in trials)),
         f"{statistics.median(trial.simulated for trial in polite):.0f}" if polite else "",
         f"{statistics.median(ratios):.1f}" if ratios else "",
-    )
-    return f"| {' | '.join(str(cell) for cell in cells)} |"
+    ]
 
 
-def table(trials: Sequence[Trial]) -> Iterator[str]:
-    """Write the runs of one class."""
-    yield from head(RUN)
-    yield from map(row, trials)
-
-
-def row(trial: Trial) -> str:
-    """Write one run as a line of a table."""
-    polite_at = trial.best_case.distance if trial.best_case is not None else None
-    wanted = "" if polite_at is None or polite_at <= 0.5 else f" (of {polite_at:.2f})"
-    verdict = "good" if trial.good else "false find" if trial.false_find else "not good"
-    cells = (
-        trial.seed,
+def row(trial: Trial) -> list[str]:
+    """One run as a line of the file."""
+    best, end = trial.best_case, trial.end
+    return [
+        trial.situation,
+        str(trial.seed),
         trial.room,
         trial.person,
-        "" if trial.best_case is None else "yes" if trial.best_case.visible else "no",
-        f"{trial.status.value}: {trial.reason}" if trial.reason else trial.status.value,
-        "" if trial.end is None else f"{trial.end.distance:.2f}{wanted}",
-        "" if trial.end is None else f"{math.degrees(trial.end.facing):.0f}",
-        ", ".join(trial.contacts) or "none",
+        "" if best is None else "yes" if best.visible else "no",
+        trial.status.value,
+        trial.reason,
+        "" if end is None else f"{end.distance:.2f}",
+        "" if best is None or best.distance is None else f"{best.distance:.2f}",
+        "" if end is None else f"{math.degrees(end.facing):.0f}",
+        ", ".join(trial.contacts),
+        "yes" if trial.false_find else "no",
+        "yes" if trial.good else "no",
         f"{trial.simulated:.0f}",
-        verdict if verdict == "good" else f"**{verdict}**",
-    )
-    return f"| {' | '.join(str(cell).replace('|', '/') for cell in cells)} |"
+        f"{trial.wall:.1f}",
+    ]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -342,7 +338,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--homes", type=int, help="generate so many homes; without it, one for each run")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time, each on a core")
-    parser.add_argument("--out", type=Path, help="Markdown file for the tables")
+    parser.add_argument("--out", type=Path, help="Markdown file for the totals")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
     classes = given.classes or list(CLASSES)
@@ -363,14 +359,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with ProcessPoolExecutor(given.jobs) as pool:
             for trial in pool.map(run, *zip(*todo, strict=True)):
                 trials.append(trial)
-                print(f"{trial.situation}:", row(trial), f"{trial.wall:.1f} s", flush=True)
+                print(" | ".join(row(trial)), flush=True)
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
+    print(write_runs("trials", RUN, map(row, trials)))
     if given.out is not None:
-        given.out.write_text(page(trials), encoding="utf-8")
+        command = ["python", "tools/trials.py", *(sys.argv[1:] if arguments is None else arguments)]
+        given.out.write_text(page(trials, shlex.join(command)), encoding="utf-8")
     for name in classes:
-        print(summary(CLASSES[name], [trial for trial in trials if trial.situation == name]))
+        print(" | ".join(summary(CLASSES[name], [trial for trial in trials if trial.situation == name])))
     easy = [trial for trial in trials if trial.situation == "easy"]
     return 0 if sum(trial.good for trial in easy) >= len(easy) - 1 else 1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from operator import is_
 from typing import Any
@@ -42,7 +43,7 @@ class Fail(Behaviour):
         return Status.FAILURE
 
 
-class SetKey(Behaviour):
+class KeyWriter(Behaviour):
     """Writes keys: all of them, or none when a value cannot be found.
 
     Args:
@@ -61,47 +62,10 @@ class SetKey(Behaviour):
         """Return SUCCESS with the keys written."""
         keys = self._context.keys
         try:
-            resolved = {key: resolve(value, keys) for key, value in self._values.items()}
-            for key, value in resolved.items():
+            given = {key: resolve(value, keys) for key, value in self._values.items()}
+            new = {key: self.written(key, value) for key, value in given.items()}
+            for key, value in new.items():
                 keys.check(key, value)
-        except ValueProblem as error:
-            self.result = error.as_result()
-            self.feedback_message = self.result.reason
-            return Status.FAILURE
-        self.result = None
-        for key, value in resolved.items():
-            keys.write(key, value)
-        self.feedback_message = ", ".join(
-            f"{key} = {keys.shown(key, value)}" for key, value in resolved.items()
-        )
-        return Status.SUCCESS
-
-
-class AppendToKeys(Behaviour):
-    """Adds to keys that hold a text or a list: all of them, or none when a value cannot be found.
-
-    Args:
-        name: The name of the node in dumps.
-        context: What the tree shares.
-        values: By key: what is added, a value or a value source.
-    """
-
-    def __init__(self, name: str, context: TreeContext, values: Mapping[str, Any]) -> None:
-        super().__init__(name)
-        self.result: Result | None = None
-        self._context = context
-        self._values = dict(values)
-
-    def update(self) -> Status:
-        """Return SUCCESS with the keys written."""
-        keys = self._context.keys
-        added: dict[str, Any] = {}
-        try:
-            new: dict[str, Any] = {}
-            for key, value in self._values.items():
-                held, added[key] = keys.read(key), resolve(value, keys)
-                new[key] = (*held, added[key]) if isinstance(held, tuple) else held + readable(added[key])
-                keys.check(key, new[key])
         except ValueProblem as error:
             self.result = error.as_result()
             self.feedback_message = self.result.reason
@@ -109,8 +73,41 @@ class AppendToKeys(Behaviour):
         self.result = None
         for key, value in new.items():
             keys.write(key, value)
-        self.feedback_message = ", ".join(f"{key} + {readable(value)}" for key, value in added.items())
+        self.feedback_message = ", ".join(self.shown(key, value) for key, value in given.items())
         return Status.SUCCESS
+
+    @abstractmethod
+    def written(self, key: str, given: Any) -> Any:
+        """What is written to a key that is given a value."""
+
+    @abstractmethod
+    def shown(self, key: str, given: Any) -> str:
+        """Say what was done to a key."""
+
+
+class SetKey(KeyWriter):
+    """Sets keys to values."""
+
+    def written(self, key: str, given: Any) -> Any:
+        """The value."""
+        return given
+
+    def shown(self, key: str, given: Any) -> str:
+        """Such as ``distance = 1 m``."""
+        return f"{key} = {self._context.keys.shown(key, given)}"
+
+
+class AppendToKeys(KeyWriter):
+    """Adds values to keys that hold a text or a list."""
+
+    def written(self, key: str, given: Any) -> Any:
+        """What the key holds, with the value at the end."""
+        held = self._context.keys.read(key)
+        return (*held, given) if isinstance(held, tuple) else held + readable(given)
+
+    def shown(self, key: str, given: Any) -> str:
+        """Such as ``rooms + hall``."""
+        return f"{key} + {readable(given)}"
 
 
 class Condition(Behaviour):

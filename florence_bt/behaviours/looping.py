@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
@@ -84,9 +85,9 @@ class Loop(Branching):
         self._context.wake()
         return Status.RUNNING
 
+    @abstractmethod
     def goes_on(self, status: Status) -> bool:
-        """Tell whether another round follows after one that has ended with a status."""
-        raise NotImplementedError
+        """Whether another round follows after one that has ended with a status."""
 
     def _of_all(self, number: int) -> str:
         return str(number) if self.rounds == math.inf else f"{number} of {self.rounds}"

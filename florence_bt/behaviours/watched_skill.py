@@ -33,23 +33,8 @@ class _Answer:
         return self.status is other.status and codes[0] == codes[1]
 
 
-class _Showing(RunSkill):
-    """A skill whose answer may stand longer than its run."""
-
-    def _show(self, answer: _Answer) -> Status:
-        """Show the answer that stands, with its outputs where somebody has reset the keys of the mission."""
-        self.result, self.feedback_message = answer.result, answer.message
-        if answer.status is Status.SUCCESS and answer.result is not None:
-            for output, key in self.outputs.items():
-                if key not in self._context.keys:
-                    self._context.keys.write(key, answer.result.outputs[output])
-        return answer.status
-
-
-class ConditionAction(_Showing):
-    """A skill in a condition that is no condition itself: an action.
-
-    One that took time is not done again as long as nothing before it has changed, nor what it is given.
+class InCondition(RunSkill):
+    """A skill in a condition: its answer may stand longer than its run.
 
     Args:
         name: The name of the node in dumps.
@@ -72,7 +57,24 @@ class ConditionAction(_Showing):
         super().__init__(name, context, skill, inputs, outputs)
         self._spot = spot
         self._answer: _Answer | None = None
-        self._took_time = False
+
+    def _show(self, answer: _Answer) -> Status:
+        """Show the answer that stands, with its outputs where somebody has reset the keys of the mission."""
+        self.result, self.feedback_message = answer.result, answer.message
+        if answer.status is Status.SUCCESS and answer.result is not None:
+            for output, key in self.outputs.items():
+                if key not in self._context.keys:
+                    self._context.keys.write(key, answer.result.outputs[output])
+        return answer.status
+
+
+class ConditionAction(InCondition):
+    """A skill in a condition that is no condition itself: an action.
+
+    One that took time is not done again as long as nothing before it has changed, nor what it is given.
+    """
+
+    _took_time = False
 
     def initialise(self) -> None:
         """Start the skill, unless what it has done still stands."""
@@ -94,7 +96,7 @@ class ConditionAction(_Showing):
         return status
 
 
-class WatchedSkill(_Showing):
+class WatchedSkill(InCondition):
     """A skill as a condition: it keeps its answer until it gives another one.
 
     The first run is that of :class:`RunSkill`. After its end the skill is asked again when it reports a
@@ -132,11 +134,9 @@ class WatchedSkill(_Showing):
         keys: Collection[str] = (),
         every: float = EVERY_S,
     ) -> None:
-        super().__init__(name, context, skill, inputs, outputs)
+        super().__init__(name, context, skill, inputs, outputs, spot)
         self._keys = frozenset(keys).difference(self.outputs.values())
         self._every = every
-        self._spot = spot
-        self._answer: _Answer | None = None
         self._due = self._asking = self._watching = False
         self.used_in = 0
         self._timer = WakeTimer(context, self.ask_again)

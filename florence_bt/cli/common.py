@@ -78,12 +78,27 @@ class _Verbs(TyperGroup):
 app = typer.Typer(
     name="florence",
     cls=_Verbs,
-    help="Missions for home robots: behaviour trees in YAML, run on ROS 2.",
-    epilog=EXIT_CODES,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        from florence_bt import __version__
+
+        typer.echo(f"florence {__version__}")
+        raise typer.Exit
+
+
+@app.callback(help="Missions for home robots: behaviour trees in YAML, run on ROS 2.", epilog=EXIT_CODES)
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Tell the version.", callback=_tell_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that need no verb."""
 
 
 def _fail(message: str, code: int) -> NoReturn:

@@ -55,14 +55,17 @@ def run(
 
 @app.command(
     rich_help_panel="Runs",
-    epilog="Examples: florence status --watch; florence status --folder runs/up/runs --events\n\n"
-    + EXIT_CODES,
+    epilog="Examples: florence status --watch; florence status --all; "
+    f"florence status --folder runs/up/runs --events\n\n{EXIT_CODES}",
 )
 def status(
     run_id: Annotated[
         str, typer.Option("--run", help="A run's id.", show_default="the current or last run")
     ] = "",
     watch: Annotated[bool, typer.Option("--watch", help="Keep showing until Ctrl-C.")] = False,
+    whole: Annotated[
+        bool, typer.Option("--all", help="With all nodes of called missions, which are folded otherwise.")
+    ] = False,
     folder: Annotated[
         Path | None,
         typer.Option(help="Read the journal of this folder of runs instead; needs no running system."),
@@ -81,17 +84,18 @@ def status(
 
     from florence_bt.app.runs.remote import show_status
 
-    raise typer.Exit(OK if show_status(run_id, Console(), watch=watch) else FAILED)
+    raise typer.Exit(OK if show_status(run_id, Console(), watch=watch, whole=whole) else FAILED)
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence stop\n\n{EXIT_CODES}")
 def stop(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
+    reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
 ) -> None:
     """Stop the running mission; the robot stands still."""
     from florence_bt.app.runs.remote import stop_mission
 
-    _end_with(*stop_mission(run_id))
+    _end_with(*stop_mission(run_id, reason))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")

@@ -94,6 +94,13 @@ def up(
     base: Annotated[
         str, typer.Option(help="own: Florence's drivers; running: base and sensors have their own.")
     ] = "own",
+    missions_only: Annotated[
+        bool,
+        typer.Option(
+            "--missions-only",
+            help="Only the mission server and the places, beside a robot that runs already.",
+        ),
+    ] = False,
     folders: FolderOption = None,
     person: PersonOption = None,
     start: Annotated[
@@ -109,8 +116,10 @@ def up(
     out: Annotated[Path, typer.Option(help="Folder for the logs and the runs.")] = Path("runs/up"),
 ) -> None:
     """Bring the whole system up and keep it running until Ctrl-C."""
-    if sim == (robot is not None):
-        raise ConfigError("choose what to bring up", valid=["--sim", "--robot CONFIG"])
+    if missions_only and (sim or emulate):
+        raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
+    if not missions_only and sim == (robot is not None):
+        raise ConfigError("choose what to bring up", valid=["--sim", "--robot CONFIG", "--missions-only"])
     if robot and (config or (start and not emulate)):
         raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
     if emulate and (sim or speed != 1.0):
@@ -127,8 +136,9 @@ def up(
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
             home_file=_absolute(home),
-            nav=nav,
-            base=base,
+            nav="nav2" if missions_only else nav,
+            base="running" if missions_only else base,
+            missions_only=missions_only,
             mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
             person=person,
             start=parse_start(start) if start else None,

@@ -25,6 +25,11 @@ def angle_difference(to: float, start: float) -> float:
     return normalize_angle(to - start)
 
 
+def yaw_of_quaternion(x: float, y: float, z: float, w: float) -> float:
+    """Return the heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
+    return math.atan2(2.0 * (w * z + x * y), w**2 + x**2 - y**2 - z**2)
+
+
 @dataclass(frozen=True, slots=True)
 class Pose2:
     """A pose in the plane; also the transform from the body frame to the frame it is given in.

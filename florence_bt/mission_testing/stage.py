@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -165,7 +166,12 @@ class Stage:
         given = self._readable(name, {**(inputs or {}), **more})
         run = self.executor.trigger(MissionRequest(name, given, caller, wanted, priority))
         play = Play(
-            run, places, self.declarations, self._board.calls, self.executor.render, self._board.unused
+            run,
+            places,
+            self.declarations,
+            self._board.calls,
+            partial(self.executor.render, whole=True),
+            self._board.unused,
         )
         self.plays.append(play)
         self._by_id[run.run_id] = play

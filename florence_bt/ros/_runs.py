@@ -155,7 +155,10 @@ class RemoteSkill(ABC):
 
     Attributes:
         label: Names the action, service or topic, for people.
+        external: Whether the server may come and go; who starts the system does not wait for it.
     """
+
+    external = False
 
     def __init__(self, label: str, what: str, to_message: Callable[[Inputs], Any]) -> None:
         self.label = label

@@ -10,6 +10,7 @@ import heapq
 import itertools
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -45,7 +46,7 @@ class QueueTimer:
             self._queue.forget_one()
 
 
-class TimerQueue:
+class TimerQueue(ABC):
     """Time and timers of a node."""
 
     def __init__(self, node: FlorenceNode, clock: RclClock | None) -> None:
@@ -66,9 +67,9 @@ class TimerQueue:
         self._armed_for: float | None = None
         self._closed = False
 
+    @abstractmethod
     def now(self) -> float:
-        """Return the time in seconds."""
-        raise NotImplementedError
+        """The time in seconds."""
 
     def call_at(self, when: float, callback: Callback) -> QueueTimer:
         """Call back once at ``when``, on the executor; equal moments in the order of the calls."""

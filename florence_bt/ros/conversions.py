@@ -32,7 +32,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Header
 
 from florence_bt.core.errors import FrameError
-from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.geometry import Pose2, Twist2, yaw_of_quaternion
 from florence_bt.core.sensing import (
     CameraModel,
     ColourImage,
@@ -95,8 +95,8 @@ def quaternion_from_yaw(yaw: float) -> Quaternion:
 
 
 def yaw_from_quaternion(q: Quaternion) -> float:
-    """Return the heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+    """The heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
+    return yaw_of_quaternion(q.x, q.y, q.z, q.w)
 
 
 def pose_to_ros(pose: Pose2) -> Pose:

@@ -174,51 +174,82 @@ class FlorenceNode(Node):
         ``sift`` gets the serialised message and says whether it is wanted at all: to decode one is most of
         the work.
         """
-        latched = (
-            isinstance(qos_profile, QoSProfile) and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        )
-        now = (
-            None
-            if latched or not judge_stamps
-            else lambda stamp: self.ros_timebase.ros_now_near(stamp, MAX_STAMP_OFFSET_S)
-        )
+        if not options.get("raw"):
+            latched = (
+                isinstance(qos_profile, QoSProfile)
+                and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            )
+            callback = self._checked(callback, topic, judge_stamps=judge_stamps and not latched)
+            if sift is not None:
+                options["raw"] = True
+                callback = self._sifted(callback, topic, msg_type, sift)
+            if newest_only:
+                callback = self._newest_only(callback)
+        return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
+    # Each of these is wrapped, so that rclpy sees whether the callback also takes the information about the
+    # message.
+
+    def _checked(
+        self, callback: Callable[..., None], topic: str, *, judge_stamps: bool
+    ) -> Callable[..., None]:
+        """Make a callback for messages that may be wrong, which refuses those."""
+
+        def ros_now_near(stamp: float) -> float:
+            return self.ros_timebase.ros_now_near(stamp, MAX_STAMP_OFFSET_S)
+
+        now = ros_now_near if judge_stamps else None
+
+        @functools.wraps(callback)
+        def receive(message: Any, *information: Any) -> None:
+            problem = problem_with(message, now)
+            if problem is not None:
+                self.health.count_refused(topic, problem)
+                self.attempt(self.on_refused, topic)
+                return
+            if isinstance(message, OccupancyGrid):
+                self.before_long_work()
+            self.attempt(callback, message, *information)
+
+        return receive
+
+    def _sifted(
+        self, callback: Callable[..., None], topic: str, msg_type: Any, sift: Callable[[bytes], bool]
+    ) -> Callable[..., None]:
+        """Make a callback for serialised messages, which decodes those that are wanted."""
+
+        @functools.wraps(callback)
+        def receive(serialised: bytes, *information: Any) -> None:
+            if not sift(serialised):
+                return
+            try:
+                message = deserialize_message(serialised, msg_type)
+            except RuntimeError as error:  # of the middleware: bytes that are no such message
+                self.health.count_refused(topic, str(error))
+                return
+            callback(message, *information)
+
+        return receive
+
+    def _newest_only(self, callback: Callable[..., None]) -> Callable[..., None]:
+        """Make a callback that leaves messages out until everything that came in meanwhile was served."""
         behind = False
 
         def caught_up() -> None:
             nonlocal behind
             behind = False
 
-        # Wrapped, so that rclpy sees whether the callback also takes the information about the message.
         @functools.wraps(callback)
         def receive(message: Any, *information: Any) -> None:
             nonlocal behind
             if behind:
                 return
-            if newest_only and self.executor is not None:
+            if self.executor is not None:
                 behind = True
                 self.executor.create_task(caught_up)
-            if sift is not None:
-                if not sift(message):
-                    return
-                try:
-                    message = deserialize_message(message, msg_type)
-                except RuntimeError as error:  # of the middleware: bytes that are no such message
-                    self.health.count_refused(topic, str(error))
-                    return
-            problem = problem_with(message, now)
-            if problem is not None:
-                self.health.count_refused(topic, problem)
-                self.attempt(self.on_refused, topic)
-                return
-            if msg_type is OccupancyGrid:
-                self.before_long_work()
-            self.attempt(callback, message, *information)
+            callback(message, *information)
 
-        checked = callback if options.get("raw") else receive
-        if sift is not None:
-            options["raw"] = True
-        return super().create_subscription(msg_type, topic, checked, qos_profile, **options)
+        return receive
 
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Callable[..., Any], **options: Any

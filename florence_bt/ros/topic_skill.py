@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile
 
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled
-from florence_bt.core.serving import ServedPublication, ServedWait
+from florence_bt.core.serving import ServedWait
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun
 from florence_bt.ros.node import FlorenceNode
@@ -115,18 +115,25 @@ class TopicPublication(RemoteSkill):
 
     external = True
 
-    def __init__(self, node: FlorenceNode, message_type: Any, served: ServedPublication) -> None:
+    def __init__(
+        self,
+        node: FlorenceNode,
+        topic: tuple[Any, str],
+        to_message: Callable[[Inputs], Any],
+        qos: QoSProfile = RELIABLE,
+    ) -> None:
         """Make a publisher.
 
         Args:
             node: The node that publishes.
-            message_type: The type of the message.
-            served: The topic, and the message from the inputs.
+            topic: Message type and topic.
+            to_message: The message from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
+                when they do not fit.
+            qos: Of the topic.
         """
         self._node = node
-        self._publisher = node.create_publisher(message_type, served.name, RELIABLE)
-        label = f"topic {self._publisher.topic_name}"
-        super().__init__(label, "message", lambda inputs: message_type(**served.message(inputs)))
+        self._publisher = node.create_publisher(topic[0], topic[1], qos)
+        super().__init__(f"topic {self._publisher.topic_name}", "message", to_message)
 
     def server_is_there(self) -> bool:
         """Tell whether somebody listens."""
@@ -142,19 +149,22 @@ class TopicWait(MessageWait):
 
     external = True
 
-    def __init__(self, node: FlorenceNode, message_type: Any, served: ServedWait) -> None:
+    def __init__(
+        self, node: FlorenceNode, message_type: Any, served: ServedWait, qos: QoSProfile = RELIABLE
+    ) -> None:
         """Make a subscription.
 
         Args:
             node: The node that subscribes.
             message_type: The type of the messages.
             served: The topic, what a message means, and how long to wait for one.
+            qos: Of the topic.
         """
         self._node = node
         self._topic = node.resolve_topic_name(served.name)
         self.label = f"topic {self._topic}"
         super().__init__(node.timebase, self.label, served)
-        node.create_subscription(message_type, served.name, self.take, RELIABLE)
+        node.create_subscription(message_type, served.name, self.take, qos)
 
     def server_is_there(self) -> bool:
         """Tell whether the topic has a publisher."""

@@ -25,6 +25,7 @@ from florence_bt.runtime.run_queue import RunQueue
 from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.drawings.ascii import draw_rows
+from florence_bt.trees.drawings.folding import fold_calls
 from florence_bt.trees.language.compile import CompiledTree
 from florence_bt.trees.language.findings import Finding, raise_first_error
 from florence_bt.trees.language.inputs import parse_inputs
@@ -141,6 +142,7 @@ class Executor:
         self,
         run: MissionRun,
         *,
+        whole: bool = False,
         colour: bool = False,
         visited_only: bool = False,
         durations: bool = False,
@@ -149,6 +151,7 @@ class Executor:
 
         Args:
             run: The run.
+            whole: Whether called missions are shown with all their nodes, and not folded.
             colour: Whether to colour the marks for a terminal.
             visited_only: Whether to leave out nodes that were not reached.
             durations: Whether nodes show how long they took, on the clock of the run.
@@ -158,6 +161,8 @@ class Executor:
             rows = self._active.rows()
         elif not rows:
             return run.tree
+        if not whole:
+            rows = fold_calls(rows)
         return draw_rows(rows, colour=colour, visited_only=visited_only, durations=durations)
 
     def tip(self) -> str:

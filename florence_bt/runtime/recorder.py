@@ -146,7 +146,7 @@ class RunRecorder:
             self._note_pose(record)
         del self._open[run.run_id]
         record.folder.mkdir(parents=True, exist_ok=True)
-        text = status_text(run, self._executor.render(run), self._clock.now())
+        text = status_text(run, run.tree, self._clock.now())
         (record.folder / "tree.txt").write_text(text + "\n", encoding="utf-8")
         (record.folder / "result.json").write_text(
             json.dumps(result_json(run, record), indent=1) + "\n", encoding="utf-8"

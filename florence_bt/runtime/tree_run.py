@@ -13,9 +13,10 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.behaviours.composites import CLEANUP
+from florence_bt.behaviours.cleaning_up import CLEANUP
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import KeyStore
+from florence_bt.behaviours.ticking import Ticker
 from florence_bt.behaviours.why import Why, explain, path_of, remember_failure
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.outcome import Result
@@ -23,7 +24,6 @@ from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_clock import RunClock
 from florence_bt.runtime.run_environment import RunEnvironment, keep_off_the_base
-from florence_bt.runtime.ticking import Ticker
 from florence_bt.trees.drawings.ascii import Left, TreeRow, draw_rows, tree_rows
 from florence_bt.trees.language.compile import CompiledTree, compile_mission
 from florence_bt.trees.language.vocabulary import MAX_QUICK_ROUNDS

@@ -58,6 +58,32 @@ def test_a_run_from_trigger_to_record(bench_of):
     assert [record.folder for record in bench.recorded] == [bench.runs / answer.run_id]
 
 
+def test_called_missions_are_folded_for_people_and_whole_in_the_records(bench_of):
+    from florence_interfaces.srv import MissionStatus
+
+    bench = bench_of()
+    (bench.missions / "go.yaml").write_text(
+        "mission: go\ntree:\n  sequence: [{run: be_quick}, {run: drive_once}, {run: be_quick, name: rest}]\n"
+    )
+    (bench.missions / "be_quick.yaml").write_text(
+        "mission: be_quick\ntree: {sequence: [{wait: 1 ms, name: a moment}]}\n"
+    )
+    _, trees = bench.listen()
+    run_id = bench.run("go").run_id
+    status = bench.wait("RUNNING", run_id)
+    assert "[>] drive" in status.tree and "a moment" not in status.tree
+    whole = bench.call(MissionStatus, "whole_status", run_id=run_id)
+    assert whole.run_id == run_id and "[>] drive" in whole.tree and "[+] a moment" in whole.tree
+    bench.end_drive(success())
+    status = bench.wait("SUCCEEDED", run_id)
+    bench.ros.spin_until(lambda: "SUCCEEDED" in trees[-1].data, what="the last tree")
+    for text in (status.tree, trees[-1].data):
+        assert "[+] run drive_once" in text and "[+] rest" in text and "a moment" not in text
+    assert "[+] a moment" in (bench.runs / run_id / "tree.txt").read_text()
+    with JournalReader(bench.runs) as journal:
+        assert "[+] a moment" in journal.run(run_id).tree
+
+
 def test_triggers_by_name_are_served_for_missions_without_required_inputs(bench_of):
     bench = bench_of()
     answer = bench.trigger("drive_once")

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.app.bringup.heartbeat import STACK_SIGNAL
+
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
@@ -197,7 +199,13 @@ def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_proces
     system.wait_for("the robot may drive again", PATIENCE_S)
     status = start_process(*FLORENCE, "status")
     assert status.process.wait(PATIENCE_S) == 0 and "patrol: RUNNING" in status.output, status.output
-    assert "(most recent call first)" in (folder / "logs" / "missions.log").read_text()
+    log = folder / "logs" / "missions.log"
+    assert "a signal has stopped it" in log.read_text()
+    kill_process(folder, "missions", STACK_SIGNAL)
+    end = time.monotonic() + PATIENCE_S
+    while "(most recent call first)" not in log.read_text():
+        assert time.monotonic() < end, log.read_text()
+        time.sleep(0.02)
 
     kill_process(folder, "missions", signal.SIGSTOP)
     system.wait_for("the process 'missions' did not answer for 5 s and was killed", PATIENCE_S)

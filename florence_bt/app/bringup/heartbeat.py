@@ -27,7 +27,7 @@ LONG_WORK_S = 60.0
 other that is silent."""
 _BEAT, _LONG_WORK = b"\0", b"\1"
 STACK_SIGNAL = signal.SIGUSR1
-"""Makes a process of a bring-up write the stacks of its threads into its log."""
+"""Makes a process of a bring-up write the stack of its main thread into its log."""
 LONGEST_LOOK_S = 0.1
 """Two looks that are further apart count as this much silence: the supervisor was held up itself, and perhaps
 all processes, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""

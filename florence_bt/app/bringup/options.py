@@ -32,6 +32,7 @@ class BringUp:
         hotspots_file: Hotspots of the flat, None for the one of the package.
         nav: One of :data:`NAVIGATIONS`.
         base: One of :data:`BASES`.
+        missions_only: Whether only the mission server and the locator come up, beside a robot that runs.
         home_file: The home sensors (docs/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
@@ -51,6 +52,7 @@ class BringUp:
     hotspots_file: str | None = None
     nav: str = "own"
     base: str = "own"
+    missions_only: bool = False
     home_file: str | None = None
     person: str | None = None
     start: tuple[float, float, float] | None = None
@@ -73,6 +75,10 @@ class BringUp:
             raise ConfigError(
                 "a base that is already running is driven by a Nav2 that is already running",
                 valid=["--robot CONFIG --base running --nav nav2"],
+            )
+        if self.missions_only and self.base != "running":
+            raise ConfigError(
+                "with --missions-only base and navigation run already", valid=["--missions-only alone"]
             )
         if not self.in_flat and (self.world_file is not None or self.world_seed is not None):
             raise ConfigError(

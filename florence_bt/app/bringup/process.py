@@ -42,7 +42,8 @@ def main(group: str, options_file: Path, parent: int) -> int:
     from florence_bt.app.bringup.topology import REMAPPINGS, factories
     from florence_bt.ros.process import run_nodes
 
-    faulthandler.register(STACK_SIGNAL, all_threads=True)
+    # Only of the thread that has the signal, the main one: the others run on while they are looked at.
+    faulthandler.register(STACK_SIGNAL, all_threads=False)
     try:
         options = BringUp.read(options_file)
 

@@ -1,8 +1,7 @@
-"""The skills over ROS: the shipped ones from their tables, and those of installed packages."""
+"""The skills over ROS: the shipped ones from their tables, those of installed packages and those of files."""
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Collection, Mapping
 from datetime import timedelta
 from types import ModuleType
@@ -10,7 +9,9 @@ from typing import Any
 
 from geometry_msgs.msg import Point
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.interfaces import load_interface
 from florence_bt.core.serving import (
     Served,
     ServedAction,
@@ -24,27 +25,82 @@ from florence_bt.core.serving import (
 )
 from florence_bt.core.skill import Inputs, InstantSkill, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
-from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros
+from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, STATE
 from florence_bt.ros.service_skill import ServiceSkill
 from florence_bt.ros.topic_skill import TopicCondition, TopicPublication, TopicWait
 from florence_bt.skills.served import SERVED
 from florence_bt.trees.language.declarations import skills_in
+from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.third_party import ThirdParty
 
 
-def make_skills(node: FlorenceNode, without: Collection[str] = ()) -> dict[str, Skill]:
-    """Make every skill of the shipped missions by name, and those of installed packages.
+def make_skills(
+    node: FlorenceNode, without: Collection[str] = (), mappings: Mapping[str, MessageMapping] | None = None
+) -> dict[str, Skill]:
+    """Make every skill of the shipped missions, those of installed packages and those of files, by name.
 
     Args:
         node: The node whose clients are used and whose clock times the deadlines.
         without: Skills that nobody performs in this system; they fail with ``no_skill``.
+        mappings: How the skills of files beside missions are served.
     """
     own: dict[str, Skill] = {
         served.skill.name: _over_ros(node, served) for served in SERVED if served.skill.name not in without
     }
     own |= {name: MissingSkill(f"nothing serves {name} with --nav nav2") for name in without}
-    return {**_skills_of_packages(node, own), **own}
+    files = {name: of_file(node, each) for name, each in (mappings or {}).items() if name not in own}
+    return {**files, **_skills_of_packages(node, own), **own}
+
+
+def of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
+    """Make a skill of a file; a :class:`MissingSkill` where its interface is not installed.
+
+    Its server may be anybody's: nothing waits for it, and only a mission that needs it fails.
+    """
+    try:
+        interface = load_interface(mapping.interface)
+    except ConfigError as error:
+        node.get_logger().error(f"the skill {mapping.declaration.name!r} is missing: {error}")
+        return MissingSkill(str(error))
+    topic = (interface, mapping.name)
+    heard = LATCHED if mapping.latched else STATE  # which hears every publisher, reliable or not
+    deadline_s = mapping.declaration.deadline_s
+
+    def to_message(inputs: Inputs) -> Any:
+        return mapping.message(inputs, stamp_to_ros(node.stamp()))
+
+    skill: ActionSkill | ServiceSkill
+    match mapping.way:
+        case "action":
+            skill = ActionSkill(
+                node,
+                interface,
+                mapping.name,
+                to_goal=to_message,
+                to_result=mapping.result,
+                to_feedback=mapping.feedback_text,
+                deadlines=Deadlines(result_s=deadline_s),
+            )
+        case "service":
+            skill = ServiceSkill(
+                node,
+                interface,
+                mapping.name,
+                to_request=to_message,
+                to_result=mapping.result,
+                deadline_s=deadline_s,
+            )
+        case "publish":
+            return TopicPublication(node, topic, to_message, LATCHED if mapping.latched else RELIABLE)
+        case "condition":
+            max_age_s = mapping.max_age_s
+            return TopicCondition(node, topic, to_result=mapping.judge, max_age_s=max_age_s, qos=heard)
+        case _:
+            return TopicWait(node, interface, mapping.wait(), heard)
+    skill.external = True
+    return skill
 
 
 def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
@@ -100,13 +156,13 @@ def _over_ros(node: FlorenceNode, served: Served) -> Skill:
         return InstantSkill(served.answer)
     if isinstance(served, ServedByClock):
         return served.make(node.timebase, lambda: node.get_clock().now().nanoseconds / 1e9)
-    package, kind, name = served.interface.split("/")
-    interface: Any = getattr(importlib.import_module(f"{package}.{kind}"), name)
+    interface = load_interface(served.interface)
     if isinstance(served, ServedCondition):
         source = (interface, served.name)
         return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
     if isinstance(served, ServedPublication):
-        return TopicPublication(node, interface, served)
+        topic = (interface, served.name)
+        return TopicPublication(node, topic, lambda inputs: interface(**served.message(inputs)))
     if isinstance(served, ServedWait):
         return TopicWait(node, interface, served)
     assert isinstance(served, ServedByNode)

@@ -230,8 +230,16 @@ class Supervisor:
         self._child(name).log.flush()
 
     def write_stack(self, name: str) -> None:
-        """Let a process that is up write into its log what it is doing; one that is stopped does so later."""
-        os.kill(self._child(name).process.pid, STACK_SIGNAL)
+        """Let a process that is up write into its log what it is doing.
+
+        Not one that a signal has stopped (SIGSTOP, a debugger): it would write when it goes on, on any of its
+        threads and amid what it does then, which can crash it.
+        """
+        pid = self._child(name).process.pid
+        if _is_stopped(pid):
+            self.note(name, "a signal has stopped it (kill -CONT lets it go on)")
+        else:
+            os.kill(pid, STACK_SIGNAL)
 
     def kill(self, name: str, why: str) -> None:
         """Kill a process; :meth:`check` then says that it died, and why."""
@@ -317,3 +325,11 @@ def _tail(file: Path, begin: int) -> str:
     """Return the last lines of a log from a byte on."""
     lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
     return "\n".join("  " + line for line in lines[-TAIL_LINES:]) or "  (empty)"
+
+
+def _is_stopped(pid: int) -> bool:
+    """Tell whether a process is stopped by a signal or traced (proc(5), the third field of ``stat``)."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "Tt"
+    except OSError:
+        return False

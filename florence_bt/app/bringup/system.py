@@ -219,7 +219,9 @@ class System:
         return [shown for name, shown in needed.items() if name not in names]
 
     def _is_left_out(self, served: Served) -> bool:
-        """Tell whether this bring-up goes without a skill."""
+        """Whether this bring-up goes without a skill."""
+        if self.options.missions_only:
+            return True
         return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2
 
     def _not_up(self) -> list[str]:

@@ -102,6 +102,7 @@ def groups(options: BringUp) -> list[str]:
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
         "navigation": options.nav == "nav2",
+        "people": options.missions_only,
     }
     return [group for group in NODES if not absent.get(group)]
 
@@ -261,10 +262,20 @@ def _navigation(settings: _Settings) -> list[Factory]:
 
 
 def _people(settings: _Settings) -> list[Factory]:
-    from florence_bt.app.bringup.simulated import user_room
-    from florence_bt.skills.locator.node import LocatorNode
     from florence_bt.skills.people.approach_user.node import ApproachNode
     from florence_bt.skills.people.user_tracker.node import UserTrackerNode
+
+    return [
+        partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
+        *_places(settings),
+        partial(ApproachNode, parameters=settings.of("approach_user")),
+    ]
+
+
+def _places(settings: _Settings) -> list[Factory]:
+    """The locator, and what tells it of the house."""
+    from florence_bt.app.bringup.simulated import user_room
+    from florence_bt.skills.locator.node import LocatorNode
 
     locator = settings.of(
         "florenceLocator",
@@ -272,11 +283,7 @@ def _people(settings: _Settings) -> list[Factory]:
         initial_user_room=user_room(settings.options),
         habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
-    nodes: list[Factory] = [
-        partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
-        partial(LocatorNode, parameters=locator),
-        partial(ApproachNode, parameters=settings.of("approach_user")),
-    ]
+    nodes: list[Factory] = [partial(LocatorNode, parameters=locator)]
     if settings.options.home_file is not None:
         from florence_bt.skills.home_sensors.node import HomeSensorsNode
 
@@ -292,7 +299,13 @@ def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.runtime.node import MissionNode
     from florence_bt.skills.navigation.navigate.declaration import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
     from florence_bt.trees.language.declarations import collect_declarations
+    from florence_bt.trees.language.declared_skills import mappings_in
+    from florence_bt.trees.language.third_party import ThirdParty
 
+    installed = [folder for _, folder in ThirdParty().mission_folders()]
+    mappings = mappings_in([*installed, *map(Path, settings.options.mission_folders)])
+    alone = settings.options.missions_only
+    without = NOT_OF_NAV2 if settings.options.nav == "nav2" and not alone else ()
     parameters = settings.of(
         "florence_bt",
         runs_folder=str(settings.options.runs),
@@ -304,14 +317,15 @@ def _missions(settings: _Settings) -> list[Factory]:
 
     def mission_node() -> FlorenceNode:
         node = MissionNode(
-            partial(make_skills, without=NOT_OF_NAV2 if settings.options.nav == "nav2" else ()),
-            collect_declarations(),
+            partial(make_skills, without=without, mappings=mappings),
+            {**{name: each.declaration for name, each in mappings.items()}, **collect_declarations()},
             make_safety=BaseSafety,
             on_recorded=pictures.draw,
             other_actions=ACTIONS_WITHOUT_SKILL,
+            wait_for_servers=not alone,
             parameters=parameters,
         )
         node.on_close(pictures.close)
         return node
 
-    return [mission_node]
+    return [*(_places(settings) if alone else ()), mission_node]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 from rich.console import Console
 
+from florence_bt.app.bringup.missing_servers import MissingServers
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.runs.client import MissionClient
@@ -48,7 +50,14 @@ def run_up(options: BringUp) -> None:
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         for line in outcomes_of(options.runs, left):
             say(line)
-        if not system.client.knows_pose():
+        if not options.missions_only and not system.client.knows_pose():
             say("the robot does not know where it is; publish its pose on initialpose, e.g. with RViz")
-        say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
-        system.client.spin_until(lambda: False, FOREVER_S, watch=system.keep_up)
+        mission = "MISSION" if options.missions_only else "goto_user"
+        say(f"in another terminal: florence run {mission}, florence status, florence stop; Ctrl-C ends all")
+        missing = MissingServers(system.client.node, map(Path, options.mission_folders), say)
+
+        def watch() -> None:
+            system.keep_up()
+            missing.look()
+
+        system.client.spin_until(lambda: False, FOREVER_S, watch=watch)

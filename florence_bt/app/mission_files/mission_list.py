@@ -55,12 +55,13 @@ def mission_name(given: str, library: MissionLibrary) -> str:
 def _lines(mission: Mission) -> Iterator[str]:
     yield f"{mission.name:<16} {mission.description}"
     for name, port in mission.inputs.items():
-        yield f"{_INDENT}{name}: {_takes(port)}"
+        yield f"{_INDENT}{name}: {takes(port)}"
     for name, port in mission.outputs.items():
         yield f"{_INDENT}-> {name}: {port.kind.value}"
 
 
-def _takes(port: Port) -> str:
+def takes(port: Port) -> str:
+    """Return the type, default and limits of an input for people."""
     default = "(required)" if port.required else "= " + (format_value(port.default, port.kind) or '""')
     limits = [
         f"{word} {format_value(limit, port.kind)}"

@@ -235,10 +235,17 @@ class MissionClient:
         )
         return self.call(RunMission, "florence_bt/run_mission", request)
 
-    def status(self, run_id: str = "", *, durations: bool = False) -> Any:
-        """Ask for the status of a run, or the current or last one, perhaps with durations in the tree."""
+    def status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
+        """The status of a run, or of the current or last one.
+
+        Args:
+            run_id: The run; empty for the current or last one.
+            durations: Whether the tree's text says how long nodes took.
+            whole: Whether called missions are shown with all their nodes, and not folded.
+        """
+        service = "florence_bt/whole_status" if whole else "florence_bt/status"
         question = MissionStatus.Request(run_id=run_id, durations=durations)
-        return self.call(MissionStatus, "florence_bt/status", question, repeat=True)
+        return self.call(MissionStatus, service, question, repeat=True)
 
     def ask_status(self) -> Any:
         """Ask for the status without waiting; the answer comes in the future that is returned."""

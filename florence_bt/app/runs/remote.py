@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.app.runs.client import MissionClient, RunWatch
+from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,10 +66,16 @@ def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bo
     return watch.result()
 
 
-def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
-    """Print the status of a run, once or until Ctrl-C. False when no such run is known."""
+def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = False) -> bool:
+    """Print the status of a run, once or until Ctrl-C. False when no such run is known.
+
+    Raises:
+        ConfigError: The whole tree is to be watched.
+    """
+    if watch and whole:
+        raise ConfigError("the whole tree is shown once, not watched", valid=["--all", "--watch"])
     with MissionClient() as client:
-        status = client.status(run_id, durations=True)
+        status = client.status(run_id, durations=True, whole=whole)
         if not watch:
             _print_tree(status.tree, console)
             for line in _waiting_lines(status):
@@ -91,10 +98,10 @@ def _waiting_lines(status: Any) -> list[str]:
     return [*lines, f"waiting: {', '.join(status.waiting)}"] if status.waiting else lines
 
 
-def stop_mission(run_id: str) -> tuple[bool, str]:
+def stop_mission(run_id: str, reason: str = "") -> tuple[bool, str]:
     """Stop a run, or the current one: (whether there was one, a message)."""
     with MissionClient() as client:
-        answer = client.stop("florence stop", run_id)
+        answer = client.stop(reason or "florence stop", run_id)
         return bool(answer.success), str(answer.message)
 
 

@@ -53,11 +53,12 @@ from florence_bt.mission_testing.scenarios.scenario import (
     Trigger,
 )
 from florence_bt.mission_testing.stage import Stage
-from florence_bt.mission_testing.values import read_duration, read_kind, read_port, same
+from florence_bt.mission_testing.values import read_kind, read_port, same
 from florence_bt.runtime.run import RunStatus, TriggerPolicy
-from florence_bt.trees.language.findings import ERROR, Finding, finding_from_error, sort_findings
+from florence_bt.trees.language.findings import Finding, finding_from_error, limit_findings
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.reader import WordReader
 
 TRIGGER_KEYS = ("policy", "priority", "caller", "refused")
 FILE_KEYS = ("mission", "missions", "given", "scenarios")
@@ -106,7 +107,7 @@ Users = list[tuple[SkillDeclaration, Place | None]]
 # ---- pieces of the grammar ------------------------------------------------------------------------------
 
 
-class SourceReader:
+class SourceReader(WordReader):
     """Reads pieces of a scenario file and collects what is wrong with them.
 
     Args:
@@ -114,9 +115,6 @@ class SourceReader:
         library: The missions that it may use.
         maps: Where the maps of missions are kept.
         declarations: The skills by name.
-
-    Attributes:
-        findings: What is wrong with the file.
     """
 
     def __init__(
@@ -126,21 +124,16 @@ class SourceReader:
         maps: MissionMaps,
         declarations: Mapping[str, SkillDeclaration],
     ) -> None:
+        super().__init__(file)
         self.file = file
         self.library = library
         self.maps = maps
         self.declarations = declarations
-        self.findings: list[Finding] = []
         self._added: dict[str, Path] = {}
-
-    def problem(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
-        """Note an error."""
-        place = str(self.file), position.line, position.column
-        self.findings.append(Finding(*place, ERROR, message, tuple(valid)))
 
     def wrong(self, position: Position, error: ConfigError) -> None:
         """Note an error that something else found."""
-        self.problem(position, error.problem, error.valid)
+        self.error(position, error.problem, error.valid)
 
     def entries(
         self, source: YamlNode | None, what: str, keys: Collection[str]
@@ -151,7 +144,7 @@ class SourceReader:
             if key.text in keys:
                 found[key.text] = (key, value)
             else:
-                self.problem(key.position, f"{what} has no key {key.text!r}", closest_first(key.text, keys))
+                self.unknown(key.position, f"{what} has no key {key.text!r}", key.text, keys)
         return found
 
     def values(self, source: YamlNode | None, what: str, keys: Collection[str]) -> dict[str, YamlNode]:
@@ -178,12 +171,12 @@ class SourceReader:
                 if key in commas:
                     text = commas[key]
                     message = "text with a comma needs quotes between { and }"
-                    self.problem(text.first.position, message, [text.valid])
+                    self.error(text.first.position, message, [text.valid])
                     yield key, replace(text.first, text=text.whole)
                 elif key not in pieces:
                     yield key, value
         elif source is not None and not (isinstance(source, YamlScalar) and source.empty):
-            self.problem(source.position, f"{what} must be a table (key: value)", valid)
+            self.error(source.position, f"{what} must be a table (key: value)", valid)
 
     def items(self, source: YamlNode | None) -> tuple[YamlNode, ...]:
         """Return the items of a list; a single thing counts as a list of one, nothing as none."""
@@ -192,32 +185,11 @@ class SourceReader:
         return source.items if isinstance(source, YamlSequence) else (source,)
 
     def text(self, source: YamlNode, what: str) -> str | None:
-        """Read a text."""
+        """A text, as it stands there: an empty one in quotes may be what is expected."""
         if isinstance(source, YamlScalar) and (source.quoted or not source.empty):
             return source.text
-        self.problem(source.position, f"{what} must be text")
+        self.error(source.position, f"{what} must be text")
         return None
-
-    def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
-        """Read one of some words."""
-        word = self.text(source, what)
-        if word is None or word in words:
-            return word
-        close = closest_first(word, words)
-        known = close if len(close) <= 3 else words
-        self.problem(source.position, f"there is no {what} {word!r}", known)
-        return None
-
-    def duration(self, source: YamlNode, what: str) -> float | None:
-        """Read a duration in seconds."""
-        text = self.text(source, what)
-        if text is None:
-            return None
-        try:
-            return read_duration(text)
-        except ConfigError as error:
-            self.wrong(source.position, error)
-            return None
 
     def whole(self, source: YamlNode, what: str) -> int | None:
         """Read a whole number of at least 0."""
@@ -225,7 +197,7 @@ class SourceReader:
         if text is not None and re.fullmatch(r"\d{1,9}", text):
             return int(text)
         if text is not None:
-            self.problem(source.position, f"{what} must be a whole number of at least 0", ["1"])
+            self.error(source.position, f"{what} must be a whole number of at least 0", ["1"])
         return None
 
     def pattern(
@@ -268,7 +240,7 @@ class SourceReader:
         for key, item in self.table(source, f"the {what}s", **hints):
             if key.text not in kinds:
                 valid = closest_first(key.text, kinds) or (f"no {what}s",)
-                self.problem(key.position, f"{owner} has no {what} {key.text!r}", valid)
+                self.error(key.position, f"{owner} has no {what} {key.text!r}", valid)
                 continue
             kind = kinds[key.text]
             try:
@@ -287,12 +259,12 @@ class SourceReader:
             if not path.exists():
                 message = f"there is no file {str(path)!r}: paths are counted from the folder of this file"
                 meant = [os.path.relpath(name, self.file.parent)] if Path(name).exists() else []
-                self.problem(source.position, message, meant)
+                self.error(source.position, message, meant)
                 return None
             name = path.stem
             if self._added.setdefault(name, path) != path:
                 message = f"the mission {name!r} is {self._added[name]} in this file already"
-                self.problem(source.position, message)
+                self.error(source.position, message)
             known = self.library.find(name)
             if known is None or known.file != path:
                 added = self.library.add_file(path)
@@ -305,7 +277,7 @@ class SourceReader:
             unknown = name not in self.library and not self.library.unreadable().get(name)
             close = closest_first(name, self.library.names())[:3]
             valid = (*close, "missions: [FOLDER] at the top of this file") if unknown else error.valid
-            self.problem(source.position, f"{where}{error.problem}", valid)
+            self.error(source.position, f"{where}{error.problem}", valid)
             return None
         return name
 
@@ -348,7 +320,7 @@ class SourceReader:
         for key, value in self.table(source, "inputs"):
             if key.text not in ports:
                 valid = closest_first(key.text, ports) or ("no inputs",)
-                self.problem(key.position, f"{name} has no input {key.text!r}", valid)
+                self.error(key.position, f"{name} has no input {key.text!r}", valid)
             elif key.text in inputs:
                 try:
                     read_port(inputs[key.text], ports[key.text])
@@ -357,7 +329,7 @@ class SourceReader:
         missing = [port for port in ports if ports[port].required and port not in inputs]
         if missing:
             place = source.position if source is not None else mission.position
-            self.problem(place, f"{name} needs the input {' and '.join(missing)}", [f"{missing[0]}: ..."])
+            self.error(place, f"{name} needs the input {' and '.join(missing)}", [f"{missing[0]}: ..."])
 
 
 def plain(source: YamlNode) -> Any:
@@ -474,7 +446,7 @@ def _read_mock(reader: SourceReader, value: YamlNode, users: Users) -> Callable[
 def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[MockReply, ...]:
     """Read a script; empty (noted) when it is wrong."""
     if not isinstance(source, YamlScalar) or source.empty:
-        reader.problem(source.position, "a script must be text", _SCRIPTS)
+        reader.error(source.position, "a script must be text", _SCRIPTS)
         return ()
     try:
         replies = parse_script(source.text)
@@ -517,14 +489,14 @@ def _read_switch(reader: SourceReader, table: YamlMapping, users: Users) -> Call
         replies = _read_script(reader, value, users)
         if any(reply.lasts is not None for reply in replies):
             problem = "a case of a switch counts its calls and has no time"
-            reader.problem(value.position, problem, ["3 times", "once"])
+            reader.error(value.position, problem, ["3 times", "once"])
         try:
             cases.append((read_port(case.text, port) if port else case.text, replies))
         except ConfigError as error:
             reader.wrong(case.position, error)
     default = _read_script(reader, entries["default"], users) if "default" in entries else ()
     if "cases" not in entries and "default" not in entries:
-        reader.problem(table.position, "the mock has no cases", ["cases: {kitchen: SUCCESS}"])
+        reader.error(table.position, "the mock has no cases", ["cases: {kitchen: SUCCESS}"])
     if port is None or name is None or (not cases and not default):
         return None
     return lambda: _choice(name, cases, default)
@@ -534,7 +506,7 @@ def _port_of(reader: SourceReader, source: YamlNode, name: str, users: Users) ->
     for declaration, _ in users:
         if name not in declaration.inputs:
             message = f"{declaration.name} has no input {name!r}"
-            reader.problem(source.position, message, closest_first(name, declaration.inputs))
+            reader.unknown(source.position, message, name, declaration.inputs)
             return None
     return users[0][0].inputs[name] if users else None
 
@@ -590,7 +562,7 @@ class WhenReader:
         word, _, rest = item.text.strip().partition(" ") if isinstance(item, YamlScalar) else ("", "", "")
         if not word or word in WHEN_KEYS:
             valid = [f"{word}: {rest}".strip()] if word else ["advance: 3 s", "stop:"]
-            self._reader.problem(item.position, "an event must be a table (key: value)", valid)
+            self._reader.error(item.position, "an event must be a table (key: value)", valid)
         else:
             self._unknown(item.position, f"{word} {rest}".strip())
 
@@ -598,7 +570,7 @@ class WhenReader:
         word, _, rest = name.partition(" ")
         known = (*WHEN_KEYS, "at")
         valid = (f"{word}: {rest}",) if word in known and rest else closest_first(name, known)
-        self._reader.problem(position, f"there is no event {name!r}", valid)
+        self._reader.error(position, f"there is no event {name!r}", valid)
 
     def _kind(self, table: YamlMapping) -> str | None:
         """Return the key that says what happens; ``at`` when only time passes."""
@@ -606,7 +578,7 @@ class WhenReader:
         if len(kinds) > 1:
             message = f"{kinds[1].text!r} cannot be combined with {kinds[0].text!r}"
             valid = [f"an entry of its own: - {kinds[1].text}: ..."]
-            self._reader.problem(kinds[1].position, message, valid)
+            self._reader.error(kinds[1].position, message, valid)
             return None
         if kinds:
             return kinds[0].text
@@ -614,7 +586,7 @@ class WhenReader:
         if unknown is not None:
             self._unknown(unknown.position, unknown.text)
         elif not table.entries:
-            self._reader.problem(table.position, "nothing happens here", list(WHEN_KEYS))
+            self._reader.error(table.position, "nothing happens here", list(WHEN_KEYS))
         return "at" if table.entries and unknown is None else None
 
     def _act(self, table: YamlMapping, kind: str) -> Act | None:
@@ -672,7 +644,7 @@ class WhenReader:
             isinstance(source, YamlMapping) and not source.entries
         ):
             valid = ["expect: {status: RUNNING}"]
-            self._reader.problem(source.position, "nothing is expected here", valid)
+            self._reader.error(source.position, "nothing is expected here", valid)
         return lambda scene: scene.expect(expectation)
 
     def _start(self, entries: Entries) -> Act | None:
@@ -686,7 +658,7 @@ class WhenReader:
         if name in self.started:
             position = entries.get("as", entries["start"]).position
             message = f"something else is called {name!r} here already"
-            reader.problem(position, message, [f"as: second_{trigger.mission}"])
+            reader.error(position, message, [f"as: second_{trigger.mission}"])
         mission = reader.library.get(trigger.mission)
         self.started[name] = reader.maps.of(mission, reader.library, reader.declarations)
         return lambda scene: scene.start(trigger, name)
@@ -722,16 +694,16 @@ class ThenReader:
         reader = self._reader
         if isinstance(source, YamlScalar) and source.text.upper() in RUN_STATUSES:
             valid = [f"{what}: {{status: {source.text.upper()}}}"]
-            reader.problem(source.position, f"{what} must be a table (key: value)", valid)
+            reader.error(source.position, f"{what} must be a table (key: value)", valid)
             source = None
         entries = reader.entries(source, what, THEN_KEYS)
         checks: list[Check] = []
         for name, (key, value) in entries.items():
-            before = len(reader.findings)
+            before = reader.count
             assertions = list(self._assertions(name, value))
             known = self._places is not None  # else an error has been noted already
-            if known and not assertions and len(reader.findings) == before:
-                reader.problem(key.position, f"{name} expects nothing", ["leaving it out"])
+            if known and not assertions and reader.count == before:
+                reader.error(key.position, f"{name} expects nothing", ["leaving it out"])
             checks += [Check(assertion, key.position) for assertion in assertions]
         written = entries["status"][1] if "status" in entries else None
         known = isinstance(written, YamlScalar) and written.text in RUN_STATUSES
@@ -758,14 +730,14 @@ class ThenReader:
         if status is None or status is RunStatus.FAILED:
             word = self._places.mission
         message = f"{word} cannot end with the code {source.text!r}"
-        self._reader.problem(source.position, message, closest_first(source.text, known))
+        self._reader.unknown(source.position, message, source.text, known)
 
     def _check_status(self, position: Position, status: RunStatus | None, happens: Collection[str]) -> None:
         """Note a status that nothing under ``when`` can bring about."""
         wanted = {RunStatus.STOPPED: _STOPS, RunStatus.PAUSED: ("pause",)}.get(status) if status else None
         if status and wanted and not any(word in happens for word in wanted):
             message = f"the run cannot be {status.value}: nothing under 'when' does that"
-            self._reader.problem(position, message, [f"when: [{{at: 3 s, {wanted[0]}: enough}}]"])
+            self._reader.error(position, message, [f"when: [{{at: 3 s, {wanted[0]}: enough}}]"])
 
     def _assertions(self, name: str, value: YamlNode) -> Iterator[Assertion]:
         match name:
@@ -842,7 +814,7 @@ class ThenReader:
                 pairs = item.entries
             else:
                 valid = ["turn: {angle: 45 deg}"]
-                self._reader.problem(item.position, "a call is a skill, or a skill and inputs", valid)
+                self._reader.error(item.position, "a call is a skill, or a skill and inputs", valid)
                 continue
             for key, inputs in pairs:
                 found = self._reader.pattern(key, self._places, skills_only=True)
@@ -855,12 +827,12 @@ class ThenReader:
         """Read the inputs that a call must have, in SI units."""
         wanted: dict[str, Any] = {}
         is_count = isinstance(source, YamlScalar) and source.text.isdigit()
-        before = len(self._reader.findings)
+        before = self._reader.count
         for skill in dict.fromkeys(place.skill for place in users if place.skill):
             kinds = {name: port.kind for name, port in self._reader.declarations[skill].inputs.items()}
             valid = [f"called: {{{skill}: {plain(source)}}}"] if is_count and source is not None else []
             wanted |= self._reader.quantities(source, "input", skill, kinds, valid=valid)
-            if len(self._reader.findings) > before:
+            if self._reader.count > before:
                 break
         return wanted
 
@@ -902,7 +874,7 @@ class ThenReader:
             if "inner" in entries:
                 inner = self._reader.choice(entries["inner"], "value", ("true", "false")) == "true"
             if "lines" not in entries:
-                self._reader.problem(value.position, "the trace has no lines", ["lines: [...]"])
+                self._reader.error(value.position, "the trace has no lines", ["lines: [...]"])
                 return
             source = entries["lines"]
         lines = [line for item in self._reader.items(source) for line in self._trace_lines(item)]
@@ -1001,7 +973,7 @@ def read_scenarios(file: Path, libraries: Libraries) -> ScenarioFile:
         return ScenarioFile(file, (), (finding_from_error(error),))
     reader = SourceReader(file, MissionLibrary(), MissionMaps(), libraries.declarations)
     scenarios = list(_FileReader(reader, libraries).scenarios(source))
-    return ScenarioFile(file, tuple(scenarios), tuple(sort_findings(reader.findings)))
+    return ScenarioFile(file, tuple(scenarios), tuple(limit_findings(reader.findings)))
 
 
 _Surroundings = tuple[MissionLibrary, Mapping[str, SkillDeclaration], MissionMaps]
@@ -1023,7 +995,7 @@ class _FileReader:
     def scenarios(self, source: YamlNode) -> Iterator[Scenario]:
         reader = self._reader
         if not isinstance(source, YamlMapping):
-            reader.problem(source.position, "a scenario file must be a table", FILE_KEYS)
+            reader.error(source.position, "a scenario file must be a table", FILE_KEYS)
             return
         top = reader.values(source, "a scenario file", FILE_KEYS)
         self._load_missions(top.get("missions"))
@@ -1031,14 +1003,14 @@ class _FileReader:
         self._given = reader.values(top.get("given"), "given", GIVEN_KEYS)
         if "scenarios" not in top:
             valid = ["scenarios: [{name: ..., then: ...}]"]
-            reader.problem(source.position, "the file has no scenarios", valid)
+            reader.error(source.position, "the file has no scenarios", valid)
             return
         count = 0
         for item in reader.items(top["scenarios"]):
             for values, filled in self._examples(item):
                 count += 1
                 if count > MAX_SCENARIOS:
-                    reader.problem(item.position, f"the file has more than {MAX_SCENARIOS} scenarios")
+                    reader.error(item.position, f"the file has more than {MAX_SCENARIOS} scenarios")
                     return
                 yield from self._scenario(filled, values)
 
@@ -1049,7 +1021,7 @@ class _FileReader:
             name = reader.text(item, "a folder of missions")
             folder = Path(os.path.normpath(reader.file.parent / name)) if name else None
             if folder is not None and not folder.is_dir():
-                reader.problem(item.position, f"there is no folder {str(folder)!r}")
+                reader.error(item.position, f"there is no folder {str(folder)!r}")
             elif folder is not None:
                 folders.append(folder)
         library, maps = self._libraries.load(reader.file.parent.resolve(), tuple(folders))
@@ -1068,18 +1040,18 @@ class _FileReader:
         rest = YamlMapping(tuple(e for e in item.entries if e[0].text != "examples"), item.position)
         examples = list(_example_rows(reader, source))
         if not examples:
-            reader.problem(source.position, "there are no examples", ["[{room: kitchen}, {room: hall}]"])
+            reader.error(source.position, "there are no examples", ["[{room: kitchen}, {room: hall}]"])
         for values in examples:
             unknown: dict[Position, str] = {}
             filled = _fill_in(rest, values, unknown.setdefault)
             for position, name in unknown.items():
-                reader.problem(position, f"the examples have no {name!r}", closest_first(name, values))
+                reader.unknown(position, f"the examples have no {name!r}", name, values)
             if not unknown:
                 yield values, filled
 
     def _scenario(self, item: YamlNode, values: dict[str, YamlNode]) -> Iterator[Scenario]:
         reader = self._reader
-        before = len(reader.findings)
+        before = reader.count
         entries = reader.values(item, "a scenario", SCENARIO_KEYS)
         if not isinstance(item, YamlMapping):
             return
@@ -1090,7 +1062,7 @@ class _FileReader:
             then = None
         mission = entries.get("mission", self._mission)
         if mission is None:
-            reader.problem(item.position, "the scenario names no mission", ["mission: goto_user"])
+            reader.error(item.position, "the scenario names no mission", ["mission: goto_user"])
             return
         merged = {**self._given, **own, "inputs": _merged(self._given.get("inputs"), own.get("inputs"))}
         given = {key: value for key, value in {**merged, "refused": refused}.items() if value is not None}
@@ -1099,14 +1071,14 @@ class _FileReader:
         places = self._places(trigger.mission) if trigger is not None else None
         own_mocks = read_mocks(reader, own.get("skills"), places, default=False)
         mocks = [*self._common_mocks(places), *own_mocks]
-        known = len(reader.findings)
+        known = reader.count
         when = WhenReader(reader, places)
         happenings = tuple(when.read(entries.get("when")))
-        happens = [each.kind for each in happenings] if len(reader.findings) == known else None
+        happens = [each.kind for each in happenings] if reader.count == known else None
         expectations = {"": ThenReader(reader, places).read(then, "then", happens)}
         expectations |= self._runs(others, when.started)
         self._check_expecting(item, then, len(expectations) > 1, refused is not None)
-        if len(reader.findings) > before or trigger is None:
+        if reader.count > before or trigger is None:
             return
         if (trigger.mission, self._stubs) in self._not_playable:
             return
@@ -1130,11 +1102,11 @@ class _FileReader:
         for key, value in reader.table(source, "runs"):
             if key.text not in started:
                 message = f"no run is called {key.text!r}"
-                reader.problem(key.position, message, closest_first(key.text, started))
+                reader.unknown(key.position, message, key.text, started)
                 continue
             runs[key.text] = ThenReader(reader, started[key.text]).read(value, "then")
             if isinstance(value, YamlScalar) and value.empty:
-                reader.problem(key.position, f"nothing is expected of the run {key.text!r}", _THEN)
+                reader.error(key.position, f"nothing is expected of the run {key.text!r}", _THEN)
         return runs
 
     def _check_expecting(self, item: YamlMapping, then: YamlNode | None, runs: bool, refused: bool) -> None:
@@ -1143,19 +1115,19 @@ class _FileReader:
         if refused and entries:
             key = entries[0][0]
             message = f"{key.text} can never hold: a mission that is refused does not run"
-            self._reader.problem(key.position, message, ["leaving it out"])
+            self._reader.error(key.position, message, ["leaving it out"])
         empty = isinstance(then, YamlMapping) and not entries and not runs and not refused
         unknown = [key.text for key, _ in item.entries if key.text not in SCENARIO_KEYS]
         if empty or (then is None and not get_close_matches("then", unknown)):
-            self._reader.problem(item.position, "the scenario expects nothing", _THEN)
+            self._reader.error(item.position, "the scenario expects nothing", _THEN)
 
     def _common_mocks(self, places: MissionMap | None) -> list[MockEntry]:
         """Return the mocks for the whole file, held against each mission once."""
         key = (places.mission if places is not None else "", self._stubs)
         if key not in self._mocks:
-            before = len(self._reader.findings)
+            before = self._reader.count
             self._mocks[key] = read_mocks(self._reader, self._given.get("skills"), places, default=True)
-            if len(self._reader.findings) > before:
+            if self._reader.count > before:
                 self._not_playable.add(key)
         return self._mocks[key]
 
@@ -1183,14 +1155,14 @@ class _FileReader:
     def _name(self, item: YamlMapping, source: YamlNode | None, values: Mapping[str, YamlNode]) -> str:
         name = self._reader.text(source, "name") if source is not None else None
         if not name:
-            self._reader.problem(item.position, "the scenario has no name", ["name: the room is unknown"])
+            self._reader.error(item.position, "the scenario has no name", ["name: the room is unknown"])
             name = "?"
         if values and name in self._names:
             name += f" [{', '.join(f'{key}={input_text(value)}' for key, value in values.items())}]"
         if name in self._names:
             message = f"two scenarios are called {name!r} (the first in line {self._names[name]})"
             valid = ["another name", *(["name: ... <parameter>"] if values else [])]
-            self._reader.problem(item.position, message, valid)
+            self._reader.error(item.position, message, valid)
         self._names[name] = item.position.line
         return name
 
@@ -1201,7 +1173,7 @@ def _example_rows(reader: SourceReader, source: YamlNode) -> Iterator[dict[str, 
         columns = {key.text: reader.items(value) for key, value in source.entries}
         lengths = {len(column) for column in columns.values()}
         if len(lengths) > 1:
-            reader.problem(source.position, "the columns of the examples have different lengths")
+            reader.error(source.position, "the columns of the examples have different lengths")
             return
         for cells in zip(*columns.values(), strict=True):
             yield dict(zip(columns, cells, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from florence_interfaces.srv import CheckMission, ListMissions, MissionStatus
@@ -25,7 +26,7 @@ from florence_bt.trees.language.model import Mission
 
 
 class Queries:
-    """Serves ``florence_bt/status``, ``list_missions`` and ``check_mission``.
+    """Serves ``florence_bt/status``, ``whole_status``, ``list_missions`` and ``check_mission``.
 
     Args:
         node: The node that serves them.
@@ -51,7 +52,8 @@ class Queries:
         self._skills = skills
         self._runs_folder = runs_folder
         self._goals = goals
-        node.create_service(MissionStatus, "florence_bt/status", self._on_status)
+        node.create_service(MissionStatus, "florence_bt/status", partial(self._on_status, whole=False))
+        node.create_service(MissionStatus, "florence_bt/whole_status", partial(self._on_status, whole=True))
         node.create_service(ListMissions, "florence_bt/list_missions", self._on_list)
         node.create_service(CheckMission, "florence_bt/check_mission", self._on_check)
 
@@ -66,7 +68,7 @@ class Queries:
                 self._node.get_logger().error(problem)
 
     def _on_status(
-        self, request: MissionStatus.Request, response: MissionStatus.Response
+        self, request: MissionStatus.Request, response: MissionStatus.Response, *, whole: bool
     ) -> MissionStatus.Response:
         response.blocked_by = self._missions.blocked_by or ""
         response.waiting = [run.run_id for run in self._missions.waiting]
@@ -80,7 +82,11 @@ class Queries:
         if run is None:
             return self._past_status(run_id, response)
         tree = self._missions.render(
-            run, colour=request.colour, visited_only=request.visited_only, durations=request.durations
+            run,
+            whole=whole,
+            colour=request.colour,
+            visited_only=request.visited_only,
+            durations=request.durations,
         )
         text = status_text(run, tree, self._node.timebase.now(), self._missions.warnings())
         return _filled(response, run, text)

@@ -61,6 +61,7 @@ class MissionNode(FlorenceNode):
         make_safety: Builds what stops the robot after a crash, over this node and the goals that may use it.
         on_recorded: Called when the files of a run are written.
         other_actions: Actions that use the robot and that no skill asks: their goals end with ``stop``, too.
+        wait_for_servers: Whether the node is not ready before the servers of the skills are there.
         parameters: Overrides of the node's parameters.
     """
 
@@ -74,11 +75,13 @@ class MissionNode(FlorenceNode):
         make_safety: Callable[[FlorenceNode, OpenGoals], Safety] | None = None,
         on_recorded: Callable[[RunRecord], None] | None = None,
         other_actions: Collection[str] = (),
+        wait_for_servers: bool = True,
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__("florence_bt", parameters=parameters)
         self._settings = self.read_parameters(MissionNodeParameters)
         self._declarations = declarations
+        self._waits = wait_for_servers
         self._on_recorded = on_recorded
         self._tf: TransformListener | None = None
         self._skills = make_skills(self)
@@ -158,6 +161,8 @@ class MissionNode(FlorenceNode):
         return [*unseen, "what a crash left"] if self._recovery.going_on else unseen
 
     def _missing_servers(self) -> list[str]:
+        if not self._waits:
+            return []
         served = [skill for skill in self._skills.values() if isinstance(skill, ServedSkill)]
         # What listens or answers outside of the robot's processes may come and go.
         needed = [skill for skill in served if not getattr(skill, "external", False)]

@@ -69,7 +69,9 @@ class RunTopics:
         elif event.kind is EventKind.ENDED:
             self._forget_later()
             self._state.publish(run_state_to_ros(run))
-            self._tree.publish(String(data=status_text(run, run.tree, self._node.timebase.now())))
+            self._tree.publish(
+                String(data=status_text(run, self._missions.render(run), self._node.timebase.now()))
+            )
 
     def _publish_later(self) -> None:
         self._later = None

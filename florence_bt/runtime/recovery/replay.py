@@ -14,7 +14,7 @@ from math import inf
 
 from py_trees.common import Status
 
-from florence_bt.behaviours.composites import CLEANUP
+from florence_bt.behaviours.cleaning_up import CLEANUP
 from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.behaviours.why import Why, path_of
 from florence_bt.core.clock import ManualClock

@@ -17,7 +17,7 @@ from py_trees.common import BlackBoxLevel, Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
-from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.looping import ForEach, Loop
 from florence_bt.behaviours.parallel import CountingParallel
 

@@ -146,7 +146,7 @@ def _lacking_skills(mission: Mission, skills: Collection[str], library: MissionL
         if not isinstance(node, RunSkill) or node.skill in seen or node.skill in skills:
             continue
         seen.add(node.skill)
-        if node.skill in library.declarations:
+        if node.skill in library.declarations and node.skill not in library.mappings:
             message = f"the skill {node.skill!r} is declared but not implemented on this robot (no_skill)"
             place = node.position
             yield Finding(str(mission.file), place.line, place.column, WARNING, message)

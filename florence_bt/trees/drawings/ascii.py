@@ -13,7 +13,8 @@ from py_trees.decorators import Decorator
 
 from florence_bt.behaviours.annotations import shown_name
 from florence_bt.behaviours.catching import OnFailure
-from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.cleaning_up import Finally
+from florence_bt.behaviours.decorators import CallMission
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.until import Until
 from florence_bt.behaviours.why import EARLIER, Why, explain
@@ -69,6 +70,7 @@ class TreeRow(NamedTuple):
         says: What it says about itself, on one line; empty when it says nothing.
         seconds: How long it took, or has been running; None when it was not started or nobody knows.
         left: Whether the nodes above it have gone on without it.
+        call: Whether it calls another mission, whose nodes stand below it.
     """
 
     depth: int
@@ -77,6 +79,7 @@ class TreeRow(NamedTuple):
     says: str
     seconds: float | None = None
     left: bool = False
+    call: bool = False
 
     @property
     def running(self) -> bool:
@@ -111,7 +114,8 @@ def tree_rows(
         elif status is not Status.INVALID:
             says = _message(node, explain(node, known), node.feedback_message, known, left)
         title = f"{shown_name(node)}{_kind(node)}"
-        rows.append(TreeRow(depth, status, title, says, durations(node), left=stood is not None))
+        was_left, call = stood is not None, isinstance(node, CallMission)
+        rows.append(TreeRow(depth, status, title, says, durations(node), was_left, call))
         children = node.shown if isinstance(node, Finally) else node.children
         todo += [(child, depth + 1) for child in reversed(children)]
     return tuple(rows)

@@ -16,7 +16,8 @@ from florence_bt.behaviours.annotations import Title, annotations_of
 from florence_bt.behaviours.branch import Branch, take_ids
 from florence_bt.behaviours.branching import If, Switch
 from florence_bt.behaviours.catching import OnFailure
-from florence_bt.behaviours.composites import Finally, ReactiveSelector, ReactiveSequence, Selector
+from florence_bt.behaviours.cleaning_up import Finally
+from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence, Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
     CallMission,
@@ -24,7 +25,6 @@ from florence_bt.behaviours.decorators import (
     ForceSuccess,
     Invert,
     Once,
-    PreparedDecorator,
     StartGuard,
     While,
 )
@@ -142,11 +142,12 @@ def compile_mission(
     declared = parts.get(mission, "keys", partial(_declared_keys, mission))
     context.keys.declare(declared, partial(parts.analysis.key_kinds, mission))
     context.keys.reset(inputs)
-    whole = parts.get(mission, "whole", partial(_whole_tree, mission, parts)) if as_reached else None
-    builder = _TreeBuilder(mission, parts, context, (mission.name,), later=whole.later if whole else None)
-    root = builder.root(mission.name)
-    if whole is not None:
+    if as_reached:
+        whole = parts.get(mission, "whole", partial(_WholeTree, mission, parts))
+        root = _TreeBuilder(mission, parts, context, (mission.name,), later=whole.branches).root(mission.name)
         take_ids(root, whole.root)
+    else:
+        root = _TreeBuilder(mission, parts, context, (mission.name,)).root(mission.name)
     return CompiledTree(root, mission, context.keys)
 
 
@@ -154,24 +155,23 @@ Place = tuple[int | str, ...]
 """Where a branch begins: the ids of the nodes of mission files that call, and of the last one."""
 
 
-@dataclass(frozen=True)
 class _WholeTree:
     """The tree of a mission with everything that it calls, never ticked: it stands in for what is not built.
 
+    Args:
+        mission: The mission.
+        parts: What was made of the missions before.
+
     Attributes:
         root: The root.
-        later: The nodes below which a run builds nothing until they are reached.
+        branches: What a run builds only when it is reached.
     """
 
-    root: Behaviour
-    later: Mapping[Place, PreparedDecorator]
-
-
-def _whole_tree(mission: Mission, parts: _Parts) -> _WholeTree:
-    context = TreeContext(ManualClock(), lambda: None, {}, parts.analysis.declarations)
-    made: dict[Place, PreparedDecorator] = {}
-    builder = _TreeBuilder(mission, parts, context, (mission.name,), made=made)
-    return _WholeTree(builder.root(mission.name), made)
+    def __init__(self, mission: Mission, parts: _Parts) -> None:
+        context = TreeContext(ManualClock(), lambda: None, {}, parts.analysis.declarations)
+        self.branches: dict[Place, Behaviour] = {}
+        builder = _TreeBuilder(mission, parts, context, (mission.name,), made=self.branches)
+        self.root = builder.root(mission.name)
 
 
 class _Parts:
@@ -248,44 +248,32 @@ class _OfNode:
     start: _Start | None
 
 
+@dataclass(frozen=True, eq=False)
 class _TreeBuilder:
     """Builds the nodes of one call of one mission.
 
     Every method that builds a node is given whether a skipped node counts as failure there: it does below a
     selector, seen through decorators and branches, up to the end of the mission.
 
-    Args:
+    Attributes:
         mission: The mission.
         parts: What was made of the missions before.
         context: The context with the keys of this call.
         callers: The names of the missions from the outermost to this one.
         place: Where this one is called.
-        later: The nodes of the whole tree by place; what is below them is built when it is reached. None: at
-            once.
-        made: Takes such nodes as they are built.
+        watch: The condition that is built; None: nobody watches here.
+        later: The branches of the whole tree, to be built when they are reached. None: all is built at once.
+        made: Takes such branches as they are built.
     """
 
-    def __init__(
-        self,
-        mission: Mission,
-        parts: _Parts,
-        context: TreeContext,
-        callers: tuple[str, ...],
-        place: Place = (),
-        *,
-        later: Mapping[Place, PreparedDecorator] | None = None,
-        made: dict[Place, PreparedDecorator] | None = None,
-    ) -> None:
-        self._mission = mission
-        self._parts = parts
-        self._analysis = parts.analysis
-        self._context = context
-        self._callers = callers
-        self._place = place
-        self._later = later
-        self._made = made
-        self.watch: Watch | None = None
-        """The condition that is built now; None: nobody watches here."""
+    mission: Mission
+    parts: _Parts
+    context: TreeContext
+    callers: tuple[str, ...]
+    place: Place = ()
+    watch: Watch | None = None
+    later: Mapping[Place, Behaviour] | None = None
+    made: dict[Place, Behaviour] | None = None
 
     def root(self, default_name: str | None = None) -> Behaviour:
         """Build the tree of the mission.
@@ -296,8 +284,8 @@ class _TreeBuilder:
         Raises:
             ConfigError: The mission has an error that a check would have found.
         """
-        raise_first_error(self._mission.findings)
-        tree = self._mission.tree
+        raise_first_error(self.mission.findings)
+        tree = self.mission.tree
         if tree is None:
             raise self._error(None, "the mission has no tree")
         name = None if tree.guards else tree.name or default_name
@@ -308,7 +296,7 @@ class _TreeBuilder:
 
     def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
-        of = self._parts.get(node, "node", partial(self._of_node, node))
+        of = self.parts.get(node, "node", partial(self._of_node, node))
         name = _one_step(name) if name else of.title
         if self.watch is not None:
             self._depend(node, self.watch)
@@ -320,7 +308,7 @@ class _TreeBuilder:
         annotations = annotations_of(behaviour)
         annotations.origin = of.origin
         if of.because is not None:
-            annotations.because = Because(self._context.keys, *of.because)
+            annotations.because = Because(self.context.keys, *of.because)
         return behaviour
 
     def _of_node(self, node: Node) -> _OfNode:
@@ -333,9 +321,9 @@ class _TreeBuilder:
         if guards:
             name = _one_step(", ".join(f"{word} {guard.text}" for word, guard in guards.items()))
             start = _Start(name, {word: self._condition(guard) for word, guard in guards.items()})
-        groups = self._analysis.groups
+        groups = self.parts.analysis.groups
         because = _texts_of(node.reasons, groups) if node.reasons is not None else None
-        return _OfNode(_one_step(node.title), Origin(self._mission, node), because, start)
+        return _OfNode(_one_step(node.title), Origin(self.mission, node), because, start)
 
     def _depend(self, node: Node, watch: Watch) -> None:
         """Have a condition asked again when a key changes that a node of it reads to decide something."""
@@ -343,7 +331,7 @@ class _TreeBuilder:
         if isinstance(node, model.Switch | model.Set | model.Append | model.ForEach | model.CallMission):
             keys |= {each.key for value in model.values_of(node) for each in model.references(value)}
         if keys:
-            self._context.keys.watch(keys, Spot(watch, keeps=False).change)
+            self.context.keys.watch(keys, Spot(watch, keeps=False).change)
 
     def _spot(self) -> Spot | None:
         return Spot(self.watch) if self.watch is not None else None
@@ -358,58 +346,47 @@ class _TreeBuilder:
 
     def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
         def make_cleanup(context: TreeContext) -> Behaviour:
-            own = context.with_keys(self._context.keys)
-            builder = _TreeBuilder(self._mission, self._parts, own, self._callers)
+            own = context.with_keys(self.context.keys)
+            builder = replace(self, context=own, watch=None, later=None, made=None)
             return builder._node(cleanup, skipped_fails=False)
 
         body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
-        return Finally(name, self._context, body, make_cleanup, self._spot())
+        return Finally(name, self.context, body, make_cleanup, self._spot())
 
     def _while(self, node: Node, behaviour: Behaviour) -> Behaviour:
         if node.holds is None:
             return behaviour
         name = _one_step(f"while {node.holds.text}")
         code = node.own_failure(GUARD_FAILED)
-        return While(name, behaviour, self._context, self._condition(node.holds), code)
+        return While(name, behaviour, self.context, self._condition(node.holds), code)
 
     def _start_guard(
         self, node: Node, start: _Start, guarded: Callable[[], Behaviour], skipped_fails: bool
     ) -> Behaviour:
-        place = (*self._place, id(node), "guarded")
+        place = (*self.place, id(node), "guarded")
         conditions = start.conditions
-        guard = StartGuard(
+        return StartGuard(
             start.name,
             self._branch(place, guarded),
-            self._context,
+            self.context,
             conditions.get("when"),
             conditions.get("unless"),
             conditions.get("while"),
             code=node.own_failure(GUARD_FAILED),
             skipped_fails=skipped_fails,
         )
-        return self._note(place, guard)
 
     # ---- branches that are built when they are reached ------------------------------------------------
 
     def _branch(self, place: Place, build: Callable[[], Behaviour]) -> Behaviour | Branch:
-        """Build what a node does when reached, later; what is watched and a clean-up: at once."""
-        if self._later is None or self.watch is not None:
-            # The places of a condition are counted in the order in which its nodes are built.
-            return build()
-        return Branch(partial(self._unwatched, build), self._later[place].decorated)
-
-    def _unwatched(self, build: Callable[[], Behaviour]) -> Behaviour:
-        """Build below a node that nobody watches, later: the builder may stand elsewhere by then."""
-        outer, self.watch = self.watch, None
-        try:
-            return build()
-        finally:
-            self.watch = outer
-
-    def _note(self, place: Place, node: PreparedDecorator) -> PreparedDecorator:
-        if self._made is not None:
-            self._made[place] = node
-        return node
+        """What a node builds when it is reached; what is watched and a clean-up: at once."""
+        # The places of a condition are counted in the order in which its nodes are built.
+        if self.later is not None and self.watch is None:
+            return Branch(build, self.later[place])
+        branch = build()
+        if self.made is not None:
+            self.made[place] = branch
+        return branch
 
     # ---- composites -----------------------------------------------------------------------------------
 
@@ -434,13 +411,13 @@ class _TreeBuilder:
                 asked = node.condition
                 condition = parts.pop(0) if isinstance(asked, Node) else self._condition(asked)
                 watch = watches[0] if watches else None
-                return If(name, self._context, condition, *parts, memory=node.memory, watch=watch)
+                return If(name, self.context, condition, *parts, memory=node.memory, watch=watch)
             case model.Switch():
                 return self._switch(node, name, skipped_fails)
             case model.CallMission():
                 return self._call_mission(node, name)
             case model.WaitUntil(goal=goal):
-                return WaitUntil(name, self._context, self._question(goal))
+                return WaitUntil(name, self.context, self._question(goal))
         return self._leaf(node, name)
 
     def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
@@ -448,16 +425,15 @@ class _TreeBuilder:
 
     def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[Watch | None]]:
         """Build the children of a node without memory, with the watch of each that is a condition."""
-        outer, guards = self.watch, set(guards_of(node))
+        guards = set(guards_of(node))
         watches: list[Watch] = []
         children = []
         for part in node.parts:
-            self.watch = outer
+            builder = self
             if part in guards:
-                self.watch = Watch(self._context, outer)
-                watches.append(self.watch)
-            children.append(self._node(part, skipped_fails=skipped_fails))
-        self.watch = outer
+                watches.append(Watch(self.context, self.watch))
+                builder = replace(self, watch=watches[-1])
+            children.append(builder._node(part, skipped_fails=skipped_fails))
         return _numbered(children), [watch if watch.needed else None for watch in watches]
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
@@ -485,50 +461,39 @@ class _TreeBuilder:
         labels = [literal.text for literal, _ in node.cases]
         value = self._value(node.value, None)
         cases = list(zip(wanted, branches, strict=True))
-        return self._titled(node, Switch(name, self._context, value, cases, default, labels), value, None)
+        return self._titled(node, Switch(name, self.context, value, cases, default, labels), value, None)
 
     def _call_mission(self, node: model.CallMission, name: str) -> Behaviour:
         called = node.mission.text
-        if called in self._callers:
-            chain = " -> ".join((*self._callers, called))
+        if called in self.callers:
+            chain = " -> ".join((*self.callers, called))
             raise self._error(node.position, f"the mission {called!r} calls itself: {chain}")
-        mission = self._analysis.library.get(called)
+        mission = self.parts.analysis.library.get(called)
         keys = KeyStore()
-        declared = self._parts.get(mission, "keys", partial(_declared_keys, mission))
-        keys.declare(declared, partial(self._analysis.key_kinds, mission))
-        place = (*self._place, id(node))
-        builder = _TreeBuilder(
-            mission,
-            self._parts,
-            self._context.with_keys(keys),
-            (*self._callers, called),
-            place,
-            later=self._later,
-            made=self._made,
-        )
-        builder.watch = self.watch
-        call = CallMission(
+        declared = self.parts.get(mission, "keys", partial(_declared_keys, mission))
+        keys.declare(declared, partial(self.parts.analysis.key_kinds, mission))
+        place = (*self.place, id(node))
+        called_context = self.context.with_keys(keys)
+        callers = (*self.callers, called)
+        builder = replace(self, mission=mission, context=called_context, callers=callers, place=place)
+        return CallMission(
             name,
             self._branch(place, builder.root),
-            self._context,
+            self.context,
             keys,
             mission.inputs,
             self._inputs(node.inputs, mission.inputs, f"{called} has no input"),
             {output.text: key.text for output, key in node.outputs},
             watched=self.watch is not None,
         )
-        return self._note(place, call)
 
     # ---- decorators and leaves ------------------------------------------------------------------------
 
     def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
-        outer = self.watch
-        if not passes_on(node):
-            self.watch = None
+        builder = self if passes_on(node) else replace(self, watch=None)
         # A cool-down comes before the child, a time-out ends after it.
-        spot = self._spot() if isinstance(node, model.Cooldown) else None
-        child = self._node(node.child, skipped_fails=skipped_fails)
-        self.watch = outer
+        spot = builder._spot() if isinstance(node, model.Cooldown) else None
+        child = builder._node(node.child, skipped_fails=skipped_fails)
         if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
             self.watch.keep()
         return self._decorator(node, name, child, spot, skipped_fails)
@@ -550,20 +515,20 @@ class _TreeBuilder:
             case model.ForEach():
                 return self._for_each(node, name, child)
             case model.Repeat(rounds=None):
-                return Repeat(name, child, self._context, math.inf)
+                return Repeat(name, child, self.context, math.inf)
             case model.Retry(attempts=None):
                 return self._retry(node, name, child, math.inf)
-        argument, kind = self._parts.get(node, "argument", partial(self._argument, node))
+        argument, kind = self.parts.get(node, "argument", partial(self._argument, node))
         behaviour: Behaviour
         match node:
             case model.Retry():
                 behaviour = self._retry(node, name, child, argument)
             case model.Repeat():
-                behaviour = Repeat(name, child, self._context, argument)
+                behaviour = Repeat(name, child, self.context, argument)
             case model.Timeout():
-                behaviour = Timeout(name, child, self._context, argument, self._spot())
+                behaviour = Timeout(name, child, self.context, argument, self._spot())
             case model.Cooldown():
-                behaviour = Cooldown(name, child, self._context, argument, spot)
+                behaviour = Cooldown(name, child, self.context, argument, spot)
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
@@ -572,7 +537,7 @@ class _TreeBuilder:
         key, between = node.attempt_key, node.between
         pause = self._node(between, skipped_fails=False) if between is not None else None
         attempt = key.text if key is not None else None
-        behaviour = Retry(name, child, self._context, attempts, self._codes(node.on), attempt, pause)
+        behaviour = Retry(name, child, self.context, attempts, self._codes(node.on), attempt, pause)
         _numbered(behaviour.children)
         return behaviour
 
@@ -581,7 +546,7 @@ class _TreeBuilder:
         return ForEach(
             name,
             child,
-            self._context,
+            self.context,
             self._value(node.items, None),
             node.item_key.text,
             node.index_key.text if node.index_key is not None else None,
@@ -595,31 +560,28 @@ class _TreeBuilder:
     ) -> Behaviour:
         handlers = [self._node(each, skipped_fails=skipped_fails) for _, each in node.handlers]
         words = [word.text for word, _ in node.handlers]
-        chosen = by_code(zip(words, handlers, strict=True), self._analysis.groups)
+        chosen = by_code(zip(words, handlers, strict=True), self.parts.analysis.groups)
         otherwise = chosen.pop(ANY, None)
         _numbered([body, *handlers])
-        return OnFailure(name, self._context, body, handlers, chosen, otherwise)
+        return OnFailure(name, self.context, body, handlers, chosen, otherwise)
 
     def _until(self, node: model.Until, name: str, body: Behaviour) -> Behaviour:
         question = self._question(node.goal)
         _numbered([body, question.node])
-        return Until(name, self._context, body, question, node.own_failure(UNTIL_NOT_MET))
+        return Until(name, self.context, body, question, node.own_failure(UNTIL_NOT_MET))
 
     def _question(self, node: Node) -> Question:
-        """Build what is asked until it succeeds: watched when it only asks."""
-        if self._analysis.of(self._mission).of(node).acts:
+        """What is asked until it succeeds: watched when it only asks."""
+        if self.parts.analysis.of(self.mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
-            return Question(self._context, self._node(node, skipped_fails=False), None)
-        outer = self.watch
-        self.watch = watch = Watch(self._context, outer)
-        asked = self._node(node, skipped_fails=False)
-        self.watch = outer
-        return Question(self._context, asked, watch)
+            return Question(self.context, self._node(node, skipped_fails=False), None)
+        watch = Watch(self.context, self.watch)
+        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=False), watch)
 
     def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
-        """Return the codes that some codes and groups stand for."""
-        return frozenset().union(*(codes_named(word.text, self._analysis.groups) for word in words))
+        """The codes that some codes and groups stand for."""
+        return frozenset().union(*(codes_named(word.text, self.parts.analysis.groups) for word in words))
 
     def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
         """Return how often, or how long."""
@@ -627,7 +589,7 @@ class _TreeBuilder:
         return self._value(next(model.values_of(node)), kind), kind
 
     def _leaf(self, node: Node, name: str) -> Behaviour:
-        context = self._context
+        context = self.context
         match node:
             case model.Condition(condition=condition):
                 code = node.own_failure(CONDITION_FALSE)
@@ -640,7 +602,7 @@ class _TreeBuilder:
                 return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
             case model.Set(values=values):
                 return SetKey(
-                    name, context, self._parts.get(node, "values", partial(self._set_values, values))
+                    name, context, self.parts.get(node, "values", partial(self._set_values, values))
                 )
             case model.Append(values=values):
                 return AppendToKeys(
@@ -649,7 +611,7 @@ class _TreeBuilder:
         raise TypeError(f"no behaviour is known for {type(node).__name__}")
 
     def _set_values(self, values: Iterable[tuple[Literal, Value]]) -> dict[str, Any]:
-        ports = ((key.text, value, self._mission.keys.get(key.text)) for key, value in values)
+        ports = ((key.text, value, self.mission.keys.get(key.text)) for key, value in values)
         return {
             key: self._value(value, port.kind if port is not None else None) for key, value, port in ports
         }
@@ -659,24 +621,24 @@ class _TreeBuilder:
         kind = self._kinds.get(key.text)
         if kind is not None and kind.item is not None:
             return self._value(value, kind.item)
-        return self._parts.get(value, "added", lambda: self._placed(value, template_of))
+        return self.parts.get(value, "added", lambda: self._placed(value, template_of))
 
     def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
-        inputs, outputs = self._parts.get(node, "ports", partial(self._ports, node))
+        inputs, outputs = self.parts.get(node, "ports", partial(self._ports, node))
         if self.watch is None:
-            return RunSkill(name, self._context, node.skill, inputs, outputs)
+            return RunSkill(name, self.context, node.skill, inputs, outputs)
         spot = Spot(self.watch)
-        if not is_condition(node, self._context.declarations[node.skill]):
-            return ConditionAction(name, self._context, node.skill, inputs, outputs, spot)
+        if not is_condition(node, self.context.declarations[node.skill]):
+            return ConditionAction(name, self.context, node.skill, inputs, outputs, spot)
         keys = {each.key for value in model.values_of(node) for each in model.references(value)}
         every = EVERY_S if node.every is None else node.every
-        return WatchedSkill(name, self._context, node.skill, inputs, outputs, spot, keys=keys, every=every)
+        return WatchedSkill(name, self.context, node.skill, inputs, outputs, spot, keys=keys, every=every)
 
     def _ports(self, node: model.RunSkill) -> tuple[dict[str, Any], dict[str, str]]:
-        """Return what a skill takes and where its outputs go."""
-        declaration = self._context.declarations.get(node.skill)
+        """What a skill takes and where its outputs go."""
+        declaration = self.context.declarations.get(node.skill)
         if declaration is None:
-            known = closest_first(node.skill, self._context.declarations)
+            known = closest_first(node.skill, self.context.declarations)
             raise self._error(node.position, f"unknown skill {node.skill!r}", known)
         inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
         return inputs, {output.text: key.text for output, key in node.outputs}
@@ -686,7 +648,7 @@ class _TreeBuilder:
         if node.name is None and is_source(value):
             shown = partial(format_value, kind=kind) if kind is not None else readable
             written = _one_step(model.show(next(model.values_of(node))))
-            annotations_of(behaviour).title = Title(written, value, self._context.keys, shown)
+            annotations_of(behaviour).title = Title(written, value, self.context.keys, shown)
         return behaviour
 
     # ---- values ---------------------------------------------------------------------------------------
@@ -694,11 +656,11 @@ class _TreeBuilder:
     @cached_property
     def _kinds(self) -> Mapping[str, Kind]:
         """The kinds of the mission's keys, as far as they are known."""
-        return self._analysis.key_kinds(self._mission)
+        return self.parts.analysis.key_kinds(self.mission)
 
     def _condition(self, expression: Expression) -> CompiledExpression:
-        """Return an expression that is true or false."""
-        return self._parts.get(expression, "condition", lambda: self._make_condition(expression))
+        """An expression that is true or false."""
+        return self.parts.get(expression, "condition", lambda: self._make_condition(expression))
 
     def _make_condition(self, expression: Expression) -> CompiledExpression:
         for problem in check_kinds(expression, self._kinds, Kind.BOOLEAN).problems:
@@ -711,13 +673,13 @@ class _TreeBuilder:
         def make() -> Any:
             return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
 
-        return self._parts.get(value, kind, make)
+        return self.parts.get(value, kind, make)
 
     def _inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
     ) -> dict[str, Any]:
-        """Return the inputs of a skill or a mission, as given."""
-        return self._parts.get(pairs, "inputs", lambda: self._make_inputs(pairs, ports, problem))
+        """The inputs of a skill or a mission, as given."""
+        return self.parts.get(pairs, "inputs", lambda: self._make_inputs(pairs, ports, problem))
 
     def _make_inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
@@ -759,7 +721,7 @@ class _TreeBuilder:
 
     def _error(self, position: Position | None, problem: str, valid: Iterable[str] = ()) -> ConfigError:
         line, column = (position.line, position.column) if position is not None else (None, None)
-        return ConfigError(problem, file=self._mission.file, line=line, column=column, valid=valid)
+        return ConfigError(problem, file=self.mission.file, line=line, column=column, valid=valid)
 
 
 def _texts_of(

@@ -1,20 +1,24 @@
-"""Files that declare skills without an implementation: ``NAME.skills.yaml`` beside missions.
+"""Files that declare skills: ``NAME.skills.yaml`` beside missions.
 
-An import of other people's trees writes one. The missions can then be checked and drawn, and tested with
-mocks; ``florence check`` says which of their skills this installation lacks.
+A file can say how a skill is served, by any action, service or topic (:mod:`.message_mappings`). A skill of
+which it does not say that can be checked, drawn and tested with mocks; an import of other people's trees
+declares such. ``florence check`` says which skills this installation lacks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, CodeGroup, Kind, Port, SkillDeclaration
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import YamlMapping, YamlNode, read_yaml
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, read_yaml
 from florence_bt.trees.language.findings import Finding
+from florence_bt.trees.language.message_mappings import MAPPING_KEYS, MessageMapping, read_mapping
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
@@ -22,8 +26,12 @@ from florence_bt.trees.language.vocabulary import INPUT_KEYS, OUTPUT_KEYS, RESER
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
-SKILL_KEYS = ("summary", "inputs", "outputs", "failures", "groups", "resources", "deadline", "instant")
+SKILL_KEYS = (
+    *("summary", "inputs", "outputs", "failures", "groups", "resources", "deadline", "instant"),
+    *MAPPING_KEYS,
+)
 """What can be said about a skill."""
+FAILURE_KEYS = ("meaning", "when")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +41,12 @@ class DeclaredSkills:
     Attributes:
         declarations: The skills by name.
         findings: What was wrong with the file.
+        mappings: How skills are served, by name, where the file says it.
     """
 
     declarations: dict[str, SkillDeclaration]
     findings: tuple[Finding, ...] = ()
+    mappings: dict[str, MessageMapping] = field(default_factory=dict)
 
 
 def is_skills_file(path: Path) -> bool:
@@ -65,7 +75,8 @@ def read_skills_file(path: Path) -> DeclaredSkills:
             reader.unknown(
                 key.position, f"unknown key of a file of skills {key.text!r}", key.text, ["skills"]
             )
-    declared = {}
+    declared: dict[str, SkillDeclaration] = {}
+    mappings: dict[str, MessageMapping] = {}
     for key, item in skills.entries:
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
@@ -73,11 +84,24 @@ def read_skills_file(path: Path) -> DeclaredSkills:
                 name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
             )
         elif name is not None:
-            declared[name.text] = _skill(reader, name.text, item)
-    return DeclaredSkills(declared, tuple(reader.findings))
+            declared[name.text], mapping = _skill(reader, name.text, item)
+            if mapping is not None:
+                declared[name.text] = mapping.declaration
+                mappings[name.text] = mapping
+    return DeclaredSkills(declared, tuple(reader.findings), mappings)
 
 
-def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:
+def mappings_in(folders: Iterable[Path]) -> dict[str, MessageMapping]:
+    """Return how the skills of the files in some folders are served; unreadable files are left out."""
+    found: dict[str, MessageMapping] = {}
+    for folder in folders:
+        for path in sorted(folder.glob(f"[!.]*{ENDING}")):
+            with suppress(ConfigError):  # a finding of the mission library
+                found.update(read_skills_file(path).mappings)
+    return found
+
+
+def _skill(reader: Reader, name: str, source: YamlNode) -> tuple[SkillDeclaration, MessageMapping | None]:
     table = reader.mapping(source, f"the skill {name!r}") or YamlMapping((), source.position)
     for key, _ in table.entries:
         if key.text not in SKILL_KEYS:
@@ -86,31 +110,52 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:
             )
     summary, instant, deadline = (table.get(key) for key in ("summary", "instant", "deadline"))
     inputs, _ = read_ports(reader, table.get("inputs"), "an input", INPUT_KEYS)
-    outputs, _ = read_ports(reader, table.get("outputs"), "an output", OUTPUT_KEYS)
+    outputs, _ = read_ports(reader, table.get("outputs"), "an output", (*OUTPUT_KEYS, "from"))
     resources = table.get("resources")
-    return SkillDeclaration(
+    failures, conditions = _failures(reader, table.get("failures"))
+    declaration = SkillDeclaration(
         name,
         (reader.text(summary, "summary") or "") if summary is not None else "",
         inputs,
         outputs,
-        _failures(reader, table.get("failures")),
+        failures,
         frozenset(each.text for each in reader.identifiers(resources, "a resource"))
         if resources
         else frozenset(),
         _deadline(reader, deadline),
-        instant is not None and reader.choice(instant, "instant", ("true", "false"), "false") == "true",
+        instant is not None and reader.choice(instant, "instant", ("true", "false")) == "true",
         groups=_groups(reader, table.get("groups")),
     )
+    return declaration, read_mapping(reader, declaration, table, _paths(table.get("outputs")), conditions)
 
 
-def _failures(reader: Reader, source: YamlNode | None) -> dict[str, str]:
-    found = {}
+def _paths(source: YamlNode | None) -> dict[str, YamlNode]:
+    """``from`` of each output that has it."""
+    entries = source.entries if isinstance(source, YamlMapping) else ()
+    found = {key.text: item.get("from") for key, item in entries if isinstance(item, YamlMapping)}
+    return {name: path for name, path in found.items() if path is not None}
+
+
+def _failures(reader: Reader, source: YamlNode | None) -> tuple[dict[str, str], dict[str, YamlNode]]:
+    """The meaning of each code, and ``when`` of those that have it."""
+    meanings: dict[str, str] = {}
+    conditions: dict[str, YamlNode] = {}
     table = reader.mapping(source, "failures")
     for key, item in table.entries if table else ():
-        code, meaning = reader.identifier(key, "a failure code"), reader.text(item, f"failure {key.text}")
-        if code is not None and meaning is not None:
-            found[code.text] = meaning
-    return found
+        code, meaning = reader.identifier(key, "a failure code"), item
+        if isinstance(item, YamlMapping):
+            for word, _ in item.entries:
+                if word.text not in FAILURE_KEYS:
+                    what = f"unknown key of the failure {key.text!r} {word.text!r}"
+                    reader.unknown(word.position, what, word.text, FAILURE_KEYS)
+            when = item.get("when")
+            if code is not None and when is not None:
+                conditions[code.text] = when
+            meaning = item.get("meaning") or YamlScalar(key.text.replace("_", " "), True, item.position)
+        text = reader.text(meaning, f"failure {key.text}")
+        if code is not None and text is not None:
+            meanings[code.text] = text
+    return meanings, {code: when for code, when in conditions.items() if code in meanings}
 
 
 def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:

@@ -48,10 +48,15 @@ class FindingList:
     Args:
         file: The file, named in the findings.
         imported: Whether another project's tree became the mission; what it does in vain is only a warning.
+
+    Attributes:
+        findings: What was added, as far as it is shown.
+        count: How many were added.
     """
 
     def __init__(self, file: Path, *, imported: bool = False) -> None:
         self.findings: list[Finding] = []
+        self.count = 0
         self._imported = imported
         self._file = str(file)
 
@@ -83,10 +88,11 @@ class FindingList:
         suggestions: Iterable[str] = (),
     ) -> None:
         """Add a name that does not exist, with suggestions and the names that look like it."""
-        if not self.full:
-            self._add(position, severity, message, (*suggestions, *closest_first(name, names)))
+        valid = () if self.full else (*suggestions, *closest_first(name, names))
+        self._add(position, severity, message, valid)
 
     def _add(self, position: Position, severity: str, message: str, valid: Iterable[str]) -> None:
+        self.count += 1
         if not self.full:
             place = position.line, position.column
             self.findings.append(Finding(self._file, *place, severity, message, tuple(valid)))

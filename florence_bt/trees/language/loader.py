@@ -11,6 +11,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language.declared_skills import ENDING, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
+from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.model import CallMission, Mission
 from florence_bt.trees.language.parse import read_mission
 from florence_bt.trees.language.third_party import ThirdParty
@@ -32,6 +33,8 @@ class MissionLibrary:
         """The folders that were read, the first one first."""
         self.declarations: dict[str, SkillDeclaration] = {}
         """Skills that files beside the missions declare, whether anybody has written them or not."""
+        self.mappings: dict[str, MessageMapping] = {}
+        """How those are served of which these files say it."""
         self._skills_files: set[Path] = set()
         self._skills_folders: set[Path] = set()
         self._missions: dict[str, Mission] = {}
@@ -135,6 +138,7 @@ class MissionLibrary:
         self._findings += declared.findings
         self.compiled = None
         self.declarations.update(declared.declarations)
+        self.mappings.update(declared.mappings)
 
     def _note_shadow(self, path: Path) -> None:
         earlier = self._files.get(path.stem)

@@ -93,9 +93,7 @@ class _MissionParser(Reader):
             inputs=inputs,
             outputs=outputs,
             keys=keys,
-            on_restart=self.choice(restart, "on_restart", vocabulary.ON_RESTART, "abort")
-            if restart
-            else "abort",
+            on_restart=(restart and self.choice(restart, "on_restart", vocabulary.ON_RESTART)) or "abort",
             tree=self.node(tree) if tree is not None else None,
             positions={**key_positions, **output_positions, **input_positions},
             findings=tuple(self.findings),
@@ -423,7 +421,7 @@ class _MissionParser(Reader):
 
     def _memory(self, mapping: YamlMapping) -> bool:
         source = mapping.get("memory")
-        return source is None or self.choice(source, "memory", ("true", "false"), "true") == "true"
+        return source is None or self.choice(source, "memory", ("true", "false")) != "false"
 
     def _parallel(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
         children = self._children(key, value)

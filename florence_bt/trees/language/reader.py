@@ -1,4 +1,4 @@
-"""Reads the parts of a file that missions and skill files share: names, texts, values and expressions.
+"""Reads the parts that files have in common: words and times, and of missions and skills names and values.
 
 What is wrong is added to the findings, and the reading goes on.
 """
@@ -6,10 +6,10 @@ What is wrong is added to the findings, and the reading goes on.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
 from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
@@ -44,7 +44,42 @@ _OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
 """What others call the heading of a pose."""
 
 
-class Reader(FindingList):
+class WordReader(FindingList):
+    """Reads words and times of one file; each method returns None when it added to the findings."""
+
+    def text(self, source: YamlNode, what: str) -> str | None:
+        """A text that is not empty."""
+        if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
+            return source.text.strip()
+        self.error(source.position, f"{what} must be text")
+        return None
+
+    def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
+        """One of a few words."""
+        written = _written(source)
+        if written in words:
+            return written
+        meant = _BOOLEAN_WORDS.get(written.lower(), "")
+        close = (meant,) if meant in words else closest_first(written, words)
+        valid = close if len(close) < len(words) else words
+        self.error(source.position, f"{what} cannot be {written!r}", valid)
+        return None
+
+    def duration(self, source: YamlNode, what: str) -> float | None:
+        """A duration in seconds, zero or more."""
+        written = _written(source)
+        try:
+            seconds = float(read_value(written, Kind.DURATION))
+        except ConfigError as error:
+            self.error(source.position, f"{what}: {error.problem}", error.valid)
+            return None
+        if seconds < 0.0:
+            self.error(source.position, f"{what} cannot be {written!r}", ["3 s", "500 ms", "2 min"])
+            return None
+        return seconds
+
+
+class Reader(WordReader):
     """Reads parts of one file; each method returns None, or leaves out, what it added to the findings."""
 
     def mapping(self, source: YamlNode | None, what: str) -> YamlMapping | None:
@@ -61,13 +96,6 @@ class Reader(FindingList):
             self.error(source.position, f"{what} must be a mapping (key: value)", valid)
         return None
 
-    def text(self, source: YamlNode, what: str) -> str | None:
-        """Read a text that is not empty."""
-        if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
-            return source.text.strip()
-        self.error(source.position, f"{what} must be text")
-        return None
-
     def identifier(self, source: YamlNode, what: str, valid: Iterable[str] = ()) -> Literal | None:
         """Read a name in lower case; ``valid`` is what would have worked, if the caller knows better."""
         if isinstance(source, YamlScalar) and IDENTIFIER.fullmatch(source.text):
@@ -78,25 +106,6 @@ class Reader(FindingList):
         valid = tuple(valid) or ((suggestion,) if suggestion else ())
         self.error(source.position, message + (f", not {written!r}" if written else ""), valid)
         return None
-
-    def duration(self, source: YamlNode, what: str) -> float | None:
-        """Read a duration in seconds; zero for what is not a scalar."""
-        try:
-            return float(read_value(source.text, Kind.DURATION)) if isinstance(source, YamlScalar) else 0.0
-        except ConfigError as error:
-            self.error(source.position, f"{what}: {error.problem}", error.valid)
-            return None
-
-    def choice(self, source: YamlNode, what: str, choices: Iterable[str], default: str) -> str:
-        """Read one of a few words."""
-        choices = tuple(choices)
-        if isinstance(source, YamlScalar) and source.text in choices:
-            return source.text
-        written = source.text if isinstance(source, YamlScalar) else "this"
-        suggestion = _BOOLEAN_WORDS.get(written.lower())
-        valid = (suggestion,) if suggestion in choices else choices
-        self.error(source.position, f"{what} cannot be {written!r}", valid)
-        return default
 
     def identifiers(self, source: YamlNode, what: str) -> tuple[Literal, ...]:
         """Read a list of names, or a single one."""
@@ -238,6 +247,17 @@ class Reader(FindingList):
                 [_POSE],
             )
         return PoseParts(parts["x"], parts["y"], parts["yaw"], mapping.position) if len(parts) == 3 else None
+
+
+def _written(source: YamlNode) -> str:
+    """What stands there, in short."""
+    match source:
+        case YamlScalar(text=text):
+            return text
+        case YamlSequence():
+            return "[...]"
+        case YamlMapping():
+            return "{...}"
 
 
 def _as_name(written: str) -> str | None:

@@ -10,9 +10,13 @@ import pytest
 pytest.importorskip("rclpy")
 
 from rich.console import Console
+from typer.testing import CliRunner
 
+import florence_bt
 from florence_bt.app.runs import remote
 from florence_bt.app.runs.client import RELOAD_BUDGET_S, MissionClient
+from florence_bt.cli.application import app
+from florence_bt.core.errors import ConfigError
 
 
 class Recording(MissionClient):
@@ -97,6 +101,18 @@ def test_only_a_question_is_repeated():
     assert sent["run_id"] == "R-1" and sent["durations"] is True
 
 
+def test_the_whole_tree_is_asked_for_elsewhere():
+    client = Recording()
+    client.status("R-1", whole=True)
+    ((kind, name, _, options),) = client.calls
+    assert (kind, name, options) == ("MissionStatus", "florence_bt/whole_status", {"repeat": True})
+
+
+def test_the_whole_tree_is_not_watched():
+    with pytest.raises(ConfigError, match="not watched"):
+        remote.show_status("", Console(), watch=True, whole=True)
+
+
 @pytest.fixture
 def answering(monkeypatch):
     def install(**answer):
@@ -152,6 +168,19 @@ def test_a_verb_gives_what_was_answered_and_leaves_ros(answering, verb, answer):
     client = answering(**answer)
     assert verb() == tuple(answer.values())
     assert client.closed and len(client.calls) == 1
+
+
+@pytest.mark.parametrize(("given", "told"), [("a visitor", "a visitor"), ("", "florence stop")])
+def test_the_reason_of_a_stop_is_told(answering, given, told):
+    client = answering(success=True, message="R-1 stops")
+    remote.stop_mission("R-1", given)
+    ((_, _, fields, _),) = client.calls
+    assert fields["reason"] == told
+
+
+def test_the_version_is_told():
+    told = CliRunner().invoke(app, ["--version"])
+    assert (told.exit_code, told.output) == (0, f"florence {florence_bt.__version__}\n")
 
 
 def test_the_missions_of_the_running_system_have_their_inputs_and_what_is_wrong(answering):

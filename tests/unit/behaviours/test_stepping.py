@@ -6,7 +6,7 @@ from py_trees import behaviours
 from py_trees.common import Status
 
 from florence_bt.behaviours.stepping import Stepping, Steps
-from florence_bt.runtime.ticking import Ticker
+from florence_bt.behaviours.ticking import Ticker
 
 
 class Backwards(Stepping):

@@ -91,7 +91,7 @@ def test_no_coverage_is_reported_when_nothing_could_be_played(florence, tmp_path
     (tmp_path / "none.yaml").write_text(GOOD.replace("SUCCEEDED", "SUCCESFUL"))
     done = florence("none.yaml", "--coverage", "--min-coverage", "10")
     assert done.exit_code == FAILED
-    assert "no status 'SUCCESFUL'" in done.stdout
+    assert "status cannot be 'SUCCESFUL'" in done.stdout
     assert "outcomes" not in done.stdout and "never reached" not in done.stdout
 
 

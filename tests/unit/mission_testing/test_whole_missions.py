@@ -40,7 +40,7 @@ def test_a_called_mission_is_mocked_like_a_skill(stage):
     search = stage.mock("detect_user", SEEN)
     stage.mock("meet_user", MET)
     play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(23)
-    play.assert_called("look round/**/detect_user", times=1, looks=3, window="5 s", step="45 deg")
+    play.assert_called("look round/**/detect_user", times=1, looks=3, window="5 s", step="120 deg")
     play.assert_order("detect_user", "meet_user")
     play.assert_trace("10 s detect_user: RUNNING\n18 s detect_user: SUCCESS", "look round/**/detect_user")
     assert search.inputs[0]["settle"] == 0.3 and search.inputs[0]["look_first"] is True

@@ -2,9 +2,11 @@
 
 import pytest
 
+from florence_bt.trees.language.findings import MAX_FINDINGS
+
 WRONG = [
     ("{@than: {status: SUCCEEDED}}", "no key 'than'", "then"),
-    ("{then: {status: @SUCCEDED}}", "no status 'SUCCEDED'", "SUCCEEDED"),
+    ("{then: {status: @SUCCEDED}}", "status cannot be 'SUCCEDED'", "SUCCEEDED"),
     ("{then: {leaf: @navigat_to}}", "matches no node", "drive to the hotspot"),
     ("{then: {called: {@turn_: 1}}}", "matches no skill", ""),
     ("{then: {called: {turn: @-1}}}", "whole number", ""),
@@ -12,7 +14,7 @@ WRONG = [
     ("{then: {calls: [navigate_to: {goal: @1}]}}", "a pose is needed", ""),
     ("{then: {outputs: {@pose: 1}}}", "no output 'pose'", "no outputs"),
     ("{then: {duration: @3}}", "needs a unit", "3 s"),
-    ("{then: {nodes: {navigate_to: @DONE}}}", "no status 'DONE'", "SUCCESS"),
+    ("{then: {nodes: {navigate_to: @DONE}}}", "status cannot be 'DONE'", "SUCCESS"),
     ("{then: {trace: {@off: turn}}}", "no key 'off'", "of"),
     ("{mission: @goto_rom, then: {}}", "no mission 'goto_rom'", "goto_room"),
     ("{given: {inputs: {@rom: 1}}}", "no input 'rom'", "room"),
@@ -52,7 +54,7 @@ WRONG = [
     ("{when: [@stopp]}", "there is no event 'stopp'", "stop"),
     ("{when: [@stop]}", "must be a table", "stop:"),
     ("{when: [@advance 3 s]}", "must be a table", "advance: 3 s"),
-    ("{then: {status: @success}}", "no status 'success'", "SUCCEEDED"),
+    ("{then: {status: @success}}", "status cannot be 'success'", "SUCCEEDED"),
     ("{when: [@at 3 s: stop]}", "there is no event 'at 3 s'", "at: 3 s"),
     ("{when: [{@att: 3 s}]}", "there is no event 'att'", "at"),
     ("{then: @SUCCEEDED}", "then must be a table", "then: {status: SUCCEEDED}"),
@@ -66,7 +68,7 @@ WRONG = [
     ("{when: [@[stop]]}", "must be a table", "stop"),
     ("{when: [{until: @drve}]}", "matches no node", "drive to the hotspot"),
     ("{when: [{start: @goto_room}]}", "needs the input room", ""),
-    ("{when: [{start: goto_room, inputs: {room: x}, policy: @q}]}", "no policy 'q'", "queue"),
+    ("{when: [{start: goto_room, inputs: {room: x}, policy: @q}]}", "policy cannot be 'q'", "queue"),
     ("{name: @x <y>, examples: [{z: 1}]}", "no 'y'", "z"),
     ("{examples: @[]}", "no examples", ""),
     ("{examples: @{a: [1], b: [1, 2]}}", "different lengths", ""),
@@ -125,6 +127,12 @@ def test_the_file_of_a_mission_is_looked_for_from_the_scenario_file(read, tmp_pa
     assert "mine/some_mission.yaml': paths are counted from the folder of this file" in finding.message
     assert finding.valid == ("../mine/some_mission.yaml",)
     assert not read(text.replace("mine/", "../mine/"), "").findings
+
+
+def test_a_wrong_scenario_behind_many_others_is_not_played(read):
+    found = read("".join(f"- {{name: x {n}, then: {{status: SUCCEDED}}}}\n" for n in range(MAX_FINDINGS + 9)))
+    assert not found.scenarios
+    assert len(found.findings) == MAX_FINDINGS + 1, "the last says that there are more"
 
 
 @pytest.mark.parametrize(

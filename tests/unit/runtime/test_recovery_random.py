@@ -15,7 +15,7 @@ from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds
 from tests.scripted_skill import ScriptedSkill
-from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
+from tests.unit.behaviours.ticking.random_missions import DECLARATIONS, SUB, Author
 
 SEEDS = (
     *(38, 131, 156, 167, 262, 337, 361, 393, 399),

@@ -15,9 +15,9 @@ from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
 from tests.scripted_skill import ScriptedSkill
+from tests.unit.behaviours.ticking.random_missions import DECLARATIONS, SUB, Author
 from tests.unit.runtime.recovery_bench import Late
 from tests.unit.runtime.test_recovery_random import process
-from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
 
 SEEDS = (62, 96, 116, 118, 140, 150, 163, 168, 171, 217, 292)
 """Runs that have asked at least twice when they die."""

@@ -8,7 +8,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
 from florence_bt.behaviours.branching import Switch
-from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import Invert
 from florence_bt.behaviours.parallel import CountingParallel

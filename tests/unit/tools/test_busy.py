@@ -30,11 +30,9 @@ def test_the_report_counts_and_names_what_failed(busy, monkeypatch, tmp_path, ca
     )
     report = busy.goto_user_beside_load(3, 5, loops=0, folder=tmp_path)
     assert [run.seed for run in report.runs] == [5, 6, 7] and report.succeeded == 2
-    assert report.text().splitlines() == [
-        "2 of 3 goto_user runs beside 0 busy loops succeeded",
-        f"  seed 6: no_image: 0 usable images ({tmp_path / '6'})",
-    ]
-    assert "seed 6: failed: no_image" in capsys.readouterr().out
+    assert report.text() == "2 of 3 goto_user runs beside 0 busy loops succeeded"
+    printed = capsys.readouterr().out
+    assert "seed 6: failed: no_image" in printed and str(tmp_path / "6") in printed
 
 
 def test_the_loops_end_with_the_block(busy, monkeypatch):

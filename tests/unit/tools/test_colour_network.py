@@ -26,7 +26,7 @@ from florence_bt.skills.people.user_tracker.colour_detector import (
 )
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion, Region, opinions
-from tools.colour_detection import colour_image, look, region_of, report
+from tools.colour_detection import Looked, colour_image, look, region_of, report
 from tools.colour_network.__main__ import LICENCE, TOPOLOGY, WEIGHTS, CannotInstall, fetch, install
 from tools.colour_network.convert import CannotConvert, convert
 from tools.colour_network.photographs import (
@@ -379,4 +379,16 @@ def test_without_the_photographs_the_table_names_the_command(
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     with pytest.raises(NoPhotograph, match="make colour ARGS=--photographs"):
-        report(detector_that_says(tmp_path, 0.5))
+        look(detector_that_says(tmp_path, 0.5), EMPTY[0])
+
+
+def test_the_totals_are_of_photographs_with_people_and_of_empty_ones() -> None:
+    people = Photograph("a==1", "people.jpg", ((0, 0, 9, 9), (9, 0, 18, 9)))
+    opinions_of = {
+        people: [Opinion.PERSON, Opinion.NONE],
+        Photograph("a==1", "plant.jpg"): [Opinion.NOBODY, Opinion.NOBODY],
+        Photograph("a==1", "cat.jpg"): [Opinion.NOBODY, Opinion.PERSON],
+    }
+    text = report([(each, [Looked(one, 0.01) for one in said]) for each, said in opinions_of.items()])
+    assert "| people | 1 | 2 | 1 | 0 | 1 |" in text and "| nobody | 2 | 4 | 1 | 3 | 0 |" in text
+    assert "10 ms" in text and "people.jpg" not in text

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.simulation.home.flat import load_flat
-from tools.driving import HEAD, DrivenGoal, Round, main, row_of
+from tools.driving import HEAD, RUN, DrivenGoal, Round, main, row_of, run_row
 
 
 def drive(**values: object) -> DrivenGoal:
@@ -30,6 +30,14 @@ def test_the_table_counts_what_was_seen() -> None:
     assert row["driven / shortest, all"] == "1.30"
     assert row["end error at most"] == "5 cm"
     assert row["acceleration at most, m/s^2"] == "1.20"
+
+
+def test_a_drive_is_told_with_why_it_failed_and_what_it_touched() -> None:
+    failed = drive(reached=False, reason="blocked, by a chair", contacts=("wall", "chair"))
+    told = dict(zip(RUN, run_row("flat", 7, failed), strict=True))
+    assert (told["home"], told["goal"], told["outcome"]) == ("flat", "7", "blocked, by a chair")
+    assert (told["contacts"], told["driven (m)"], told["end error (cm)"]) == ("wall, chair", "4.40", "2")
+    assert dict(zip(RUN, run_row("flat", 8, drive()), strict=True))["outcome"] == "reached"
 
 
 def test_a_drive_in_the_flat_is_the_same_each_time() -> None:

@@ -13,7 +13,7 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from tests.unit.skills.navigation_world import make_map
 from tools.carmen_log import FRAME, Record, build_map, thinned
 from tools.generated_log import HOKUYO, Conditions, Place, corridors, drive
-from tools.localisation import Followed, searched
+from tools.localisation import FOUND_HEAD, Followed, Search, figures, found_row, row, searched, worst
 
 
 @pytest.fixture
@@ -113,3 +113,18 @@ def test_when_a_robot_counts_as_found(metres: list[float], found: float, wrong: 
     followed = Followed(np.array(metres), np.zeros(len(metres)))
     search = searched(records_along(len(metres)), followed)
     assert (search.found_m, search.wrong_m, search.wrong_again_m) == pytest.approx((found, wrong, again))
+
+
+def test_of_several_places_each_figure_is_the_worst() -> None:
+    near = figures([Followed(np.array([0.01, 0.02]), np.radians([3.0, 3.0]))])
+    lost = figures([Followed(np.array([0.03, NAN]), np.radians([1.0, NAN]))])
+    assert row("both", worst([near, lost])) == ("both", "3.0", "3.0", "3.0", "3.0", "3.00", "3.00", "50.0 %")
+
+
+def test_robots_that_were_found_are_counted_over_all_places() -> None:
+    easy = [Search(1.0, 0.0, 0.0), Search(2.0, 0.0, 0.5), Search(3.0, 0.0, 0.0)]
+    hard = [Search(4.0, 2.0, 0.0), Search(math.inf, 0.0, 1.5)]
+    told = dict(zip(FOUND_HEAD, found_row("homes", [easy, hard]), strict=True))
+    assert (told["found within 20 m"], told["worst"], told["wrong again"]) == ("4 of 5", "never", "2")
+    assert told["m before it was noticed"] == "1.0"
+    assert dict(zip(FOUND_HEAD, found_row("homes", [easy]), strict=True))["median"] == "2.0 m"

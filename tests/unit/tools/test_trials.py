@@ -9,7 +9,7 @@ from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
 from florence_bt.simulation.home.ground_truth import BestCase
 from florence_bt.simulation.home.person import PersonSpec
-from tools.trials import Trial, _is_false, _met, main, page, run_trial
+from tools.trials import RUN, SUMMARY, Trial, _is_false, _met, main, page, row, run_trial, summary
 
 STANDING = PersonSpec("user", Pose2(1.0, 1.0))
 WALKING = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
@@ -56,26 +56,40 @@ def test_what_is_polite_and_what_is_good(changes, polite, good):
     assert (trial(**changes).polite, trial(**changes).good) == (polite, good)
 
 
-def test_a_class_is_a_line_and_a_table():
+def test_the_page_has_a_line_of_totals_for_each_class():
     runs = [
-        trial(),
+        trial(seed=4711),
         trial(seed=2, contacts=("sofa", "user")),
         trial(seed=3, false_find=True, end=Closeness(2, 0)),
+        trial(seed=4, status=RunStatus.FAILED),
     ]
     nobody = trial(situation="nobody", best_case=None, end=None, status=RunStatus.FAILED)
-    text = page([*runs, nobody])
-    assert "| standing or leaning anywhere free | 3 | 3 | **2** | 2 | 1 | 60 | 5.0 |" in text
-    assert "| nobody at home, with plants and coats | 1 |  |  | 0 | 0 |  |  |" in text
-    assert "| all with people | 3 | 3 | **2** | 2 | 1 | 60 | 5.0 |" in text
-    assert "## Standing or leaning anywhere free" in text and "**false find**" in text
-    assert "## Sitting" not in text
+    text = page([*runs, nobody], "trials --runs 4")
+    totals = ["4", "4", "**2**", "1", "2", "1", "60", "5.0"]
+    assert f"| standing or leaning anywhere free | {' | '.join(totals)} |" in text
+    assert "| nobody at home, with plants and coats | 1 |  |  | 0 | 0 | 0 |  |  |" in text
+    assert f"| all with people | {' | '.join(totals)} |" in text
+    assert "sitting on the furniture |" not in text
+    assert "`trials --runs 4`" in text and "build/trials.csv" in text
+    assert "4711" not in text, "single runs are in the file only"
 
 
-def test_of_many_runs_those_that_were_not_good_are_listed():
-    runs = [trial(seed=seed, contacts=("sofa",) if seed == 17 else ()) for seed in range(1, 22)]
-    text = page(runs)
-    assert "Those of the 21 runs that were not good:" in text
-    assert "| 17 | kitchen |" in text and "| 16 | kitchen |" not in text
+def test_a_success_with_nobody_at_home_is_a_wrong_one():
+    nobody = trial(situation="nobody", best_case=None, end=None)
+    assert dict(zip(SUMMARY, summary("nobody", [nobody]), strict=True))["wrong success"] == "1"
+
+
+def test_a_single_run_is_told_in_full():
+    best = BestCase(False, 0.9, 4.5)
+    told = dict(zip(RUN, row(trial(contacts=("sofa", "user"), best_case=best)), strict=True))
+    assert (told["class"], told["seed"], told["room"]) == ("standing", "1", "kitchen")
+    assert (told["could be seen"], told["smallest distance (m)"]) == ("no", "0.90")
+    assert (told["distance (m)"], told["facing (deg)"]) == ("0.52", "6")
+    assert (told["contacts"], told["good"], told["time (s)"]) == ("sofa, user", "no", "60")
+    nobody = trial(best_case=None, end=None, status=RunStatus.FAILED, reason="nobody was met")
+    told = dict(zip(RUN, row(nobody), strict=True))
+    assert (told["mission"], told["reason"]) == ("FAILED", "nobody was met")
+    assert told["distance (m)"] == told["could be seen"] == "" and told["good"] == "yes"
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours.ticking import Ticker
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
@@ -11,7 +12,6 @@ from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
-from florence_bt.runtime.ticking import Ticker
 from florence_bt.runtime.viewers.snapshot import snapshot_of
 from florence_bt.runtime.viewers.variables import variables_of
 from florence_bt.trees.drawings.ascii import draw_rows, tree_rows

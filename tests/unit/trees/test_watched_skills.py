@@ -3,10 +3,10 @@
 import pytest
 from py_trees.common import Status
 
+from florence_bt.behaviours.ticking import Ticker
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import FinishedRun
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.runtime.ticking import Ticker
 from tests.unit.trees.language import BROKEN, ENDLESS, Play, measured, takes
 
 AWAY = failure("away", "it is not")

@@ -10,8 +10,8 @@ from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.runtime.ticking import BehaviourTree, Ticker
-from tests.unit.runtime.ticking import random_trees
+from florence_bt.behaviours.ticking import BehaviourTree, Ticker
+from tests.unit.behaviours.ticking import random_trees
 
 
 class Answers(Behaviour):

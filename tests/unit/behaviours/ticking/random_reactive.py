@@ -17,7 +17,8 @@ from py_trees.composites import Composite, Sequence
 
 from florence_bt.behaviours.branching import If, Switch
 from florence_bt.behaviours.catching import OnFailure
-from florence_bt.behaviours.composites import Finally, Selector
+from florence_bt.behaviours.cleaning_up import Finally
+from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
     Cooldown,
@@ -38,7 +39,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import BaseRun, Event
-from tests.unit.runtime.ticking import random_trees
+from tests.unit.behaviours.ticking import random_trees
 
 FIXED = (Finally, If, Switch)
 KEYS = ("a", "b", "c", "d")

@@ -3,7 +3,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 
-from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import SkillDeclaration
@@ -130,5 +130,5 @@ def test_a_bug_in_a_clean_up_that_a_timer_woke_ends_the_clean_up_alone(clock):
     drain(clock, context)
     result = dict(ends)["finally"]
     assert (clock.now(), result.code) == (1.0, "internal_error")
-    assert result.reason.startswith("KeyError: 'a bug' (in test_composites.py:")
+    assert result.reason.startswith("KeyError: 'a bug' (in test_cleaning_up.py:")
     assert (skills["clean"].active, context.runs) == (0, [])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from py_trees import trees
 from py_trees.behaviour import Behaviour
 
-from florence_bt.runtime.ticking.ticker import Ticker
+from florence_bt.behaviours.ticking.ticker import Ticker
 
 TickHandler = Callable[[trees.BehaviourTree], None]
 

@@ -13,8 +13,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.visitors import VisitorBase
 
-from florence_bt.runtime.ticking import BehaviourTree, Ticker
-from tests.unit.runtime.ticking import random_reactive, random_trees
+from florence_bt.behaviours.ticking import BehaviourTree, Ticker
+from tests.unit.behaviours.ticking import random_reactive, random_trees
 
 CHUNK = 200
 

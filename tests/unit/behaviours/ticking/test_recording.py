@@ -10,8 +10,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.composites import ReactiveSequence
-from florence_bt.runtime.ticking import Ticker
-from tests.unit.runtime.ticking import random_reactive, random_trees
+from florence_bt.behaviours.ticking import Ticker
+from tests.unit.behaviours.ticking import random_reactive, random_trees
 
 
 class Follower:

@@ -11,9 +11,9 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours.ticking import Ticker
 from florence_bt.behaviours.why import explain
-from florence_bt.runtime.ticking import Ticker
-from tests.unit.runtime.ticking.random_missions import KEYS, Stage, write
+from tests.unit.behaviours.ticking.random_missions import KEYS, Stage, write
 
 CHUNK = 40
 STEPS = 25

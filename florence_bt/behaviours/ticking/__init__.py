@@ -1,6 +1,6 @@
 """Ticks trees of py_trees faster than py_trees does, with the same outcome; docs/ticking.md explains how."""
 
-from florence_bt.runtime.ticking.ticker import StatusChange, Ticker
-from florence_bt.runtime.ticking.tree import BehaviourTree
+from florence_bt.behaviours.ticking.ticker import StatusChange, Ticker
+from florence_bt.behaviours.ticking.tree import BehaviourTree
 
 __all__ = ["BehaviourTree", "StatusChange", "Ticker"]

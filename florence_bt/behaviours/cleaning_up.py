@@ -1,0 +1,153 @@
+"""Clean-ups: a node that always cleans up, and the clean-up that goes on beside the tree after a stop."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.context import OpenRun, TreeContext
+from florence_bt.behaviours.stepping import Stepping, Steps
+from florence_bt.behaviours.ticking import Ticker
+from florence_bt.behaviours.watching import Spot
+from florence_bt.behaviours.why import explain, path_of
+from florence_bt.core.outcome import Result, failure, success
+
+CLEANUP = "finally"
+"""The name under which a clean-up beside the tree appears among the runs and in the journal."""
+
+
+class Finally(Stepping):
+    """Runs a body, then a clean-up, and ends with the status of the body.
+
+    The clean-up also runs when the body is stopped from outside: then it goes on beside the tree, as one of
+    the context's open runs, until it is done. Its own failure changes nothing; the dump shows it.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        body: What is done.
+        make_cleanup: Builds the tree of the clean-up; each stop from outside needs a fresh one.
+        spot: Where it stands in a condition that is watched, or None: it does not clean up again where the
+            body only replays what it has done.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: TreeContext,
+        body: Behaviour,
+        make_cleanup: Callable[[TreeContext], Behaviour],
+        spot: Spot | None = None,
+    ) -> None:
+        self._context = context
+        self._spot = spot
+        self._make_cleanup = make_cleanup
+        self._body = body
+        self._cleanup = make_cleanup(context)
+        self._beside: Behaviour | None = None
+        super().__init__(name, [body, self._cleanup])
+
+    @property
+    def shown(self) -> tuple[Behaviour, Behaviour]:
+        """The body and the clean-up for a dump: the one beside the tree, when there was one."""
+        return self._body, self._beside or self._cleanup
+
+    def steps(self) -> Steps:
+        """The body until it is done, then the clean-up."""
+        if self.status is not Status.RUNNING:
+            self.halt_all()
+            self._beside = None
+            self.current_child = self._body
+        if self.current_child is self._body:
+            yield self._body
+            if self._body.status is Status.RUNNING:
+                return Status.RUNNING
+            if self._spot is not None and self._spot.recall():
+                return self._body.status
+            self.current_child = self._cleanup
+        yield self._cleanup
+        if self._cleanup.status is Status.RUNNING:
+            return Status.RUNNING
+        if self._spot is not None:
+            self._spot.keep(True)
+        self.current_child = self._body
+        return self._body.status
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """Stop; when that interrupts the body or the clean-up, clean up beside the tree."""
+        interrupted = new_status is Status.INVALID and self.status is Status.RUNNING
+        super().stop(new_status)
+        if interrupted:
+            beside = _CleanupRun(self, self._context, self._make_cleanup)
+            self._beside = beside.tree
+            beside.begin()
+
+
+class _CleanupRun:
+    """A clean-up that goes on beside the tree, with a ticker of its own, seen as a run: a poll ticks it."""
+
+    def __init__(
+        self, owner: Behaviour, context: TreeContext, make_cleanup: Callable[[TreeContext], Behaviour]
+    ) -> None:
+        self._context = context
+        self.tree = make_cleanup(replace(context, wake=self._wake))
+        self.tree.parent = owner
+        self._ticker = Ticker(self.tree)
+        self._result: Result | None = None
+        self._entry: OpenRun | None = None
+
+    def begin(self) -> None:
+        path = path_of(self.tree)
+        self._context.on_skill_started(path, CLEANUP, {})
+        self._entry = self._context.adopt(path, CLEANUP, self)
+        self._context.poll(self._entry)
+
+    @property
+    def feedback(self) -> str:
+        return ""  # no node shows it
+
+    def poll(self) -> Result | None:
+        if self._result is None and not self._context.pause.active:
+            try:
+                self._ticker.tick()
+            except Exception as error:
+                # A bug in a clean-up ends the clean-up: it may have been woken by a timer, far from any tree.
+                self._break_off(error)
+                return self._result
+            why = explain(self.tree)
+            if why is not None:
+                self._result = failure(why.code, why.reason)
+            elif self.tree.status is Status.SUCCESS:
+                self._result = success()
+        return self._result
+
+    def _break_off(self, error: Exception) -> None:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(where.filename).name}:{where.lineno}"
+        self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
+        # Skills that the clean-up had started are cancelled; the node that broke may break again.
+        for node in self.tree.iterate():
+            if not node.children and node.status is Status.RUNNING:
+                with suppress(Exception):
+                    node.stop(Status.INVALID)
+
+    def cancel(self) -> None:
+        """Refused on purpose: the deadlines of its skills end a clean-up."""
+
+    def on_change(self, callback: Callable[[], None]) -> None:
+        """Not needed: its nodes wake through the context."""
+
+    def _wake(self) -> None:
+        # Deferred: a wake may come in the middle of this tree's own tick.
+        self._context.clock.call_at(self._context.clock.now(), self._on_wake)
+
+    def _on_wake(self) -> None:
+        if self._entry is not None:
+            self._context.poll(self._entry)
+        self._context.wake()

@@ -1,0 +1,80 @@
+"""Verbs about skills: ``skills`` lists them, ``skills add`` drafts one without code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from florence_bt.cli.common import EXIT_CODES, FolderOption, app
+
+skills = typer.Typer(help="List the skills that missions can use, or draft one without code.")
+app.add_typer(skills, name="skills", rich_help_panel="Mission files")
+
+_WAYS = ("action", "service", "condition", "wait-for", "publish")
+
+
+@skills.callback(
+    invoke_without_command=True,
+    epilog=f"Example: florence skills --show turn --show say\n\n{EXIT_CODES}",
+)
+def list_all(
+    context: typer.Context,
+    show: Annotated[
+        list[str] | None, typer.Option(help="A skill to tell everything about; can be repeated.")
+    ] = None,
+    folders: FolderOption = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Tell whether the server of each skill is there now.")
+    ] = False,
+) -> None:
+    """List the skills that missions can use, or draft one without code."""
+    if context.invoked_subcommand is not None:
+        return
+    from florence_bt.app.mission_files.skill_list import list_skills
+
+    ask = None
+    if live:
+        from florence_bt.app.mission_files.live_skills import servers_now
+
+        ask = servers_now
+    known, wrong = list_skills(show or (), folders or [], ask)
+    typer.echo(known)
+    if wrong:
+        typer.echo(wrong, err=True)
+
+
+@skills.command(
+    epilog="Example: florence skills add action tb4/drive_to nav2_msgs/action/NavigateToPose "
+    f"--file missions/robot.skills.yaml\n\n{EXIT_CODES}"
+)
+def add(
+    way: Annotated[str, typer.Argument(metavar="WAY", help=f"How it is served: {', '.join(_WAYS)}.")],
+    name: Annotated[str, typer.Argument(help="The name of the action, service or topic.")],
+    interface: Annotated[
+        str | None,
+        typer.Argument(metavar="[TYPE]", help="Its type; that of the running system when not given."),
+    ] = None,
+    skill: Annotated[str, typer.Option(help="The name of the skill.", show_default="made of NAME")] = "",
+    file: Annotated[
+        Path | None, typer.Option(help="The file of skills it is added to.", show_default="the terminal")
+    ] = None,
+) -> None:
+    """Draft a skill without code from the type of its action, service or topic; then edit it."""
+    from florence_bt.app.mission_files.skill_draft import add_to_file, draft_skill
+    from florence_bt.core.errors import ConfigError, closest_first
+
+    if way not in _WAYS:
+        raise ConfigError(f"a skill is not served by {way!r}", valid=closest_first(way, _WAYS))
+    way = way.replace("-", "_")
+    if interface is None:
+        from florence_bt.app.mission_files.live_skills import type_in_graph
+
+        interface = type_in_graph(way, name)
+    made, entry = draft_skill(way, name, interface, skill)
+    if file is None:
+        typer.echo(f"skills:\n{entry}", nl=False)
+        return
+    add_to_file(file, made, entry)
+    typer.echo(f"{file}: the skill {made} was added; edit it, then: florence check {file}")

@@ -1,0 +1,268 @@
+"""Interfaces of ROS by name, and the fields of their messages by path.
+
+Nothing of ROS is imported before an interface is asked for by its name, and messages are read and written by
+their attributes, so that the check works without ROS.
+
+A path names a field of a field: ``pose.pose.position.x``; ``[0]`` takes an item of an array.
+"""
+
+from __future__ import annotations
+
+import array
+import importlib
+import math
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2, yaw_of_quaternion
+
+_NAME = re.compile(r"([a-z][a-z0-9_]*)/(msg|srv|action)/([A-Z][A-Za-z0-9]*)")
+_STEP = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+)\])?")
+_SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *\d+)?>|(.+)\[\d+\])")
+
+_FLOATS = frozenset(("float", "double"))
+_INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+_TEXTS = frozenset(("string", "wstring"))
+_POSES = frozenset(
+    f"geometry_msgs/{name}"
+    for name in ("PoseStamped", "Pose", "PoseWithCovarianceStamped", "Point", "Pose2D")
+)
+_QUATERNION, _DURATION = "geometry_msgs/Quaternion", "builtin_interfaces/Duration"
+_HOLDS: dict[Kind, frozenset[str]] = {
+    Kind.TEXT: _TEXTS,
+    Kind.BOOLEAN: frozenset(("boolean",)),
+    Kind.INTEGER: _INTEGERS | _FLOATS,
+    Kind.NUMBER: _FLOATS,
+    Kind.LENGTH: _FLOATS,
+    Kind.SPEED: _FLOATS,
+    Kind.ANGLE: _FLOATS | {_QUATERNION},
+    Kind.DURATION: _FLOATS | {_DURATION},
+    Kind.POSE: _POSES,
+}
+"""Kind -> the types of fields that hold such a value."""
+
+
+def load_interface(name: str) -> Any:
+    """Return the class of an interface, such as ``nav2_msgs/action/Spin``.
+
+    Raises:
+        ConfigError: The name has another form, or nothing of that name is installed.
+    """
+    match = _NAME.fullmatch(name)
+    if match is None:
+        raise ConfigError(f"{name!r} is not the type of an interface", valid=["nav2_msgs/action/Spin"])
+    package, kind, last = match.groups()
+    try:
+        module = importlib.import_module(f"{package}.{kind}")
+    except ImportError as error:
+        raise ConfigError(f"the interface package {package!r} is not installed: {error}") from error
+    found = getattr(module, last, None)
+    if found is None:
+        names = [each for each in dir(module) if each[:1].isupper() and "_" not in each]
+        raise ConfigError(f"{package} has no {kind} {last!r}", valid=closest_first(last, names))
+    return found
+
+
+def field_type(message_type: Any, path: str) -> str:
+    """Return the type of a field, as the interface writes it (``sequence<geometry_msgs/PoseStamped>``).
+
+    Raises:
+        ConfigError: There is no such field; with the names that are near.
+    """
+    kind = ""
+    for number, (name, index) in enumerate(_steps(path)):
+        if number:
+            message_type = _nested(kind, path)
+        fields = message_type.get_fields_and_field_types()
+        if name not in fields:
+            what = f"{message_type.__name__} has no field {name!r}"
+            raise ConfigError(what, valid=closest_first(name, fields))
+        kind = fields[name]
+        if index is not None:
+            kind = _item_type(kind, path)
+    return kind
+
+
+def holds(kind: Kind, written: str) -> bool:
+    """Tell whether a field of a type, as the interface writes it, holds values of a kind."""
+    if kind.item is not None:
+        match = _SEQUENCE.fullmatch(written)
+        return match is not None and holds(kind.item, match[1] or match[2])
+    return re.sub(r"<\d+>", "", written) in _HOLDS[kind]
+
+
+def kind_of_field(written: str) -> Kind | None:
+    """Return the kind of what a field of a type gives to an expression, None for what is no single value."""
+    plain = re.sub(r"<\d+>", "", written)
+    for kind in (Kind.BOOLEAN, Kind.TEXT, Kind.NUMBER):
+        if plain in _HOLDS[kind]:
+            return kind
+    return Kind.INTEGER if plain in _INTEGERS or plain == "octet" else None
+
+
+def part_of(interface: Any, part: str) -> Any:
+    """Return a part of an action or service (``Goal``, ``Result``, ``Response`` ...), or a message itself.
+
+    Raises:
+        ConfigError: The interface has no such part: it is of another kind.
+    """
+    if part == "":
+        if hasattr(interface, "Request") or hasattr(interface, "Goal"):
+            raise ConfigError(f"{interface.__name__} is not a message", valid=["std_msgs/msg/String"])
+        return interface
+    found = getattr(interface, part, None)
+    if found is None:
+        kind = "an action" if part in ("Goal", "Result", "Feedback") else "a service"
+        raise ConfigError(f"{interface.__name__} is not {kind}")
+    return found
+
+
+def put(message: Any, path: str, value: Any, stamp: Any) -> None:
+    """Write a value into a field.
+
+    Args:
+        message: The message.
+        path: The field.
+        value: A value in SI units; a pose is of the frame ``map``.
+        stamp: The ``builtin_interfaces/Time`` of poses that have one.
+
+    Raises:
+        ConfigError: There is no such field.
+        ValueError: The field does not hold the value.
+    """
+    *parents, (last, _) = _steps(path)
+    for name, _ in parents:
+        message = getattr(message, name)
+    kind = field_type(type(message), last)
+    try:
+        setattr(message, last, _written(kind, getattr(message, last), value, stamp))
+    except (ValueError, OverflowError) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def get(message: Any, path: str, kind: Kind) -> Any:
+    """Read a field as a value of a kind, in SI units.
+
+    Raises:
+        ConfigError: There is no such field or item, or it does not hold such a value.
+    """
+    value = message
+    for name, index in _steps(path):
+        if not hasattr(value, name):
+            raise ConfigError(f"{type(value).__name__} has no field {name!r}")
+        value = getattr(value, name)
+        if index is not None:
+            if index >= len(value):
+                raise ConfigError(f"{path} is not there: {name} has {len(value)} items")
+            value = value[index]
+    try:
+        return _read(value, kind)
+    except (TypeError, ValueError, AttributeError) as error:
+        raise ConfigError(f"{path} holds no {kind.value}: {error}") from error
+
+
+def _steps(path: str) -> list[tuple[str, int | None]]:
+    steps = []
+    for part in path.split("."):
+        match = _STEP.fullmatch(part)
+        if match is None:
+            raise ConfigError(f"{path!r} is not the path of a field", valid=["pose.position.x", "poses[0]"])
+        steps.append((match[1], int(match[2]) if match[2] else None))
+    return steps
+
+
+def _nested(kind: str, path: str) -> Any:
+    if "/" not in kind or _SEQUENCE.fullmatch(kind):
+        raise ConfigError(f"a field of the type {kind} has no fields, in {path!r}")
+    package, name = kind.split("/")[0], kind.split("/")[-1]
+    return load_interface(f"{package}/msg/{name}")
+
+
+def _item_type(kind: str, path: str) -> str:
+    match = _SEQUENCE.fullmatch(kind)
+    if match is None:
+        raise ConfigError(f"a field of the type {kind} has no items, in {path!r}")
+    return str(match[1] or match[2])
+
+
+def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
+    """The value of a field; nested messages are filled in where they are."""
+    sequence = _SEQUENCE.fullmatch(kind)
+    if sequence is not None:
+        item = sequence[1] or sequence[2]
+        items = [
+            _written(item, _nested(item, kind)() if "/" in item else None, each, stamp) for each in value
+        ]
+        return array.array(there.typecode, items) if isinstance(there, array.array) else items
+    if isinstance(value, Pose2):
+        _put_pose(there, value, stamp)
+        return there
+    if kind == _QUATERNION:
+        there.z, there.w = math.sin(value / 2.0), math.cos(value / 2.0)
+        return there
+    if kind == _DURATION:
+        there.sec, there.nanosec = divmod(round(value * 1e9), 1_000_000_000)
+        return there
+    if kind in _INTEGERS:
+        bits = int(kind.lstrip("uint"))
+        low, high = (0, 2**bits - 1) if kind.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+        if not low <= value <= high:  # rclpy would cut it off
+            raise ValueError(f"{value} is not between {low} and {high}, as {kind} is")
+    return float(value) if kind in _FLOATS else value
+
+
+def _put_pose(there: Any, pose: Pose2, stamp: Any) -> None:
+    if hasattr(there, "header"):
+        there.header.frame_id, there.header.stamp = "map", stamp
+    while hasattr(there, "pose"):
+        there = there.pose
+    point = getattr(there, "position", there)
+    point.x, point.y = pose.x, pose.y
+    if hasattr(there, "orientation"):
+        there.orientation.z, there.orientation.w = math.sin(pose.yaw / 2.0), math.cos(pose.yaw / 2.0)
+    elif hasattr(there, "theta"):
+        there.theta = pose.yaw
+
+
+def _read(value: Any, kind: Kind) -> Any:
+    if kind.item is not None:
+        if isinstance(value, str) or not isinstance(value, Iterable):
+            raise TypeError(f"{value!r} is no list")
+        return tuple(_read(each, kind.item) for each in value)
+    if isinstance(value, bytes) and len(value) == 1:
+        value = value[0]
+    match kind:
+        case Kind.POSE:
+            return _read_pose(value)
+        case Kind.ANGLE if hasattr(value, "w"):
+            return yaw_of_quaternion(value.x, value.y, value.z, value.w)
+        case Kind.DURATION if hasattr(value, "nanosec"):
+            return value.sec + value.nanosec * 1e-9
+        case Kind.TEXT if not isinstance(value, str):
+            raise TypeError(f"{value!r} is no text")
+        case Kind.TEXT | Kind.BOOLEAN:
+            return value
+        case Kind.INTEGER:
+            return int(value)
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{number} is not finite")
+    return number
+
+
+def _read_pose(value: Any) -> Pose2:
+    while hasattr(value, "pose"):
+        value = value.pose
+    point = getattr(value, "position", value)
+    if hasattr(value, "orientation"):
+        turned = value.orientation
+        yaw = yaw_of_quaternion(turned.x, turned.y, turned.z, turned.w)
+    else:
+        yaw = float(getattr(value, "theta", 0.0))
+    pose = Pose2(float(point.x), float(point.y), yaw)
+    if not pose.is_finite():
+        raise ValueError(f"{pose} is not finite")
+    return pose

@@ -1,0 +1,434 @@
+"""How a skill that a file declares is served: by an action, a service or a topic, with its fields mapped.
+
+The types are those of any installed interface package. They are looked at when they are installed; without
+them a file is read all the same, and its fields are not checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from florence_bt.behaviours.expressions import CompiledExpression
+from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem, resolve
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.interfaces import (
+    field_type,
+    get,
+    holds,
+    kind_of_field,
+    load_interface,
+    part_of,
+    put,
+)
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
+from florence_bt.core.serving import ServedWait
+from florence_bt.core.skill import Inputs
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.compiling import compile_expression
+from florence_bt.trees.language.model import Reference, Template, Value
+from florence_bt.trees.language.quantities import with_article
+from florence_bt.trees.language.reader import Reader
+from florence_bt.trees.language.values import kind_of, template_of, tree_value
+
+DEFAULT_CODE = "failed"
+"""The code of a goal that the server gave up, when the file names none."""
+MAX_AGE_S = 5.0
+"""Of a message that a condition judges, when the file says nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A way to serve a skill.
+
+    Attributes:
+        sent: The part of the interface that is sent; None when nothing is.
+        answered: The part of the interface that outputs and failures are read from; None when there is none.
+        keys: What can be said about it, beside the type.
+    """
+
+    sent: str | None
+    answered: str | None
+    keys: tuple[str, ...]
+
+
+WAYS: Mapping[str, Way] = {
+    "action": Way("Goal", "Result", ("send", "reason", "feedback")),
+    "service": Way("Request", "Response", ("send", "reason")),
+    "publish": Way("", None, ("send", "latched")),
+    "condition": Way(None, "", ("reason", "max_age", "latched")),
+    "wait_for": Way(None, "", ("reason", "latched")),
+}
+"""Key of a file of skills -> the way."""
+MAPPING_KEYS = (*WAYS, "type", *dict.fromkeys(key for way in WAYS.values() for key in way.keys))
+
+
+@dataclass(frozen=True, slots=True)
+class MessageMapping:
+    """How a skill becomes messages, and messages its result.
+
+    Attributes:
+        declaration: The skill.
+        way: One of :data:`WAYS`.
+        name: The name of the action, service or topic.
+        interface: Its type, such as ``nav2_msgs/action/Spin``.
+        send: What is sent: path of a field, and a value or where to find it.
+        outputs: Output -> path of the field that gives it.
+        failures: Code -> when it is given, in this order.
+        otherwise: The code of a goal that the server gave up for no reason named in ``failures``.
+        reason: The path of the server's own words; empty without.
+        feedback: A text about the running goal, with fields of the feedback; None without.
+        max_age_s: Seconds after which a message does not count any more.
+        latched: Whether the topic gives its last message to who comes later.
+    """
+
+    declaration: SkillDeclaration
+    way: str
+    name: str
+    interface: str
+    send: tuple[tuple[str, Any], ...] = ()
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    failures: tuple[tuple[str, CompiledExpression], ...] = ()
+    otherwise: str = DEFAULT_CODE
+    reason: str = ""
+    feedback: TextTemplate | None = None
+    max_age_s: float = MAX_AGE_S
+    latched: bool = False
+
+    def message(self, inputs: Inputs, stamp: Any) -> Any:
+        """Return the goal, request or message.
+
+        Args:
+            inputs: The inputs, complete.
+            stamp: The present time as ``builtin_interfaces/Time``, for headers.
+
+        Raises:
+            FlorenceError: An input does not fit; TypeError, ValueError or AssertionError likewise.
+        """
+        message = part_of(load_interface(self.interface), WAYS[self.way].sent or "")()
+        keys = KeyStore(dict(inputs))
+        if hasattr(message, "header"):
+            message.header.stamp = stamp
+        for path, value in self.send:
+            put(message, path, resolve(value, keys), stamp)
+        return message
+
+    def judge(self, inputs: Inputs, message: Any) -> Result:
+        """Return what a condition says about a message."""
+        return self.result(message, inputs=inputs)
+
+    def wait(self) -> ServedWait:
+        """Return how the skill waits for a message."""
+        limit_s = self.declaration.deadline_s
+        nothing = failure("timed_out", f"nothing came from topic {self.name} within {limit_s:g} s")
+        return ServedWait(
+            skill=self.declaration,
+            interface=self.interface,
+            name=self.name,
+            result=self.result,
+            time_limit=lambda inputs: limit_s,
+            nothing=lambda inputs: nothing,
+        )
+
+    def result(
+        self, message: Any, outcome: Outcome = Outcome.SUCCEEDED, inputs: Inputs | None = None
+    ) -> Result:
+        """Return the skill's result from the answer of the server.
+
+        Args:
+            message: The result, response or message.
+            outcome: The way a goal ended.
+            inputs: The inputs of a condition.
+        """
+        words = self._words(message)
+        if outcome is Outcome.CANCELLED:
+            return cancelled(words or "cancelled")
+        outputs, problem = self._read_outputs(message)
+        for code, expression in self.failures:
+            try:
+                holds_now = expression.holds(self._values(expression.keys, inputs or {}, outputs, message))
+            except (ConfigError, ValueProblem) as error:
+                return failure("bad_output", f"{self.name}: {error}")
+            if holds_now:
+                return failure(code, words or self._meaning(code, expression.text), **outputs)
+        if outcome is Outcome.FAILED:
+            return failure(self.otherwise, words or self._meaning(self.otherwise, "it gave up"), **outputs)
+        return failure("bad_output", f"{self.name}: {problem}") if problem else success(**outputs)
+
+    def feedback_text(self, message: Any) -> str:
+        """Return a text for people from a feedback message; empty where the file has none."""
+        if self.feedback is None:
+            return ""
+        names = [part.key for part in self.feedback.parts if not isinstance(part, str)]  # type: ignore[attr-defined]
+        return self.feedback.resolve(KeyStore({name: _simple(message, name) for name in names}))
+
+    def _meaning(self, code: str, otherwise: str) -> str:
+        return f"{self.name}: {self.declaration.failures.get(code) or otherwise}"
+
+    def _words(self, message: Any) -> str:
+        if not self.reason:
+            return ""
+        text = str(get(message, self.reason, Kind.TEXT))
+        return f"{self.name}: {text}" if text else ""
+
+    def _read_outputs(self, message: Any) -> tuple[dict[str, Any], str]:
+        outputs, problem = {}, ""
+        for name, path in self.outputs.items():
+            try:
+                outputs[name] = get(message, path, self.declaration.outputs[name].kind)
+            except ConfigError as error:
+                problem = problem or str(error)
+        return outputs, problem
+
+    def _values(
+        self, keys: Iterable[str], inputs: Inputs, outputs: Mapping[str, Any], message: Any
+    ) -> KeyStore:
+        known = {**inputs, **outputs}
+        return KeyStore({key: known[key] if key in known else _simple(message, key) for key in keys})
+
+
+def _simple(message: Any, name: str) -> Any:
+    """A field that an expression can compute with."""
+    value = getattr(message, name, None)
+    if isinstance(value, bytes):
+        return value[0] if len(value) == 1 else value.decode(errors="replace")
+    if not isinstance(value, (bool, int, float, str)):
+        raise ConfigError(f"{name} is not a single value; an output can take it with from: PATH")
+    return value
+
+
+def read_mapping(
+    reader: Reader,
+    declaration: SkillDeclaration,
+    table: YamlMapping,
+    paths: Mapping[str, YamlNode],
+    conditions: Mapping[str, YamlNode],
+) -> MessageMapping | None:
+    """Read how a skill is served.
+
+    Args:
+        reader: Receives what is wrong.
+        declaration: What the file says about the skill otherwise.
+        table: All that the file says about it.
+        paths: Output -> ``from`` of it.
+        conditions: Failure code -> ``when`` of it.
+
+    Returns:
+        The mapping; None when the file does not say, or not well enough.
+    """
+    ways = [key for key, _ in table.entries if key.text in WAYS]
+    if not ways:
+        for key, _ in table.entries:
+            if key.text in MAPPING_KEYS:
+                reader.error(key.position, f"{key.text}: the skill names nothing that serves it", tuple(WAYS))
+        return None
+    if len(ways) > 1:
+        reader.error(ways[1].position, f"a skill is served in one way, not by {ways[1].text} too")
+        return None
+    return _Mapping(reader, declaration, table, ways[0].text).read(paths, conditions)
+
+
+class _Mapping:
+    def __init__(self, reader: Reader, declaration: SkillDeclaration, table: YamlMapping, way: str) -> None:
+        self._reader = reader
+        self._declaration = declaration
+        self._table = table
+        self._way_name, self._way = way, WAYS[way]
+        self._inputs = {name: port.kind for name, port in declaration.inputs.items()}
+        self._interface: Any = None
+
+    def read(
+        self, paths: Mapping[str, YamlNode], conditions: Mapping[str, YamlNode]
+    ) -> MessageMapping | None:
+        way, declaration = self._way_name, self._declaration
+        for key, _ in self._table.entries:
+            if key.text in MAPPING_KEYS and key.text not in (way, "type", *self._way.keys):
+                self._error(key.position, f"{key.text} has no meaning beside {way}", self._way.keys)
+        source = self._table.get(way)
+        assert source is not None
+        name = self._reader.text(source, way)
+        kind = self._table.get("type")
+        if kind is None:
+            self._error(self._table.position, f"{way} needs the type", ("type: nav2_msgs/action/Spin",))
+        interface = self._reader.text(kind, "type") if kind is not None else None
+        if name is None or interface is None or kind is None:
+            return None
+        if not self._load(interface, kind.position):
+            return None
+        if way == "condition":
+            declaration = replace(declaration, instant=True, wakes=True)
+        otherwise, failures = self._read_failures(conditions)
+        if way == "action" and not otherwise:
+            declaration = replace(
+                declaration, failures={**declaration.failures, DEFAULT_CODE: "the server gave the goal up"}
+            )
+        max_age, latched = self._table.get("max_age"), self._table.get("latched")
+        return MessageMapping(
+            declaration,
+            way,
+            name,
+            interface,
+            self._read_send(),
+            self._read_paths(paths),
+            failures,
+            otherwise or DEFAULT_CODE,
+            self._read_reason(),
+            self._read_feedback(),
+            (self._reader.duration(max_age, "max_age") if max_age is not None else None) or MAX_AGE_S,
+            latched is not None
+            and self._reader.choice(latched, "latched", ("true", "false"), "false") == "true",
+        )
+
+    def _error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        self._reader.error(position, message, tuple(valid))
+
+    def _attempt(self, position: Position, what: Callable[..., Any], *given: Any) -> Any:
+        """The value of something that may be wrong; None, and an error, when it is."""
+        try:
+            return what(*given)
+        except ConfigError as error:
+            place = Position(error.line, error.column or 1) if error.line else position
+            self._error(place, error.problem, error.valid)
+            return None
+
+    def _load(self, interface: str, position: Position) -> bool:
+        """Look at the interface; whether the file can be used. That it is not installed is a warning."""
+        try:
+            self._interface = load_interface(interface)
+        except ConfigError as error:
+            if "not installed" not in error.problem:
+                self._error(position, error.problem, error.valid)
+                return False
+            self._reader.warning(position, f"{error.problem}; its fields are not checked")
+            return True
+        parts = [part for part in (self._way.sent, self._way.answered) if part is not None]
+        return all(self._attempt(position, part_of, self._interface, part) is not None for part in parts)
+
+    def _field(self, part: str | None, path: str) -> str | None:
+        """The type of a field of a part; None when the interface is not installed."""
+        if self._interface is None or part is None:
+            return None
+        return field_type(part_of(self._interface, part), path)
+
+    # ---- what is sent -----------------------------------------------------------------------------------
+
+    def _read_send(self) -> tuple[tuple[str, Any], ...]:
+        source = self._table.get("send")
+        table = self._reader.mapping(source, "send")
+        sent = []
+        for key, item in table.entries if table is not None else ():
+            value = self._reader.value(item, key.text)
+            if value is None:
+                continue
+            self._check_keys(value, item.position)
+            made = self._attempt(item.position, self._sent, key, value)
+            if made is not None:
+                sent.append((key.text, made[0]))
+        return tuple(sent)
+
+    def _sent(self, key: YamlScalar, value: Value) -> tuple[Any] | None:
+        try:
+            written = self._field(self._way.sent, key.text)
+        except ConfigError as error:
+            self._error(key.position, error.problem, error.valid)
+            return None
+        text = written is not None and holds(Kind.TEXT, written)
+        kind = Kind.TEXT if text else kind_of(value, self._inputs)
+        given = kind_of(value, self._inputs) if isinstance(value, Reference) else kind
+        if written is not None and given is not None and not holds(given, written):
+            raise ConfigError(
+                f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
+            )
+        return (tree_value(value, Kind.TEXT if text else None, self._inputs),)
+
+    def _check_keys(self, value: Value, position: Position) -> None:
+        """That only inputs of the skill are named."""
+        names = getattr(value, "keys", None) or (
+            (value.key,)
+            if isinstance(value, Reference)
+            else tuple(part.key for part in value.parts if isinstance(part, Reference))
+            if isinstance(value, Template)
+            else ()
+        )
+        for name in names:
+            if name not in self._inputs:
+                valid = closest_first(name, self._inputs) if self._inputs else (f"inputs: {{{name}: ...}}",)
+                self._error(position, f"the skill has no input {name!r}", valid)
+
+    # ---- what is answered -------------------------------------------------------------------------------
+
+    def _read_paths(self, paths: Mapping[str, YamlNode]) -> dict[str, str]:
+        found = {}
+        for name, port in self._declaration.outputs.items():
+            source = paths.get(name)
+            path = name
+            if source is not None:
+                path = self._reader.text(source, "from") or name
+            place = source.position if source is not None else self._table.position
+            if self._way.answered is None:
+                self._error(place, f"{self._way_name} gives nothing back: {name!r} cannot be an output")
+                continue
+            self._attempt(place, self._check_path, name, path, port)
+            found[name] = path
+        return found
+
+    def _check_path(self, name: str, path: str, port: Port) -> None:
+        written = self._field(self._way.answered, path)
+        if written is not None and not holds(port.kind, written):
+            what = with_article(port.kind)
+            raise ConfigError(f"{name!r} is {what}, and {path} of the type {written} does not hold one")
+
+    def _read_failures(
+        self, conditions: Mapping[str, YamlNode]
+    ) -> tuple[str, tuple[tuple[str, CompiledExpression], ...]]:
+        """The code of failures that nothing names, and the conditions of the others."""
+        failures = []
+        for code, source in conditions.items():
+            expression = self._reader.expression(source, "when")
+            if expression is None:
+                continue
+            kinds = self._kinds_in_answers(expression.keys, source.position)
+            for problem in check_kinds(expression, kinds, Kind.BOOLEAN).problems:
+                self._error(problem.position, problem.message, problem.valid)
+            failures.append((code, compile_expression(expression, kinds)))
+        without = [code for code in self._declaration.failures if code not in conditions]
+        if without and (self._way_name != "action" or len(without) > 1):
+            last = "only one failure may lack when: that of a goal which the server gives up"
+            message = last if self._way_name == "action" else f"{without[0]!r} never comes: it lacks when"
+            self._error(self._table.position, message, [f"{without[0]}: {{meaning: ..., when: $field == 1}}"])
+        return (without[0] if without else ""), tuple(failures)
+
+    def _kinds_in_answers(self, names: Iterable[str], position: Position) -> dict[str, Kind | None]:
+        kinds: dict[str, Kind | None] = {
+            **(self._inputs if self._way_name == "condition" else {}),
+            **{name: port.kind for name, port in self._declaration.outputs.items()},
+        }
+        for name in names:
+            if name not in kinds:
+                written = self._attempt(position, self._field, self._way.answered, name)
+                kinds[name] = kind_of_field(written) if written is not None else None
+        return kinds
+
+    def _read_reason(self) -> str:
+        source = self._table.get("reason")
+        path = self._reader.text(source, "reason") if source is not None else None
+        if source is None or path is None:
+            return ""
+        written = self._attempt(source.position, self._field, self._way.answered, path)
+        if written is not None and not holds(Kind.TEXT, written):
+            self._error(source.position, f"reason: {path} is of the type {written}, and no text")
+        return path
+
+    def _read_feedback(self) -> TextTemplate | None:
+        source = self._table.get("feedback")
+        value = self._reader.value(source, "feedback") if source is not None else None
+        if source is None or value is None:
+            return None
+        template = self._attempt(source.position, template_of, value)
+        for part in template.parts if template is not None else ():
+            if not isinstance(part, str):
+                self._attempt(source.position, self._field, "Feedback", part.key)
+        return template

@@ -1,0 +1,136 @@
+"""Missions drive a robot that is not ours: plain servers in a process of their own, skills from YAML only."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("nav2_msgs")
+
+from florence_bt.app.bringup.skills_ros import make_skills
+from florence_bt.runtime.node import MissionNode
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import mappings_in
+from tests.ros.conftest import Child, MissionBench, RosBench
+
+pytestmark = pytest.mark.ros
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "foreign_robot"
+
+
+class ForeignBench(MissionBench):
+    """A mission server that knows the robot by the example's file only."""
+
+    def __init__(self, ros: RosBench, runs: Path) -> None:
+        from florence_bt.ros.node import FlorenceNode
+
+        mappings = mappings_in([EXAMPLE / "missions"])
+        self.ros, self._clients = ros, {}
+        self.skills: dict[str, Any] = {}
+
+        def skills(node: FlorenceNode) -> dict[str, Any]:
+            self.skills = make_skills(node, mappings=mappings)
+            return self.skills
+
+        self.server = ros.add(
+            MissionNode(
+                skills,
+                {
+                    **{name: mapping.declaration for name, mapping in mappings.items()},
+                    **collect_declarations(third_party=False),
+                },
+                parameters={"runs_folder": str(runs), "mission_folders": (str(EXAMPLE / "missions"),)},
+            )
+        )
+        self.node = ros.add(FlorenceNode("client"))
+
+    def hears_the_battery(self) -> bool:
+        return self.skills["charged"].start({"least": 0.0}).poll().succeeded
+
+
+@pytest.fixture
+def start(ros: RosBench, start_process: Callable[..., Child], tmp_path: Path) -> Callable[..., Any]:
+    def start(*options: str) -> tuple[Child, ForeignBench]:
+        robot = start_process(sys.executable, EXAMPLE / "robot.py", *options)
+        bench = ForeignBench(ros, tmp_path / "runs")
+        ros.spin_until(bench.hears_the_battery, what="the robot")
+        return robot, bench
+
+    return start
+
+
+def test_a_mission_uses_an_action_a_service_a_topic_and_a_condition(start: Callable[..., Any]) -> None:
+    _, bench = start()
+    assert bench.run("fetch_thing").accepted
+    status = bench.wait("SUCCEEDED")
+    assert "[+] drive robot" in status.tree
+    assert bench.run("open_hand").accepted
+    status = bench.wait("FAILED")
+    assert (status.code, status.reason) == ("hand_failed", "tb4/gripper: the hand is open already")
+
+
+def test_codes_of_the_server_decide_what_comes_next(start: Callable[..., Any]) -> None:
+    _, bench = start()
+    assert bench.run("try_places").accepted
+    tree = bench.wait("SUCCEEDED").tree
+    assert "no way to x = 100" in tree and "no way to x = 101" in tree
+
+
+def test_an_empty_battery_stops_it(start: Callable[..., Any]) -> None:
+    _, bench = start("--battery", "0.1")
+    assert bench.run("fetch_thing").accepted
+    status = bench.wait("FAILED")
+    assert (status.code, status.reason) == ("battery_low", "tb4/battery: the battery holds no more than that")
+
+
+def test_no_goal_is_left_when_the_run_is_stopped_and_a_dead_server_is_told(start: Callable[..., Any]) -> None:
+    robot, bench = start()
+    assert bench.run("fetch_thing").accepted
+    bench.ros.spin_until(lambda: "m to go" in bench.status().tree, what="the drive")
+    bench.stop()
+    assert bench.wait("STOPPED").unowned_goals == []
+    assert bench.run("fetch_thing").accepted
+    bench.ros.spin_until(lambda: "m to go" in bench.status().tree, what="the drive")
+    robot.process.send_signal(signal.SIGKILL)
+    assert bench.wait("FAILED").code == "server_lost"
+
+
+def test_the_running_robot_tells_types_and_who_is_there(
+    ros_domain: int, start_process: Callable[..., Child]
+) -> None:
+    from florence_bt.app.mission_files.live_skills import servers_now, type_in_graph
+    from florence_bt.core.errors import ConfigError
+    from florence_bt.trees.language.loader import MissionLibrary
+
+    start_process(sys.executable, EXAMPLE / "robot.py")
+    assert type_in_graph("action", "tb4/drive_to") == "nav2_msgs/action/NavigateToPose"
+    assert type_in_graph("service", "/tb4/gripper") == "std_srvs/srv/SetBool"
+    assert type_in_graph("condition", "tb4/battery") == "sensor_msgs/msg/BatteryState"
+    with pytest.raises(ConfigError, match="/tb4/drive_two"):
+        type_in_graph("action", "tb4/drive_two")
+    now = servers_now(MissionLibrary.load([EXAMPLE / "missions"]))
+    assert now["drive_robot"].startswith("there:") and now["turn"].startswith("NOT THERE")
+
+
+@pytest.mark.slow
+def test_only_the_mission_server_beside_a_robot_that_runs(
+    ros_domain: int, start_process: Callable[..., Child], tmp_path: Path
+) -> None:
+    florence = (sys.executable, "-m", "florence_bt.cli")
+    folders = ("--missions", EXAMPLE / "missions", "--out", tmp_path / "out")
+    system = start_process(*florence, "up", "--missions-only", *folders)
+    told = system.wait_for("nobody serves:")
+    assert "grip (service tb4/gripper, std_srvs/srv/SetBool)" in told and "navigate_to" not in told
+    start_process(sys.executable, EXAMPLE / "robot.py")
+    system.wait_for("everything that these missions need is served now")
+    run = start_process(*florence, "run", "try_places", "--headless")
+    assert run.process.wait(120) == 0, run.output
+    needs_ours = start_process(*florence, "run", "goto_pose", "x=1 m", "y=1 m", "--headless")
+    assert needs_ours.process.wait(120) == 1 and "server_lost" in needs_ours.output, needs_ours.output
+    assert system.end() == 130

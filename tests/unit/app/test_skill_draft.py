@@ -1,0 +1,88 @@
+"""Drafts of skills without code: they pass the check as they are, and a file keeps what it had."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+pytest.importorskip("nav2_msgs")
+
+from florence_bt.app.mission_files.skill_draft import add_to_file, draft_skill
+from florence_bt.app.mission_files.skill_list import list_skills
+from florence_bt.cli.application import app
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language.declared_skills import read_skills_file
+
+MISSIONS = Path(__file__).parents[3] / "examples" / "foreign_robot" / "missions"
+
+
+@pytest.mark.parametrize(
+    ("way", "interface"),
+    [
+        ("action", "nav2_msgs/action/NavigateToPose"),
+        ("action", "nav2_msgs/action/FollowPath"),
+        ("service", "std_srvs/srv/SetBool"),
+        ("service", "nav2_msgs/srv/LoadMap"),
+        ("condition", "sensor_msgs/msg/BatteryState"),
+        ("condition", "std_msgs/msg/Bool"),
+        ("wait_for", "sensor_msgs/msg/JointState"),
+        ("publish", "geometry_msgs/msg/TwistStamped"),
+        ("publish", "std_msgs/msg/Empty"),
+    ],
+)
+def test_a_draft_passes_the_check(tmp_path: Path, way: str, interface: str) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill(way, "tb4/my_thing", interface))
+    found = read_skills_file(file)
+    assert found.findings == () and set(found.mappings) == {"my_thing"}
+    assert len(found.mappings["my_thing"].send) == len(found.declarations["my_thing"].inputs)
+
+
+def test_every_field_of_a_goal_is_sent(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("action", "drive", "nav2_msgs/action/NavigateToPose"))
+    assert [path for path, _ in read_skills_file(file).mappings["drive"].send] == ["pose", "behavior_tree"]
+
+
+def test_codes_that_the_type_names_are_failures(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("action", "spin", "nav2_msgs/action/Spin"))
+    assert {"tf_error", "collision_ahead"} <= read_skills_file(file).declarations["spin"].failures.keys()
+
+
+def test_a_file_keeps_what_it_had(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+    before = file.read_text()
+    assert set(read_skills_file(file).mappings) == {"open", "shut"}
+    with pytest.raises(ConfigError, match="already"):
+        add_to_file(file, *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+    with pytest.raises(ConfigError, match=r"skills\.yaml"):
+        add_to_file(tmp_path / "mine.yaml", *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+    assert file.read_text() == before and not (tmp_path / "mine.yaml").exists()
+
+
+def test_a_name_that_the_language_has_is_avoided() -> None:
+    assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait")[0] == "wait_skill"
+    assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait")[0] == "do_2nd_arm"
+
+
+def test_the_list_tells_what_serves_a_skill() -> None:
+    known, wrong = list_skills(["drive_robot"], [MISSIONS])
+    assert not wrong and "action tb4/drive_to (nav2_msgs/action/NavigateToPose)" in known
+    assert "no_path: there is no way to the place" in known and "base" in known
+    with pytest.raises(ConfigError, match="drive_robo"):
+        list_skills(["drive_robo"], [MISSIONS])
+
+
+def test_the_commands() -> None:
+    run = CliRunner().invoke
+    listed = run(app, ["skills", "--missions", str(MISSIONS)])
+    assert listed.exit_code == 0 and "drive_robot" in listed.output and "navigate_to" in listed.output
+    drafted = run(app, ["skills", "add", "service", "gripper", "std_srvs/srv/SetBool"])
+    assert drafted.exit_code == 0 and "service: gripper" in drafted.output
+    wrong = run(app, ["skills", "add", "servise", "gripper", "std_srvs/srv/SetBool"])
+    assert wrong.exit_code == 2

@@ -1,0 +1,207 @@
+"""Skills without code: files that say how a skill is served are read and checked, and map messages."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nav2_msgs")
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import Spin
+from sensor_msgs.msg import Temperature
+from std_srvs.srv import Trigger
+
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.interfaces import get, put
+from florence_bt.core.outcome import Outcome
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import DeclaredSkills, mappings_in, read_skills_file
+from florence_bt.trees.language.loader import MissionLibrary
+
+STAMP = Time(sec=7)
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Any:
+    def read(text: str) -> DeclaredSkills:
+        path = tmp_path / "mine.skills.yaml"
+        path.write_text(f"skills:\n{text}", encoding="utf-8")
+        return read_skills_file(path)
+
+    return read
+
+
+SPIN = """\
+  spin_by:
+    inputs: {angle: {type: angle}}
+    outputs: {took: {type: duration, from: total_elapsed_time}}
+    failures:
+      too_slow: {meaning: it took too long, when: $took > 10 s}
+      no_transform: {when: $error_code == 702}
+      gave_up: it gave up
+    action: spin
+    type: nav2_msgs/action/Spin
+    send: {target_yaw: $angle, time_allowance: 12 s}
+    feedback: "turned $angular_distance_traveled rad"
+    reason: error_msg
+"""
+
+
+def test_an_action(read: Any) -> None:
+    found = read(SPIN)
+    assert not found.findings
+    spin = found.mappings["spin_by"]
+    goal = spin.message({"angle": 1.5}, STAMP)
+    assert (goal.target_yaw, goal.time_allowance.sec) == (1.5, 12)
+    message = Spin.Result()
+    message.total_elapsed_time.sec = 3
+    assert spin.result(message).outputs == {"took": 3.0}
+    message.total_elapsed_time.sec = 11
+    slow = spin.result(message)
+    assert (slow.code, slow.reason) == ("too_slow", "spin: it took too long")
+    other = spin.result(Spin.Result(error_code=702, error_msg="no odom"), Outcome.FAILED)
+    assert (other.code, other.reason) == ("no_transform", "spin: no odom")
+    assert spin.result(Spin.Result(error_code=9), Outcome.FAILED).code == "gave_up"
+    assert spin.result(Spin.Result(), Outcome.CANCELLED).outcome is Outcome.CANCELLED
+    assert spin.feedback_text(Spin.Feedback(angular_distance_traveled=0.5)) == "turned 0.5 rad"
+
+
+def test_a_service_a_condition_and_a_wait(read: Any) -> None:
+    found = read(
+        "  open_door:\n    service: door\n    type: std_srvs/srv/Trigger\n    reason: message\n"
+        "    failures: {locked: {when: not $success}}\n"
+        "  warm:\n    condition: temperature\n    type: sensor_msgs/msg/Temperature\n"
+        "    inputs: {least: {type: number, default: 18}}\n    max_age: 3 s\n"
+        "    failures: {too_cold: {when: $temperature < $least}}\n"
+        "  get_place:\n    wait_for: goal_pose\n    type: geometry_msgs/msg/PoseStamped\n    deadline: 20 s\n"
+        "    outputs: {place: {type: pose, from: pose}, frame: {type: text, from: header.frame_id}}\n"
+    )
+    assert not found.findings
+    door, warm, place = (found.mappings[name] for name in ("open_door", "warm", "get_place"))
+    assert door.result(Trigger.Response(success=True)).succeeded
+    refused = door.result(Trigger.Response(message="the key turns twice"))
+    assert (refused.code, refused.reason) == ("locked", "door: the key turns twice")
+    assert warm.declaration.instant and warm.declaration.wakes and warm.max_age_s == 3.0
+    assert warm.judge({"least": 20.0}, Temperature(temperature=19.0)).code == "too_cold"
+    assert warm.judge({"least": 18.0}, Temperature(temperature=19.0)).succeeded
+    message = PoseStamped()
+    put(message, "pose", Pose2(1.0, 2.0, 0.5), STAMP)
+    message.header.frame_id = "odom"
+    got = place.wait().result(message).outputs
+    assert (got["place"].x, got["place"].y, got["frame"]) == (1.0, 2.0, "odom")
+    assert got["place"].yaw == pytest.approx(0.5)
+    assert place.wait().time_limit({}) == 20.0 and place.wait().nothing({}).code == "timed_out"
+
+
+@pytest.mark.parametrize(
+    ("interface", "path", "value", "kind", "shown"),
+    [
+        ("geometry_msgs/msg/PoseStamped", "pose", Pose2(1.0, 2.0, 0.5), Kind.POSE, "pose.position.x"),
+        ("geometry_msgs/msg/Pose", "orientation", 1.0, Kind.ANGLE, "orientation.w"),
+        ("sensor_msgs/msg/JointState", "position", (0.1, 0.2), Kind.LIST_OF_NUMBER, "position[1]"),
+        (
+            "nav_msgs/msg/Path",
+            "poses",
+            (Pose2(1.0, 2.0, 0.0),),
+            Kind.LIST_OF_POSE,
+            "poses[0].pose.position.x",
+        ),
+        ("geometry_msgs/msg/Twist", "linear.x", 1, Kind.NUMBER, "linear.x"),
+        ("sensor_msgs/msg/JointState", "name", ("a", "b"), Kind.LIST_OF_TEXT, "name[1]"),
+    ],
+)
+def test_values_go_into_fields_and_come_back(
+    interface: str, path: str, value: Any, kind: Kind, shown: str
+) -> None:
+    from florence_bt.core.interfaces import field_type, holds, load_interface
+
+    message = load_interface(interface)()
+    assert holds(kind, field_type(type(message), path))
+    put(message, path, value, STAMP)
+    back = get(message, path, kind)
+    assert back == (pytest.approx(value) if kind in (Kind.ANGLE, Kind.LIST_OF_NUMBER) else value)
+    field_type(type(message), shown)
+    with pytest.raises(ConfigError):
+        get(message, f"{shown}.none", Kind.NUMBER)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "valid"),
+    [
+        ("    send: {target_jaw: 1}\n", (5, 12), "target_yaw"),
+        ("    send: {time_allowance: hello}\n", (5, 28), None),
+        ("    outputs: {a: {type: text, from: error_code}}\n", (5, 37), None),
+        ("    outputs: {a: {type: text, from: error_mgs}}\n", (5, 37), "error_msg"),
+        ("    failures: {x: {when: $eror_code == 1}}\n", (5, 26), "error_code"),
+        ("    failures: {x: {when: $error_code}}\n", (5, 26), None),
+        ("    failures: {x: one, y: two}\n", (3, 5), None),
+        ("    feedback: $distance\n", (5, 15), None),
+        ("    reason: error_code\n", (5, 13), None),
+        ("    max_age: 3 s\n", (5, 5), "send"),
+        ("    send: {target_yaw: $angel}\n    inputs: {angle: {type: angle}}\n", (5, 24), "angle"),
+    ],
+)
+def test_mistakes_are_told_at_their_place(
+    read: Any, text: str, place: tuple[int, int], valid: str | None
+) -> None:
+    findings = read(f"  s:\n    action: spin\n    type: nav2_msgs/action/Spin\n{text}").findings
+    places = [(finding.line, finding.column) for finding in findings]
+    assert place in places, findings
+    if valid is not None:
+        assert any(valid in finding.valid for finding in findings), findings
+
+
+@pytest.mark.parametrize(
+    ("interface", "severity"),
+    [
+        ("nav2_msgs/action/Spim", "error"),
+        ("nav2_msgs/srv/LoadMap", "error"),
+        ("Spin", "error"),
+        ("weather_msgs/action/Get", "warning"),
+    ],
+)
+def test_a_type_that_does_not_fit_or_is_not_there(read: Any, interface: str, severity: str) -> None:
+    (finding,) = read(f"  s:\n    action: spin\n    type: {interface}\n").findings
+    assert (finding.severity, finding.line) == (severity, 4)
+
+
+def test_a_value_that_a_field_cannot_hold_is_told_by_the_run(read: Any) -> None:
+    found = read(
+        "  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n"
+        "    inputs: {times: {type: integer}}\n    send: {data: $times}\n"
+    )
+    assert found.mappings["blink"].message({"times": 3}, STAMP).data == 3
+    with pytest.raises(ValueError, match="data"):
+        found.mappings["blink"].message({"times": 300}, STAMP)
+
+
+def test_the_check_does_not_miss_a_skill_that_a_file_serves(read: Any, tmp_path: Path) -> None:
+    read(SPIN)
+    (tmp_path / "m.yaml").write_text("mission: m\ntree: {spin_by: {angle: 1 rad}}\n", encoding="utf-8")
+    library = MissionLibrary.load([tmp_path], built_in=False)
+    assert check(library.missions(), library, collect_declarations()) == []
+    assert set(mappings_in([tmp_path])) == {"spin_by"}
+
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_page_shows_the_file_of_the_example() -> None:
+    page = (ROOT / "docs" / "skills_without_code.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```yaml (\S+)#(\w+)\n(.*?)```", page, re.DOTALL)
+    assert len(blocks) == 4
+    for file, name, block in blocks:
+        assert block.startswith(f"  {name}:") and block in (ROOT / file).read_text(encoding="utf-8"), name
+
+
+def test_the_example_passes_the_check() -> None:
+    library = MissionLibrary.load([ROOT / "examples" / "foreign_robot" / "missions"], built_in=False)
+    assert library.findings == [] and len(library.names()) == 3
+    assert check(library.missions(), library, collect_declarations()) == []
