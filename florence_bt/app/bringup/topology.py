@@ -273,7 +273,7 @@ def _people(settings: _Settings) -> list[Factory]:
 
 
 def _places(settings: _Settings) -> list[Factory]:
-    """The locator, and what tells it of the house."""
+    """Return the factories of the locator and of what tells it about the house."""
     from florence_bt.app.bringup.simulated import user_room
     from florence_bt.skills.locator.node import LocatorNode
 
