@@ -86,12 +86,12 @@ RUN = ("photograph", "people", *SAID)
 
 
 def said(looked: Sequence[Looked]) -> list[str]:
-    """How often the detector was asked, and what it said how often."""
+    """Count how often the detector was asked, and how often it said what."""
     return [str(len(looked)), *(str(sum(each.opinion is opinion for each in looked)) for opinion in Opinion)]
 
 
 def report(results: Sequence[tuple[Photograph, Sequence[Looked]]]) -> str:
-    """The totals as Markdown."""
+    """Write the totals as Markdown."""
     rows = []
     for what, shows_people in (("people", True), ("nobody", False)):
         mine = [looked for photograph, looked in results if bool(photograph.people) is shows_people]

@@ -195,7 +195,7 @@ RUN += ["people into it", "acceleration (m/s^2)", "braking (m/s^2)"]
 
 
 def run_row(home: str, number: int, drive: DrivenGoal) -> list[str]:
-    """One drive as a line of the file."""
+    """Write one drive as a line of the file."""
     return [
         home,
         str(number),

@@ -282,7 +282,7 @@ RUN += [
 
 
 def page(trials: Sequence[Trial], command: str) -> str:
-    """The totals as Markdown.
+    """Write the totals as Markdown.
 
     Args:
         trials: The walks.
@@ -311,7 +311,7 @@ def summary(home: str, trials: Sequence[Trial]) -> list[str]:
 
 
 def row(trial: Trial) -> Iterator[str]:
-    """One walk as a line of the file."""
+    """Write one walk as a line of the file."""
     verdict = trial.verdict
     yield trial.home
     yield str(trial.seed)

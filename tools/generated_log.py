@@ -126,7 +126,7 @@ def corridors(seed: int) -> Place:
 
 
 def _doors(start: float, end: float, random: np.random.Generator) -> Iterator[tuple[float, float]]:
-    """Return where along a wall doors are, 4 to 14 m apart, and how far they are set back, metres."""
+    """Yield where along a wall doors are, 4 to 14 m apart, and how far they are set back, metres."""
     at = start + random.uniform(3.0, 9.0)
     while at < end - 3.0:
         yield at, float(random.uniform(0.1, 0.2))

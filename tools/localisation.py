@@ -162,7 +162,7 @@ Figures = tuple[float, ...]
 
 
 def figures(runs: Sequence[Followed]) -> Figures:
-    """The figures of some stretches together."""
+    """Compute the figures of some stretches together."""
     metres = np.concatenate([each.metres for each in runs])
     degrees = np.degrees(np.concatenate([each.radians for each in runs]))
     told = ~np.isnan(metres)
@@ -178,12 +178,12 @@ def figures(runs: Sequence[Followed]) -> Figures:
 
 
 def worst(of_logs: Iterable[Figures]) -> Figures:
-    """Each figure of the log that has it worst."""
+    """Return each figure of the log that has it worst."""
     return tuple(map(max, zip(*of_logs, strict=True)))
 
 
 def row(name: str, of: Figures) -> tuple[str, ...]:
-    """A row of the table."""
+    """Write a row of the table."""
     return (name, *(f"{each:.1f}" for each in of[:4]), *(f"{each:.2f}" for each in of[4:6]), f"{of[6]:.1f} %")
 
 
@@ -200,7 +200,7 @@ FOUND_HEAD = (
 
 
 def found_row(name: str, of_places: Sequence[Sequence[Search]]) -> tuple[str, ...]:
-    """A row of the table of robots that had to be found.
+    """Write a row of the table of robots that had to be found.
 
     Counts are of all places, the rest of the place that has it worst.
     """
@@ -236,7 +236,7 @@ def of_log(path: Path, seeds: Sequence[int]) -> str:
 
 
 def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
-    """The results on generated logs as Markdown, in each condition those of the worst place."""
+    """Write the results on generated logs as Markdown, in each condition those of the worst place."""
     kinds = {path.stem: [mapped(path)] for path in maps} | {"homes": [home(seed) for seed in HOMES]}
     by_condition: dict[str, list[Figures]] = {name: [] for name in CONDITIONS}
     single, single_found, found = [], [], []
@@ -265,7 +265,7 @@ def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
 
 
 def of_sparse(log: Path | None, every: float, seeds: Sequence[int]) -> str:
-    """The results with all scans and with few as Markdown, of each kind of place those of the worst one."""
+    """Write results with all scans and with few as Markdown, of each kind those of its worst place."""
     rows, single = [], []
     if log is not None:
         records = read_log(log)

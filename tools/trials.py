@@ -262,7 +262,7 @@ RUN += ["smallest distance (m)", "facing (deg)", "contacts", "false find", "good
 
 
 def page(trials: Sequence[Trial], command: str) -> str:
-    """The totals as Markdown.
+    """Write the totals as Markdown.
 
     Args:
         trials: The runs.
@@ -285,7 +285,7 @@ def page(trials: Sequence[Trial], command: str) -> str:
 
 
 def summary(title: str, trials: Sequence[Trial]) -> list[str]:
-    """The runs of one class as a line of the table."""
+    """Write the runs of one class as a line of the table."""
     people = [trial for trial in trials if trial.end is not None]
     polite = [trial for trial in trials if trial.polite]
     ratios = [trial.simulated / trial.ideal for trial in polite if trial.ideal]
@@ -305,7 +305,7 @@ def summary(title: str, trials: Sequence[Trial]) -> list[str]:
 
 
 def row(trial: Trial) -> list[str]:
-    """One run as a line of the file."""
+    """Write one run as a line of the file."""
     best, end = trial.best_case, trial.end
     return [
         trial.situation,

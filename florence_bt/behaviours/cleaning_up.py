@@ -58,7 +58,7 @@ class Finally(Stepping):
         return self._body, self._beside or self._cleanup
 
     def steps(self) -> Steps:
-        """The body until it is done, then the clean-up."""
+        """Tick the body until it is done, then the clean-up."""
         if self.status is not Status.RUNNING:
             self.halt_all()
             self._beside = None
@@ -156,7 +156,7 @@ class CleanupRun:
         return self._result
 
     def cancel(self) -> None:
-        """Refused on purpose: the deadlines of its skills end a clean-up."""
+        """Refuse on purpose: the deadlines of its skills end a clean-up."""
 
     def on_change(self, callback: Callable[[], None]) -> None:
         """Not needed: its nodes wake through the context."""

@@ -78,7 +78,7 @@ class KeyWriter(Behaviour):
 
     @abstractmethod
     def written(self, key: str, given: Any) -> Any:
-        """What is written to a key that is given a value."""
+        """Return what is written to a key that is given a value."""
 
     @abstractmethod
     def shown(self, key: str, given: Any) -> str:
@@ -89,11 +89,11 @@ class SetKey(KeyWriter):
     """Sets keys to values."""
 
     def written(self, key: str, given: Any) -> Any:
-        """The value."""
+        """Return the value."""
         return given
 
     def shown(self, key: str, given: Any) -> str:
-        """Such as ``distance = 1 m``."""
+        """Write it, such as ``distance = 1 m``."""
         return f"{key} = {self._context.keys.shown(key, given)}"
 
 
@@ -101,12 +101,12 @@ class AppendToKeys(KeyWriter):
     """Adds values to keys that hold a text or a list."""
 
     def written(self, key: str, given: Any) -> Any:
-        """What the key holds, with the value at the end."""
+        """Return what the key holds, with the value at the end."""
         held = self._context.keys.read(key)
         return (*held, given) if isinstance(held, tuple) else held + readable(given)
 
     def shown(self, key: str, given: Any) -> str:
-        """Such as ``rooms + hall``."""
+        """Write it, such as ``rooms + hall``."""
         return f"{key} + {readable(given)}"
 
 

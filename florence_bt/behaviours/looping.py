@@ -87,7 +87,7 @@ class Loop(Branching):
 
     @abstractmethod
     def goes_on(self, status: Status) -> bool:
-        """Whether another round follows after one that has ended with a status."""
+        """Tell whether another round follows after one that has ended with a status."""
 
     def _of_all(self, number: int) -> str:
         return str(number) if self.rounds == math.inf else f"{number} of {self.rounds}"

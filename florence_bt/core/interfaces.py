@@ -189,7 +189,7 @@ def _item_type(kind: str, path: str) -> str:
 
 
 def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
-    """The value of a field; nested messages are filled in where they are."""
+    """Convert the value of a field; nested messages are filled in where they are."""
     sequence = _SEQUENCE.fullmatch(kind)
     if sequence is not None:
         item = sequence[1] or sequence[2]

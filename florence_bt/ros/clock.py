@@ -69,7 +69,7 @@ class TimerQueue(ABC):
 
     @abstractmethod
     def now(self) -> float:
-        """The time in seconds."""
+        """Return the time in seconds."""
 
     def call_at(self, when: float, callback: Callback) -> QueueTimer:
         """Call back once at ``when``, on the executor; equal moments in the order of the calls."""

@@ -95,7 +95,7 @@ def quaternion_from_yaw(yaw: float) -> Quaternion:
 
 
 def yaw_from_quaternion(q: Quaternion) -> float:
-    """The heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
+    """Return the heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
     return yaw_of_quaternion(q.x, q.y, q.z, q.w)
 
 

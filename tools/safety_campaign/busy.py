@@ -59,7 +59,7 @@ class BusyReport:
         return sum(run.succeeded for run in self.runs)
 
     def text(self) -> str:
-        """The total for people."""
+        """Write the total for people."""
         return f"{self.succeeded} of {len(self.runs)} goto_user runs beside {self.loops} busy loops succeeded"
 
 

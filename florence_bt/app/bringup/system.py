@@ -219,7 +219,7 @@ class System:
         return [shown for name, shown in needed.items() if name not in names]
 
     def _is_left_out(self, served: Served) -> bool:
-        """Whether this bring-up goes without a skill."""
+        """Tell whether this bring-up goes without a skill."""
         if self.options.missions_only:
             return True
         return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2

@@ -106,7 +106,7 @@ def kernel_modules(package: Path = PACKAGE) -> list[Path]:
 
 
 def stamp_folders(package: Path = PACKAGE) -> Iterator[Path]:
-    """Return where the stamp may be, the first choice first: the places that numba chooses from."""
+    """Yield where the stamp may be, the first choice first: the places that numba chooses from."""
     # Two checkouts may share a folder.
     own = Path("florence_bt") / hashlib.sha256(str(package).encode()).hexdigest()[:16]
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):

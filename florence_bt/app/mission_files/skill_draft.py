@@ -101,7 +101,7 @@ def _skill_name(name: str) -> str:
 
 
 def _fields(message_type: Any, above: str = "") -> Iterator[tuple[str, Kind]]:
-    """The fields that values can stand for, by path; deeper ones where the message has no kind."""
+    """Yield the fields that values can stand for, by path; deeper ones where the message has no kind."""
     count = 0
     for name, written in message_type.get_fields_and_field_types().items():
         path = f"{above}{name}"
@@ -119,7 +119,7 @@ def _fields(message_type: Any, above: str = "") -> Iterator[tuple[str, Kind]]:
 
 
 def _failures(message_type: Any, answered: Mapping[str, Kind]) -> dict[str, Any]:
-    """A failure for each error code that the type names, and for the success that it denies."""
+    """Draft a failure for each error code that the type names, and for the success that it denies."""
     found: dict[str, Any] = {}
     if "error_code" in answered:
         for name, number in sorted(_constants(message_type), key=lambda pair: pair[1]):

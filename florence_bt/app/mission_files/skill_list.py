@@ -53,7 +53,7 @@ def list_skills(
 
 
 def _servers(declarations: Mapping[str, SkillDeclaration], library: MissionLibrary) -> dict[str, str]:
-    """Skill -> what serves it, as text."""
+    """Map each skill to what serves it, as text."""
     own = {
         served.skill.name: f"{served.interface.split('/')[1]} {served.name} ({served.interface})"
         if served.interface

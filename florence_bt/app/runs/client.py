@@ -236,7 +236,7 @@ class MissionClient:
         return self.call(RunMission, "florence_bt/run_mission", request)
 
     def status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
-        """The status of a run, or of the current or last one.
+        """Ask for the status of a run, or of the current or last one.
 
         Args:
             run_id: The run; empty for the current or last one.

@@ -143,7 +143,7 @@ def measure_latency(measurement: Measurement) -> Script:
 
 
 def _read_clock() -> Script:
-    """Return the timer in milliseconds, and the moment in the middle of question and answer."""
+    """Read the timer in milliseconds, and the moment in the middle of question and answer."""
     yield Ask(time_mode(0), (ACCEPTED, "02"))
     answer = yield Ask(time_mode(1))
     try:

@@ -91,7 +91,7 @@ def fill_points(
     points: NDArray[np.float32],
     packed: NDArray[np.uint32],
 ) -> None:
-    """Return the coloured points of a depth image.
+    """Fill in the coloured points of a depth image.
 
     Each point gets the colour of the pixel in which the colour camera would see it.
 

@@ -128,7 +128,7 @@ def recorded_view(folder: Path) -> View:
 
 
 def recorded_depth(folder: Path) -> Iterator[tuple[float, DepthFrame]]:
-    """Return the depth images of a recording in order, each with its moment in seconds after the first.
+    """Yield the depth images of a recording in order, each with its moment in seconds after the first.
 
     Raises:
         DeviceLost: The folder is not a recording, or damaged; names the file.

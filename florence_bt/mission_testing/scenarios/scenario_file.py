@@ -185,7 +185,7 @@ class SourceReader(WordReader):
         return source.items if isinstance(source, YamlSequence) else (source,)
 
     def text(self, source: YamlNode, what: str) -> str | None:
-        """A text, as it stands there: an empty one in quotes may be what is expected."""
+        """Read a text, as it stands there: an empty one in quotes may be what is expected."""
         if isinstance(source, YamlScalar) and (source.quoted or not source.empty):
             return source.text
         self.error(source.position, f"{what} must be text")

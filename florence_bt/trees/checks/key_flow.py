@@ -369,7 +369,7 @@ def _either(ways: Iterable[Flow], before: Written, *, nothing_done: State, not_d
 
 
 def _read_by(node: Node) -> Iterable[Reference]:
-    """Return the keys that a node needs when it begins, guards first."""
+    """Yield the keys that a node needs when it begins, guards first."""
     for expression in node.expressions:
         yield from model.references(expression)
     for value in model.values_of(node):

@@ -40,7 +40,7 @@ def fold_calls(rows: Sequence[TreeRow]) -> tuple[TreeRow, ...]:
 
 
 def _parents(rows: Sequence[TreeRow]) -> list[int | None]:
-    """The place of the row above each row, None for the root."""
+    """Return the place of the row above each row, None for the root."""
     parents: list[int | None] = []
     way: list[int] = []
     for place, row in enumerate(rows):
@@ -51,7 +51,7 @@ def _parents(rows: Sequence[TreeRow]) -> list[int | None]:
 
 
 def _ways_to_what_runs(rows: Sequence[TreeRow], parents: Sequence[int | None]) -> set[int]:
-    """The places of the rows that run and of all above them.
+    """Return the places of the rows that run and of all above them.
 
     What is above need not run: a clean-up goes on below nodes that were stopped. When the whole run was
     stopped, what was stopped with it counts as running, because it says where the run was.

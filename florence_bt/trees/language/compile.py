@@ -379,7 +379,7 @@ class _TreeBuilder:
     # ---- branches that are built when they are reached ------------------------------------------------
 
     def _branch(self, place: Place, build: Callable[[], Behaviour]) -> Behaviour | Branch:
-        """What a node builds when it is reached; what is watched and a clean-up: at once."""
+        """Build what a node does when reached, later; what is watched and a clean-up: at once."""
         # The places of a condition are counted in the order in which its nodes are built.
         if self.later is not None and self.watch is None:
             return Branch(build, self.later[place])
@@ -571,7 +571,7 @@ class _TreeBuilder:
         return Until(name, self.context, body, question, node.own_failure(UNTIL_NOT_MET))
 
     def _question(self, node: Node) -> Question:
-        """What is asked until it succeeds: watched when it only asks."""
+        """Build what is asked until it succeeds: watched when it only asks."""
         if self.parts.analysis.of(self.mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
@@ -580,7 +580,7 @@ class _TreeBuilder:
         return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=False), watch)
 
     def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
-        """The codes that some codes and groups stand for."""
+        """Return the codes that some codes and groups stand for."""
         return frozenset().union(*(codes_named(word.text, self.parts.analysis.groups) for word in words))
 
     def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
@@ -635,7 +635,7 @@ class _TreeBuilder:
         return WatchedSkill(name, self.context, node.skill, inputs, outputs, spot, keys=keys, every=every)
 
     def _ports(self, node: model.RunSkill) -> tuple[dict[str, Any], dict[str, str]]:
-        """What a skill takes and where its outputs go."""
+        """Return what a skill takes and where its outputs go."""
         declaration = self.context.declarations.get(node.skill)
         if declaration is None:
             known = closest_first(node.skill, self.context.declarations)
@@ -659,7 +659,7 @@ class _TreeBuilder:
         return self.parts.analysis.key_kinds(self.mission)
 
     def _condition(self, expression: Expression) -> CompiledExpression:
-        """An expression that is true or false."""
+        """Compile an expression that is true or false."""
         return self.parts.get(expression, "condition", lambda: self._make_condition(expression))
 
     def _make_condition(self, expression: Expression) -> CompiledExpression:
@@ -678,7 +678,7 @@ class _TreeBuilder:
     def _inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
     ) -> dict[str, Any]:
-        """The inputs of a skill or a mission, as given."""
+        """Return the inputs of a skill or a mission, as given."""
         return self.parts.get(pairs, "inputs", lambda: self._make_inputs(pairs, ports, problem))
 
     def _make_inputs(

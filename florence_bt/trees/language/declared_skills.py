@@ -130,14 +130,14 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> tuple[SkillDeclaratio
 
 
 def _paths(source: YamlNode | None) -> dict[str, YamlNode]:
-    """``from`` of each output that has it."""
+    """Return ``from`` of each output that has it."""
     entries = source.entries if isinstance(source, YamlMapping) else ()
     found = {key.text: item.get("from") for key, item in entries if isinstance(item, YamlMapping)}
     return {name: path for name, path in found.items() if path is not None}
 
 
 def _failures(reader: Reader, source: YamlNode | None) -> tuple[dict[str, str], dict[str, YamlNode]]:
-    """The meaning of each code, and ``when`` of those that have it."""
+    """Read the meaning of each code, and ``when`` of those that have it."""
     meanings: dict[str, str] = {}
     conditions: dict[str, YamlNode] = {}
     table = reader.mapping(source, "failures")

@@ -68,7 +68,7 @@ MAPPING_KEYS = (*WAYS, "type", *dict.fromkeys(key for way in WAYS.values() for k
 
 @dataclass(frozen=True, slots=True)
 class MessageMapping:
-    """How a skill becomes messages, and messages its result.
+    """A mapping from the inputs of a skill to messages, and from messages to its result.
 
     Attributes:
         declaration: The skill.
@@ -191,7 +191,7 @@ class MessageMapping:
 
 
 def _simple(message: Any, name: str) -> Any:
-    """A field that an expression can compute with."""
+    """Read a field that an expression can compute with."""
     value = getattr(message, name, None)
     if isinstance(value, bytes):
         return value[0] if len(value) == 1 else value.decode(errors="replace")
@@ -285,7 +285,7 @@ class _Mapping:
         self._reader.error(position, message, tuple(valid))
 
     def _attempt(self, position: Position, what: Callable[..., Any], *given: Any) -> Any:
-        """The value of something that may be wrong; None, and an error, when it is."""
+        """Return the value of something that may be wrong; None, and an error, when it is."""
         try:
             return what(*given)
         except ConfigError as error:
@@ -307,7 +307,7 @@ class _Mapping:
         return all(self._attempt(position, part_of, self._interface, part) is not None for part in parts)
 
     def _field(self, part: str | None, path: str) -> str | None:
-        """The type of a field of a part; None when the interface is not installed."""
+        """Return the type of a field of a part; None when the interface is not installed."""
         if self._interface is None or part is None:
             return None
         return field_type(part_of(self._interface, part), path)
@@ -344,7 +344,7 @@ class _Mapping:
         return (tree_value(value, Kind.TEXT if text else None, self._inputs),)
 
     def _check_keys(self, value: Value, position: Position) -> None:
-        """That only inputs of the skill are named."""
+        """Check that only inputs of the skill are named."""
         names = getattr(value, "keys", None) or (
             (value.key,)
             if isinstance(value, Reference)
@@ -383,7 +383,7 @@ class _Mapping:
     def _read_failures(
         self, conditions: Mapping[str, YamlNode]
     ) -> tuple[str, tuple[tuple[str, CompiledExpression], ...]]:
-        """The code of failures that nothing names, and the conditions of the others."""
+        """Read the code of failures that nothing names, and the conditions of the others."""
         failures = []
         for code, source in conditions.items():
             expression = self._reader.expression(source, "when")

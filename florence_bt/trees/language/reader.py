@@ -48,14 +48,14 @@ class WordReader(FindingList):
     """Reads words and times of one file; each method returns None when it added to the findings."""
 
     def text(self, source: YamlNode, what: str) -> str | None:
-        """A text that is not empty."""
+        """Read a text that is not empty."""
         if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
             return source.text.strip()
         self.error(source.position, f"{what} must be text")
         return None
 
     def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
-        """One of a few words."""
+        """Read one of a few words."""
         written = _written(source)
         if written in words:
             return written
@@ -66,7 +66,7 @@ class WordReader(FindingList):
         return None
 
     def duration(self, source: YamlNode, what: str) -> float | None:
-        """A duration in seconds, zero or more."""
+        """Read a duration in seconds, zero or more."""
         written = _written(source)
         try:
             seconds = float(read_value(written, Kind.DURATION))
@@ -250,7 +250,7 @@ class Reader(WordReader):
 
 
 def _written(source: YamlNode) -> str:
-    """What stands there, in short."""
+    """Show what stands there, in short."""
     match source:
         case YamlScalar(text=text):
             return text
