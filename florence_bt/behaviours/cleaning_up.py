@@ -152,7 +152,7 @@ class CleanupRun:
         self._context.poll(self._entry)
 
     def poll(self) -> Result | None:
-        """The result, None as long as it goes on."""
+        """Return the result, None as long as it goes on."""
         return self._result
 
     def cancel(self) -> None:

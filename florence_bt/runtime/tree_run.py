@@ -408,7 +408,7 @@ class TreeRun:
 
 
 def _spinning(root: Behaviour) -> Why:
-    """The failure of a tree that goes on without time passing; the lowest node that runs does not end."""
+    """Return the failure of a tree that goes on without time passing, at the lowest node that runs."""
     node = root
     while child := next((child for child in node.children if child.status is Status.RUNNING), None):
         node = child

@@ -27,7 +27,7 @@ def styled(tree: str) -> Text:
 
 
 def around_what_runs(tree: str, lines: int, columns: int) -> str:
-    """The head line of a status and the lines down to the last one that runs, moved to the left where needed.
+    """Return the head line of a status and the lines down to the last one that runs, moved left where needed.
 
     Args:
         tree: A status with more lines than there is room for.
