@@ -267,29 +267,32 @@ def _people(settings: _Settings) -> list[Factory]:
 
     return [
         partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
-        *_places(settings),
+        _locator(settings),
         partial(ApproachNode, parameters=settings.of("approach_user")),
+        *_home_sensors(settings),
     ]
 
 
-def _places(settings: _Settings) -> list[Factory]:
-    """Return the factories of the locator and of what tells it about the house."""
+def _locator(settings: _Settings) -> Factory:
     from florence_bt.app.bringup.simulated import user_room
     from florence_bt.skills.locator.node import LocatorNode
 
-    locator = settings.of(
+    parameters = settings.of(
         "florenceLocator",
         hotspots_file=str(settings.hotspots_file),
         initial_user_room=user_room(settings.options),
         habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
-    nodes: list[Factory] = [partial(LocatorNode, parameters=locator)]
-    if settings.options.home_file is not None:
-        from florence_bt.skills.home_sensors.node import HomeSensorsNode
+    return partial(LocatorNode, parameters=parameters)
 
-        files = {"home_file": settings.options.home_file, "hotspots_file": str(settings.hotspots_file)}
-        nodes.append(partial(HomeSensorsNode, parameters=settings.of("home_sensors", **files)))
-    return nodes
+
+def _home_sensors(settings: _Settings) -> list[Factory]:
+    if settings.options.home_file is None:
+        return []
+    from florence_bt.skills.home_sensors.node import HomeSensorsNode
+
+    files = {"home_file": settings.options.home_file, "hotspots_file": str(settings.hotspots_file)}
+    return [partial(HomeSensorsNode, parameters=settings.of("home_sensors", **files))]
 
 
 def _missions(settings: _Settings) -> list[Factory]:
@@ -328,4 +331,4 @@ def _missions(settings: _Settings) -> list[Factory]:
         node.on_close(pictures.close)
         return node
 
-    return [*(_places(settings) if alone else ()), mission_node]
+    return [*([_locator(settings), *_home_sensors(settings)] if alone else ()), mission_node]

@@ -107,13 +107,13 @@ class BaseSensors:
             self._offset += self._random.normal(0.0, self._parameters.gyro_bias_walk * math.sqrt(elapsed))
 
     def take_distance_mm(self, *, keep: bool = True) -> int:
-        """Take the whole millimetres travelled forward since the last call; ``keep`` the rest."""
+        """Take the forward travel since the last call in whole millimetres; ``keep`` the rest."""
         whole, rest = _int16(self._distance_mm)
         self._distance_mm = rest if keep else 0.0
         return whole
 
     def take_angle_deg(self, *, keep: bool = True) -> int:
-        """Take the whole degrees turned since the last call, counter-clockwise positive; ``keep`` a rest."""
+        """Take the turn since the last call, whole degrees, counter-clockwise positive; ``keep`` the rest."""
         whole, rest = _int16(self._angle_deg)
         self._angle_deg = rest if keep else 0.0
         return whole

@@ -278,8 +278,7 @@ class _Mapping:
             self._read_reason(),
             self._read_feedback(),
             (self._reader.duration(max_age, "max_age") if max_age is not None else None) or MAX_AGE_S,
-            latched is not None
-            and self._reader.choice(latched, "latched", ("true", "false"), "false") == "true",
+            latched is not None and self._reader.choice(latched, "latched", ("true", "false")) == "true",
         )
 
     def _error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
