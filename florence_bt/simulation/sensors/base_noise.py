@@ -107,7 +107,7 @@ class BaseSensors:
             self._offset += self._random.normal(0.0, self._parameters.gyro_bias_walk * math.sqrt(elapsed))
 
     def take_distance_mm(self, *, keep: bool = True) -> int:
-        """Take the whole millimetres travelled forward since the last call; ``keep`` the rest."""
+        """Take the forward travel since the last call in whole millimetres; ``keep`` the rest."""
         whole, rest = _int16(self._distance_mm)
         self._distance_mm = rest if keep else 0.0
         return whole
