@@ -16,7 +16,6 @@ from florence_bt.core.serving import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.skills.served import SERVED
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import CallMission, RunSkill
 
 FIRST_LOOK_S = 5.0
 """Discovery takes up to so long; and so often is looked again."""
@@ -90,19 +89,7 @@ def _servers_of(folders: list[Path]) -> Iterator[_Server]:
     for name, mapping in library.mappings.items():
         way = mapping.way if mapping.way in ("action", "service") else "topic"
         served.setdefault(name, _Server(name, way, mapping.name, mapping.interface))
-    for skill in sorted(_skills_used(library, folders)):
+    own = [mission.name for mission in library if mission.file.parent in folders]
+    for skill in sorted({skill for name in own for skill, _ in library.skills_below(name)}):
         if skill in served:
             yield served[skill]
-
-
-def _skills_used(library: MissionLibrary, folders: list[Path]) -> set[str]:
-    used: set[str] = set()
-    waiting = [mission.name for mission in library if mission.file.parent in folders]
-    for name in waiting:
-        mission = library.find(name)
-        for node in mission.nodes() if mission is not None else ():
-            if isinstance(node, RunSkill):
-                used.add(node.skill)
-            elif isinstance(node, CallMission) and node.mission.text not in waiting:
-                waiting.append(node.mission.text)
-    return used

@@ -114,7 +114,7 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
             if isinstance(node, RunSkill):
                 found = [(node.skill, "")]
             elif isinstance(node, CallMission):
-                found = list(_skills_below(node.mission.text, library))
+                found = list(library.skills_below(node.mission.text))
             else:
                 continue
             for skill, through in found:
@@ -122,18 +122,6 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
                     seen.add(skill)
                     needs.append(_Need(skill, mission, node.position, through))
     return needs
-
-
-def _skills_below(name: str, library: MissionLibrary) -> Iterator[tuple[str, str]]:
-    """Yield the skills of a called mission and of all that it calls, each with the mission that uses it."""
-    waiting = [name]
-    for name in waiting:
-        mission = library.find(name)
-        for node in mission.nodes() if mission is not None else ():
-            if isinstance(node, RunSkill):
-                yield node.skill, name
-            elif isinstance(node, CallMission) and node.mission.text not in waiting:
-                waiting.append(node.mission.text)
 
 
 def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[str, Skill]) -> list[Finding]:

@@ -12,7 +12,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language.declared_skills import ENDING, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.message_mappings import MessageMapping
-from florence_bt.trees.language.model import CallMission, Mission
+from florence_bt.trees.language.model import CallMission, Mission, RunSkill
 from florence_bt.trees.language.parse import read_mission
 from florence_bt.trees.language.third_party import ThirdParty
 
@@ -181,6 +181,17 @@ class MissionLibrary:
     def names(self) -> list[str]:
         """Return the names of every mission, in alphabetical order."""
         return sorted(self._missions)
+
+    def skills_below(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield the skills that a mission uses and all that it calls, each with the mission that uses it."""
+        waiting = [name]
+        for name in waiting:
+            mission = self.find(name)
+            for node in mission.nodes() if mission is not None else ():
+                if isinstance(node, RunSkill):
+                    yield node.skill, name
+                elif isinstance(node, CallMission) and node.mission.text not in waiting:
+                    waiting.append(node.mission.text)
 
     def __contains__(self, name: object) -> bool:
         return name in self._missions
