@@ -68,11 +68,12 @@ def add(
     if way not in _WAYS:
         raise ConfigError(f"a skill is not served by {way!r}", valid=closest_first(way, _WAYS))
     way = way.replace("-", "_")
+    latched = False
     if interface is None:
         from florence_bt.app.mission_files.live_skills import type_in_graph
 
-        interface = type_in_graph(way, name)
-    made, entry = draft_skill(way, name, interface, skill)
+        interface, latched = type_in_graph(way, name)
+    made, entry = draft_skill(way, name, interface, skill, latched=latched)
     if file is None:
         typer.echo(f"skills:\n{entry}", nl=False)
         return

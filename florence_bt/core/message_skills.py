@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -88,7 +89,7 @@ class MessageCondition:
             self._silence.cancel()
             self._silence = None
         when = self._came + self._max_age_s
-        if self._watches and when > self._clock.now():
+        if self._watches and self._clock.now() < when < math.inf:
             self._silence = self._clock.call_at(when, self._judge_again)
 
 

@@ -109,13 +109,32 @@ def test_the_running_robot_tells_types_and_who_is_there(
     from florence_bt.trees.language.loader import MissionLibrary
 
     start_process(sys.executable, EXAMPLE / "robot.py")
-    assert type_in_graph("action", "tb4/drive_to") == "nav2_msgs/action/NavigateToPose"
-    assert type_in_graph("service", "/tb4/gripper") == "std_srvs/srv/SetBool"
-    assert type_in_graph("condition", "tb4/battery") == "sensor_msgs/msg/BatteryState"
+    assert type_in_graph("action", "tb4/drive_to") == ("nav2_msgs/action/NavigateToPose", False)
+    assert type_in_graph("service", "/tb4/gripper")[0] == "std_srvs/srv/SetBool"
+    assert type_in_graph("condition", "tb4/battery")[0] == "sensor_msgs/msg/BatteryState"
     with pytest.raises(ConfigError, match="/tb4/drive_two"):
         type_in_graph("action", "tb4/drive_two")
     now = servers_now(MissionLibrary.load([EXAMPLE / "missions"]))
     assert now["drive_robot"].startswith("there:") and now["turn"].startswith("NOT THERE")
+
+
+def test_two_types_on_one_topic_take_away_only_one_skill(ros: RosBench, tmp_path: Path) -> None:
+    from florence_bt.ros.node import FlorenceNode
+
+    condition = (
+        "  {0}:\n    condition: fill\n    type: std_msgs/msg/{1}\n    failures: {{full: {{when: {2}}}}}\n"
+    )
+    file = tmp_path / "mine.skills.yaml"
+    file.write_text(
+        "skills:\n"
+        + condition.format("one", "Float32", "$data > 1")
+        + condition.format("other", "String", "$data == 'x'")
+        + "  grip:\n    service: grip\n    type: std_srvs/srv/Trigger\n",
+        encoding="utf-8",
+    )
+    skills = make_skills(ros.add(FlorenceNode("missions")), mappings=mappings_in([tmp_path]))
+    codes = [skills[name].start({}).poll().code for name in ("one", "other")]
+    assert sorted(codes) == ["no_skill", "server_lost"] and hasattr(skills["grip"], "server_is_there")
 
 
 @pytest.mark.slow
@@ -131,6 +150,8 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
     system.wait_for("everything that these missions need is served now")
     run = start_process(*florence, "run", "try_places", "--headless")
     assert run.process.wait(120) == 0, run.output
+    check = start_process(*florence, "check", "--live", EXAMPLE / "missions")
+    assert check.process.wait(120) == 0, check.output
     needs_ours = start_process(*florence, "run", "goto_pose", "x=1 m", "y=1 m", "--headless")
     assert needs_ours.process.wait(120) == 1 and "server_lost" in needs_ours.output, needs_ours.output
     assert system.end() == 130

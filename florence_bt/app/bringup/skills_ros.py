@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from datetime import timedelta
+from functools import partial
 from types import ModuleType
 from typing import Any
 
 from geometry_msgs.msg import Point
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.interfaces import load_interface
 from florence_bt.core.serving import (
@@ -50,20 +50,30 @@ def make_skills(
         served.skill.name: _over_ros(node, served) for served in SERVED if served.skill.name not in without
     }
     own |= {name: MissingSkill(f"nothing serves {name} with --nav nav2") for name in without}
-    files = {name: of_file(node, each) for name, each in (mappings or {}).items() if name not in own}
+    files = _skills_of_files(node, {name: each for name, each in (mappings or {}).items() if name not in own})
     return {**files, **_skills_of_packages(node, own), **own}
 
 
+def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping]) -> dict[str, Skill]:
+    """Make the skills of files; one that cannot be made leaves the others in place."""
+    skills: dict[str, Skill] = {}
+    for name, mapping in mappings.items():
+        what = f"{mapping.way} {mapping.name} ({mapping.interface})"
+        skills[name] = skill = _attempt(partial(of_file, node, mapping), what)
+        if isinstance(skill, MissingSkill):
+            node.get_logger().error(f"the skill {name!r} is missing: {skill.reason}")
+    return skills
+
+
 def of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
-    """Make a skill of a file; a :class:`MissingSkill` where its interface is not installed.
+    """Make a skill of a file.
 
     Its server may be anybody's: nothing waits for it, and only a mission that needs it fails.
+
+    Raises:
+        ConfigError: Its interface is not installed.
     """
-    try:
-        interface = load_interface(mapping.interface)
-    except ConfigError as error:
-        node.get_logger().error(f"the skill {mapping.declaration.name!r} is missing: {error}")
-        return MissingSkill(str(error))
+    interface = load_interface(mapping.interface)
     topic = (interface, mapping.name)
     heard = LATCHED if mapping.latched else STATE  # which hears every publisher, reliable or not
     deadline_s = mapping.declaration.deadline_s

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from florence_interfaces.srv import GetHotspot
@@ -49,7 +50,7 @@ def compare_with_system(
     missions: Iterable[Mission],
     library: MissionLibrary,
     labels: Callable[[Mission], Iterable[tuple[str, Position]]],
-    skills: Callable[[FlorenceNode], Mapping[str, Skill]] = make_skills,
+    skills: Callable[[FlorenceNode], Mapping[str, Skill]] | None = None,
 ) -> list[Finding]:
     """Hold missions against the system that runs now.
 
@@ -57,7 +58,7 @@ def compare_with_system(
         missions: The missions that are checked.
         library: Where the missions that they call are found.
         labels: The labels of hotspots that are written in a mission, and where.
-        skills: Builds the skills of the system over a node.
+        skills: Builds the skills of the system over a node; all of this installation when not given.
 
     Returns:
         What does not fit: skills without a server, missions that the server lacks or has otherwise, and
@@ -68,12 +69,13 @@ def compare_with_system(
         DeviceTimeout: The mission server does not answer.
     """
     missions = list(missions)
+    build = skills or partial(make_skills, mappings=library.mappings)
     with MissionClient("florence_check") as client:
         # A client that is brand new needs a moment to see who is there.
         client.spin_until(lambda: client.servers() > 0, SEARCH_S)
         served = {info.name: info for info in client.missions().missions}
         findings = [finding for mission in missions for finding in _compare_mission(mission, served)]
-        findings += _compare_skills(client, _skills_of(missions, library), skills(client.node))
+        findings += _compare_skills(client, _skills_of(missions, library), build(client.node))
         return findings + _compare_hotspots(client, missions, labels)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rclpy.action import get_action_names_and_types
+from rclpy.qos import DurabilityPolicy
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.mission_files.live_check import SEARCH_S
@@ -26,8 +27,8 @@ def servers_now(library: MissionLibrary) -> Mapping[str, str]:
         }
 
 
-def type_in_graph(way: str, name: str) -> str:
-    """Return the type of an action, service or topic of the running system.
+def type_in_graph(way: str, name: str) -> tuple[str, bool]:
+    """Return the type of an action, service or topic of the running system, and whether a topic is latched.
 
     Raises:
         ConfigError: There is none of that name now; with names that are near.
@@ -45,8 +46,10 @@ def type_in_graph(way: str, name: str) -> str:
         whole = node.resolve_topic_name(name)
         client.spin_until(lambda: whole in found(), SEARCH_S)
         names = found()
+        publishers = [] if way in ("action", "service") else node.get_publishers_info_by_topic(whole)
     if whole not in names:
         what = way if way in ("action", "service") else "topic"
         problem = f"there is no {what} {whole} now; its type can be given too"
         raise ConfigError(problem, valid=[*closest_first(whole, names), f"{name} nav2_msgs/action/Spin"])
-    return names[whole]
+    latched = any(one.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for one in publishers)
+    return names[whole], latched

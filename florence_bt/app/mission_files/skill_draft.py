@@ -29,7 +29,9 @@ _MOST_FIELDS = 20
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
 
 
-def draft_skill(way: str, name: str, interface: str, skill: str = "") -> tuple[str, str]:
+def draft_skill(
+    way: str, name: str, interface: str, skill: str = "", *, latched: bool = False
+) -> tuple[str, str]:
     """Draft a skill.
 
     Args:
@@ -37,6 +39,7 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "") -> tuple[s
         name: The name of the action, service or topic.
         interface: Its type, such as ``nav2_msgs/action/Spin``.
         skill: The name of the skill; made of the other name when empty.
+        latched: Whether the topic gives its last message to who comes later.
 
     Returns:
         The name of the skill, and its entry for a file of skills, as text.
@@ -52,7 +55,7 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "") -> tuple[s
     answered = dict(_fields(part_of(loaded, parts.answered))) if parts.answered is not None else {}
     names = {path: path.replace(".", "_") for path in sent}
     if sent:
-        entry["inputs"] = {names[path]: port_document(Port(kind, "")) for path, kind in sent.items()}
+        entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.items()}
     words = next((path for path in _WORDS if answered.get(path) is Kind.TEXT), "")
     failures = _failures(part_of(loaded, parts.answered), answered) if parts.answered is not None else {}
     used = {words, "success", *(["error_code"] if failures else [])}
@@ -72,6 +75,8 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "") -> tuple[s
         entry["send"] = {path: f"${names[path]}" for path in sent}
     if words:
         entry["reason"] = words
+    if latched and way == "condition":
+        entry["latched"] = True
     text = yaml.safe_dump({skill: entry}, sort_keys=False, default_flow_style=None, width=110)
     return skill, "".join(f"  {line}\n" for line in text.splitlines())
 
@@ -134,6 +139,11 @@ def _constants(message_type: Any) -> list[tuple[str, int]]:
     names = [name for name in dir(type(message_type)) if name.isupper() and not name.startswith("_")]
     values = [(name, getattr(message_type, name)) for name in names]
     return [(name, value) for name, value in values if isinstance(value, int)]
+
+
+def _input(kind: Kind) -> dict[str, Any]:
+    """Return an input of a kind; a text may be left out, as fields of texts mostly may."""
+    return {"type": "text", "default": ""} if kind is Kind.TEXT else port_document(Port(kind, ""))
 
 
 def _output(path: str, kind: Kind) -> dict[str, Any]:

@@ -153,6 +153,9 @@ def _failures(reader: Reader, source: YamlNode | None) -> tuple[dict[str, str], 
                 conditions[code.text] = when
             meaning = item.get("meaning") or YamlScalar(key.text.replace("_", " "), True, item.position)
         text = reader.text(meaning, f"failure {key.text}")
+        if text is not None and "$" in text:
+            valid = ["reason: FIELD, for the words of the server"]
+            reader.error(meaning.position, f"the meaning of {key.text!r} is told as it stands here", valid)
         if code is not None and text is not None:
             meanings[code.text] = text
     return meanings, {code: when for code, when in conditions.items() if code in meanings}

@@ -6,6 +6,7 @@ them a file is read all the same, and its fields are not checked.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -60,7 +61,7 @@ WAYS: Mapping[str, Way] = {
     "service": Way("Request", "Response", ("send", "reason")),
     "publish": Way("", None, ("send", "latched")),
     "condition": Way(None, "", ("reason", "max_age", "latched")),
-    "wait_for": Way(None, "", ("reason", "latched")),
+    "wait_for": Way(None, "", ("reason",)),
 }
 """Key of a file of skills -> the way."""
 MAPPING_KEYS = (*WAYS, "type", *dict.fromkeys(key for way in WAYS.values() for key in way.keys))
@@ -81,7 +82,8 @@ class MessageMapping:
         otherwise: The code of a goal that the server gave up for no reason named in ``failures``.
         reason: The path of the server's own words; empty without.
         feedback: A text about the running goal, with fields of the feedback; None without.
-        max_age_s: Seconds after which a message does not count any more.
+        max_age_s: Seconds after which a message does not count any more; infinite for a latched topic, which
+            speaks only when something changes.
         latched: Whether the topic gives its last message to who comes later.
     """
 
@@ -265,7 +267,8 @@ class _Mapping:
             declaration = replace(
                 declaration, failures={**declaration.failures, DEFAULT_CODE: "the server gave the goal up"}
             )
-        max_age, latched = self._table.get("max_age"), self._table.get("latched")
+        max_age, latched = self._table.get("max_age"), self._read_latched()
+        usual_s = math.inf if latched else MAX_AGE_S
         return MessageMapping(
             declaration,
             way,
@@ -277,9 +280,13 @@ class _Mapping:
             otherwise or DEFAULT_CODE,
             self._read_reason(),
             self._read_feedback(),
-            (self._reader.duration(max_age, "max_age") if max_age is not None else None) or MAX_AGE_S,
-            latched is not None and self._reader.choice(latched, "latched", ("true", "false")) == "true",
+            (self._reader.duration(max_age, "max_age") if max_age is not None else None) or usual_s,
+            latched,
         )
+
+    def _read_latched(self) -> bool:
+        source = self._table.get("latched")
+        return source is not None and self._reader.choice(source, "latched", ("true", "false")) == "true"
 
     def _error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         self._reader.error(position, message, tuple(valid))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,15 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import Spin
 from sensor_msgs.msg import Temperature
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.interfaces import get, put
+from florence_bt.core.message_skills import MessageCondition
 from florence_bt.core.outcome import Outcome
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
@@ -145,6 +149,7 @@ def test_values_go_into_fields_and_come_back(
         ("    feedback: $distance\n", (5, 15), None),
         ("    reason: error_code\n", (5, 13), None),
         ("    max_age: 3 s\n", (5, 5), "send"),
+        ("    failures: {x: {meaning: more than $least, when: $error_code == 1}}\n", (5, 29), None),
         ("    send: {target_yaw: $angel}\n    inputs: {angle: {type: angle}}\n", (5, 24), "angle"),
     ],
 )
@@ -156,6 +161,23 @@ def test_mistakes_are_told_at_their_place(
     assert place in places, findings
     if valid is not None:
         assert any(valid in finding.valid for finding in findings), findings
+
+
+def test_a_latched_message_does_not_grow_old(read: Any) -> None:
+    skill = read(
+        "  idle:\n    condition: mode\n    type: std_msgs/msg/String\n    latched: true\n"
+        "    failures: {busy: {when: $data != 'idle'}}\n"
+    ).mappings["idle"]
+    assert skill.latched and skill.max_age_s == math.inf
+    clock = ManualClock()
+    condition = MessageCondition(clock, "topic mode", skill.judge, skill.max_age_s)
+    condition.take(String(data="idle"))
+    changes: list[None] = []
+    condition.watch({}, lambda: changes.append(None))
+    clock.advance(100_000.0)
+    assert condition.start({}).poll().succeeded and not changes
+    condition.take(String(data="busy"))
+    assert condition.start({}).poll().code == "busy" and len(changes) == 1
 
 
 @pytest.mark.parametrize(
