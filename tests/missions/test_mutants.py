@@ -11,7 +11,7 @@ from florence_bt.trees.language.loader import BUILT_IN
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
-ROUND_SEARCH = """with: {window: $window, looks: $looks}
+ROUND_SEARCH = """with: {window: $window, looks: $looks, step: "${360 deg / $looks}"}
                     out: {user: user, distance: distance, user_id: user_id}
 """
 LOOK_AGAIN = 'x: "${distance($back, $user)}"'
