@@ -59,13 +59,13 @@ def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping])
     skills: dict[str, Skill] = {}
     for name, mapping in mappings.items():
         what = f"{mapping.way} {mapping.name} ({mapping.interface})"
-        skills[name] = skill = _attempt(partial(of_file, node, mapping), what)
+        skills[name] = skill = _attempt(partial(_of_file, node, mapping), what)
         if isinstance(skill, MissingSkill):
             node.get_logger().error(f"the skill {name!r} is missing: {skill.reason}")
     return skills
 
 
-def of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
+def _of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
     """Make a skill of a file.
 
     Its server may be anybody's: nothing waits for it, and only a mission that needs it fails.

@@ -267,8 +267,7 @@ class _Mapping:
             declaration = replace(
                 declaration, failures={**declaration.failures, DEFAULT_CODE: "the server gave the goal up"}
             )
-        max_age, latched = self._table.get("max_age"), self._read_latched()
-        usual_s = math.inf if latched else MAX_AGE_S
+        latched = self._read_latched()
         return MessageMapping(
             declaration,
             way,
@@ -280,9 +279,18 @@ class _Mapping:
             otherwise or DEFAULT_CODE,
             self._read_reason(),
             self._read_feedback(),
-            (self._reader.duration(max_age, "max_age") if max_age is not None else None) or usual_s,
+            self._read_max_age(math.inf if latched else MAX_AGE_S),
             latched,
         )
+
+    def _read_max_age(self, usual_s: float) -> float:
+        source = self._table.get("max_age")
+        seconds = self._reader.duration(source, "max_age") if source is not None else None
+        if source is None or seconds is None:
+            return usual_s
+        if seconds <= 0.0:
+            self._error(source.position, "max_age must be above zero", ["5 s"])
+        return seconds
 
     def _read_latched(self) -> bool:
         source = self._table.get("latched")

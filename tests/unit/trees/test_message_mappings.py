@@ -180,6 +180,13 @@ def test_a_latched_message_does_not_grow_old(read: Any) -> None:
     assert condition.start({}).poll().code == "busy" and len(changes) == 1
 
 
+def test_a_message_that_is_too_old_at_once_is_a_mistake(read: Any) -> None:
+    (finding,) = read(
+        "  idle:\n    condition: mode\n    type: std_msgs/msg/String\n    max_age: 0 s\n"
+    ).findings
+    assert (finding.line, finding.column) == (5, 14)
+
+
 @pytest.mark.parametrize(
     ("interface", "severity"),
     [
