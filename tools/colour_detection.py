@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.sensing import CameraModel, ColourImage
 from florence_bt.skills.people.user_tracker.colour_detector import Box, ColourDetector
-from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion, Region
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Region, Verdict
 from tools.colour_network.photographs import EMPTY, WITH_PEOPLE, Photograph, read
 from tools.tables import table, write_between_marks, write_runs
 
@@ -40,7 +40,7 @@ class Looked:
         seconds: How long it took, processor time.
     """
 
-    opinion: Opinion
+    verdict: Verdict
     seconds: float
 
 
@@ -76,18 +76,18 @@ def look(detector: ColourDetector, photograph: Photograph) -> list[Looked]:
     looked = []
     for region in regions:
         begin = time.process_time()
-        opinion = detector.opinion(colour_image(pixels), Candidate(0, region, "standing"))
-        looked.append(Looked(opinion, time.process_time() - begin))
+        verdict = detector.verdict(colour_image(pixels), Candidate(0, region, "standing"))
+        looked.append(Looked(verdict, time.process_time() - begin))
     return looked
 
 
-SAID = ("proposed", *(f"said: {each.value}" for each in Opinion))
+SAID = ("proposed", *(f"said: {each.value}" for each in Verdict))
 RUN = ("photograph", "people", *SAID)
 
 
 def said(looked: Sequence[Looked]) -> list[str]:
     """Count how often the detector was asked, and how often it said what."""
-    return [str(len(looked)), *(str(sum(each.opinion is opinion for each in looked)) for opinion in Opinion)]
+    return [str(len(looked)), *(str(sum(each.verdict is verdict for each in looked)) for verdict in Verdict)]
 
 
 def report(results: Sequence[tuple[Photograph, Sequence[Looked]]]) -> str:

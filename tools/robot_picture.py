@@ -81,7 +81,7 @@ def draw_robot(file: Path) -> None:
     """Write the picture; the file's ending chooses the form (svg, png, pdf)."""
     import matplotlib
 
-    matplotlib.use("Agg")
+    matplotlib.params("Agg")
     matplotlib.rcParams["svg.hashsalt"] = "florence"
     from matplotlib.figure import Figure
 

@@ -61,7 +61,9 @@ def _skill(declaration: SkillDeclaration) -> Iterator[str]:
     yield declaration.summary.rstrip(".") + "."
     notes = [f"ended after {declaration.deadline_s:g} s"]
     if declaration.instant:
-        notes.append("answers at once and reports changes" if declaration.wakes else "answers at once")
+        notes.append(
+            "answers at once and reports changes" if declaration.reports_changes else "answers at once"
+        )
     if declaration.resources:
         notes.append("needs the " + " and the ".join(sorted(declaration.resources)) + " for itself")
     yield f"({'; '.join(notes)})"

@@ -209,7 +209,7 @@ class SkillDeclaration:
     resources: frozenset[str] = frozenset()
     deadline_s: float = 60.0
     instant: bool = False
-    wakes: bool = False
+    reports_changes: bool = False
     deprecated: str = ""
     server_codes: Mapping[int, str] = field(default_factory=dict)
     groups: tuple[CodeGroup, ...] = ()

@@ -10,7 +10,7 @@ from typing import Any
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Result, cancelled, failure
-from florence_bt.core.serving import ServedWait
+from florence_bt.core.serving import WaitBinding
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 
 
@@ -102,7 +102,7 @@ class MessageWait:
         served: What a message means, and how long to wait for one.
     """
 
-    def __init__(self, clock: Clock, label: str, served: ServedWait) -> None:
+    def __init__(self, clock: Clock, label: str, served: WaitBinding) -> None:
         self._clock = clock
         self._label = label
         self._served = served

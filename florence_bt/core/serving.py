@@ -1,7 +1,7 @@
 """How a shipped skill is served: over ROS by an action, a service or a topic, and in the rig by a component
 or a topic of the rig.
 
-Each ``declaration.py`` has a table ``SERVED`` beside its declarations. The types of ROS are named, not
+Each ``declaration.py`` has a table ``BINDINGS`` beside its declarations. The types of ROS are named, not
 imported, and messages are read by their fields, so that the rig and ``florence check`` need no ROS.
 """
 
@@ -18,7 +18,7 @@ from florence_bt.core.skill import Inputs, Skill, SkillRun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Served:
+class SkillBinding:
     """A served skill.
 
     Attributes:
@@ -33,7 +33,7 @@ class Served:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedHere(Served):
+class AnswerBinding(SkillBinding):
     """A skill that needs no other node.
 
     Attributes:
@@ -44,7 +44,7 @@ class ServedHere(Served):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedByClock(Served):
+class ClockBinding(SkillBinding):
     """A skill that needs the time and no other node.
 
     Attributes:
@@ -55,7 +55,7 @@ class ServedByClock(Served):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedByNode(Served):
+class NodeBinding(SkillBinding):
     """A skill that a node serves as an action or service.
 
     Attributes:
@@ -66,12 +66,12 @@ class ServedByNode(Served):
     """
 
     component: str
-    perform: Callable[[Any, Inputs], Result | SkillRun]
+    start_in_rig: Callable[[Any, Inputs], Result | SkillRun]
     request: Callable[[Inputs], Mapping[str, Any]] = lambda inputs: {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedAction(ServedByNode):
+class ActionBinding(NodeBinding):
     """A skill that is an action.
 
     Attributes:
@@ -84,7 +84,7 @@ class ServedAction(ServedByNode):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedService(ServedByNode):
+class ServiceBinding(NodeBinding):
     """A skill that is a service.
 
     Attributes:
@@ -97,7 +97,7 @@ class ServedService(ServedByNode):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedCondition(Served):
+class ConditionBinding(SkillBinding):
     """A condition that is judged from the last message of a topic.
 
     Attributes:
@@ -110,7 +110,7 @@ class ServedCondition(Served):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedPublication(Served):
+class PublicationBinding(SkillBinding):
     """A skill that publishes one message on a topic.
 
     Attributes:
@@ -121,7 +121,7 @@ class ServedPublication(Served):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedWait(Served):
+class WaitBinding(SkillBinding):
     """A skill that waits for the next message of a topic.
 
     Attributes:

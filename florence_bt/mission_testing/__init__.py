@@ -1,6 +1,6 @@
 """Tests of missions: mocked skills, a clock that is moved by hand, the real executor.
 
-The pytest fixture ``florence`` (:mod:`florence_bt.mission_testing.plugin`) is a :class:`Stage`;
+The pytest fixture ``florence`` (:mod:`florence_bt.mission_testing.plugin`) is a :class:`MissionTester`;
 docs/testing.md teaches its use. The names below are loaded when they are first used, because pytest imports
 this package in every session.
 """
@@ -11,18 +11,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from florence_bt.mission_testing.mission_tester import MissionTester
     from florence_bt.mission_testing.mocks.board import Mock, MockError, SkillCall
     from florence_bt.mission_testing.mocks.scripts import MockReply, fail, never, raises, succeed
-    from florence_bt.mission_testing.play import Play
-    from florence_bt.mission_testing.stage import Stage
+    from florence_bt.mission_testing.test_run import TestRun
 
 __all__ = [
+    "MissionTester",
     "Mock",
     "MockError",
     "MockReply",
-    "Play",
     "SkillCall",
-    "Stage",
+    "TestRun",
     "fail",
     "never",
     "raises",
@@ -32,8 +32,8 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Mock", "MockError", "SkillCall"), "mocks.board"),
     **dict.fromkeys(("MockReply", "fail", "never", "raises", "succeed"), "mocks.scripts"),
-    "Play": "play",
-    "Stage": "stage",
+    "MissionTester": "mission_tester",
+    "TestRun": "test_run",
 }
 
 

@@ -10,8 +10,8 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.plain_yaml import Position
 from florence_bt.mission_testing.mocks.board import SkillCall
 from florence_bt.mission_testing.paths import Place
-from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
+from florence_bt.mission_testing.test_run import TestRun
 from florence_bt.trees.checks.outcomes import Outcomes, possible_outcomes
 from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
@@ -127,13 +127,13 @@ class Coverage:
         """Report on a mission, also when no run of it follows."""
         self.missions.setdefault(mission.file, (mission, library))
 
-    def add_runs(self, plays: Iterable[Play]) -> None:
+    def add_runs(self, runs: Iterable[TestRun]) -> None:
         """Count what runs have shown."""
-        for play in plays:
-            for path, outcome in play.record.outcomes:
-                self._add(play.places.find(path), outcome)
-            for call in play.calls():
-                self._add_call(call, play.record.outcomes)
+        for run in runs:
+            for path, outcome in run.record.outcomes:
+                self._add(run.places.find(path), outcome)
+            for call in run.calls():
+                self._add_call(call, run.record.outcomes)
 
     def report(self, declarations: Mapping[str, SkillDeclaration]) -> list[MissionCoverage]:
         """Report what was seen of each tested mission, by name."""
@@ -156,9 +156,9 @@ class Coverage:
             self.outcomes.setdefault(_key(place.origin.mission, place.origin.node), set()).add(outcome)
 
     def _add_call(self, call: SkillCall, outcomes: set[tuple[str, str]]) -> None:
-        if call.place.use is None or call.result is None:
+        if call.place.params is None or call.result is None:
             return
-        key = _key(call.place.use.mission, call.place.use.node)
+        key = _key(call.place.params.mission, call.place.params.node)
         if not call.result.succeeded:
             self.codes.setdefault(key, set()).add(call.result.code)
         if any((call.place.path, outcome) in outcomes for outcome in (SUCCESS, FAILURE, STOPPED)):

@@ -23,7 +23,7 @@ from florence_bt.behaviours.why import path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.checks.outcomes import Prospects, prospects_of
+from florence_bt.trees.checks.outcomes import PossibleOutcomes, mission_outcomes
 from florence_bt.trees.language import model
 from florence_bt.trees.language.compile import Origin, compile_mission, origin_of
 from florence_bt.trees.language.declarations import collect_declarations
@@ -67,7 +67,7 @@ class Place:
     outputs: tuple[str, ...]
     index: int
     origin: Origin | None
-    use: Origin | None
+    params: Origin | None
     leaf: bool
 
 
@@ -77,14 +77,14 @@ class MissionMap:
     Attributes:
         mission: The name of the mission.
         outputs: What it gives when it succeeds.
-        prospects: What can come of it.
+        outcomes: What can come of it.
         places: Every node by path, in the order of the tree.
     """
 
-    def __init__(self, mission: Mission, root: Behaviour, prospects: Prospects) -> None:
+    def __init__(self, mission: Mission, root: Behaviour, outcomes: PossibleOutcomes) -> None:
         self.mission = mission.name
         self.outputs: Mapping[str, Port] = mission.outputs
-        self.prospects = prospects
+        self.outcomes = outcomes
         self.places: dict[str, Place] = {}
         head = () if _plain(root.name) == _plain(mission.name) else (frozenset({_plain(mission.name)}),)
         self._add(root, head, "" if not head else mission.name)
@@ -126,7 +126,7 @@ class MissionMap:
             outputs=tuple(node.outputs) if isinstance(node, RunSkill) else (),
             index=len(self.places),
             origin=origin,
-            use=near if isinstance(node, RunSkill) else None,
+            params=near if isinstance(node, RunSkill) else None,
             leaf=not node.children,
         )
         for child in node.children:
@@ -181,7 +181,7 @@ def map_mission(
     """
     context = TreeContext(ManualClock(), lambda: None, {}, declarations)
     root = compile_mission(mission, library, {}, context).root
-    return MissionMap(mission, root, prospects_of(mission, library, declarations))
+    return MissionMap(mission, root, mission_outcomes(mission, library, declarations))
 
 
 @cache
@@ -325,11 +325,13 @@ def unmatched(
     if others:
         origin = others[0].origin
         called = isinstance(origin.node, model.CallMission) if origin is not None else False
-        inside = [use for use in candidates if any(use.path.startswith(f"{o.path}/") for o in others)]
+        inside = [
+            params for params in candidates if any(params.path.startswith(f"{o.path}/") for o in others)
+        ]
         kind = "a mission that is called" if called else "a node of the tree"
         return ConfigError(
             f"{what}{text!r} is not a skill but {kind}",
-            valid=list(dict.fromkeys(use.short for use in inside))[:MAX_SHOWN],
+            valid=list(dict.fromkeys(params.short for params in inside))[:MAX_SHOWN],
         )
     kind = "skill" if skills_only else "node"
     close = dict.fromkeys([*_named_like(text, places), *closest_paths(text, candidates)])

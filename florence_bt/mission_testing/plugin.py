@@ -16,9 +16,9 @@ import pytest
 
 if TYPE_CHECKING:
     from florence_bt.mission_testing.coverage import Coverage
+    from florence_bt.mission_testing.mission_tester import MissionTester
     from florence_bt.mission_testing.scenarios.scenario import Scenario
     from florence_bt.mission_testing.scenarios.scenario_file import Libraries
-    from florence_bt.mission_testing.stage import Stage
 
 _LIBRARIES = pytest.StashKey["Libraries"]()
 _COVERAGE = pytest.StashKey["Coverage"]()
@@ -140,7 +140,7 @@ class ScenarioItem(pytest.Item):
 
 
 def _play(scenario: Scenario, config: pytest.Config) -> Callable[[], str]:
-    """Return a function that plays a scenario and says what does not hold."""
+    """Return a function that runs a scenario and says what does not hold."""
 
     def play() -> str:
         from florence_bt.mission_testing.scenarios.scenario import run_scenario
@@ -148,7 +148,7 @@ def _play(scenario: Scenario, config: pytest.Config) -> Callable[[], str]:
         result = run_scenario(scenario)
         coverage = _coverage(config)
         coverage.add_mission(scenario.library.get(scenario.trigger.mission), scenario.library)
-        coverage.add_runs(result.plays)
+        coverage.add_runs(result.runs)
         lines = [f"{scenario.file}:{at.line}:{at.column}: {problem}" for at, problem in result.problems]
         return "" if result.passed else "\n".join([*lines, "", result.report])
 
@@ -205,13 +205,13 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 
 @pytest.fixture
-def florence(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stage]:
+def florence(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[MissionTester]:
     """Run missions with mocked skills on a clock that is moved by hand."""
-    from florence_bt.mission_testing.stage import Stage
+    from florence_bt.mission_testing.mission_tester import MissionTester
 
     folders: Sequence[Path] = request.config.getini("florence_missions")
-    stage = Stage(folders, scratch=tmp_path)
+    tester = MissionTester(folders, scratch=tmp_path)
     failed_before = request.session.testsfailed
-    yield stage
+    yield tester
     if request.session.testsfailed == failed_before:  # else the test has reported it, or something worse
-        stage.check_mocks()
+        tester.check_mocks()

@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile
 
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled
-from florence_bt.core.serving import ServedWait
+from florence_bt.core.serving import WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun
 from florence_bt.ros.node import FlorenceNode
@@ -150,7 +150,7 @@ class TopicWait(MessageWait):
     external = True
 
     def __init__(
-        self, node: FlorenceNode, message_type: Any, served: ServedWait, qos: QoSProfile = RELIABLE
+        self, node: FlorenceNode, message_type: Any, served: WaitBinding, qos: QoSProfile = RELIABLE
     ) -> None:
         """Make a subscription.
 

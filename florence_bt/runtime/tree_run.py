@@ -24,7 +24,7 @@ from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_clock import RunClock
 from florence_bt.runtime.run_environment import RunEnvironment, keep_off_the_base
-from florence_bt.trees.drawings.ascii import Left, TreeRow, draw_rows, tree_rows
+from florence_bt.trees.drawings.ascii import LastStatus, TreeRow, draw_rows, tree_rows
 from florence_bt.trees.language.compile import CompiledTree, compile_mission
 from florence_bt.trees.language.vocabulary import MAX_QUICK_ROUNDS
 
@@ -437,7 +437,7 @@ class TreeTicks:
         self._clock = clock
         self._times: dict[Behaviour, tuple[float, float | None]] = {}
         self._paths: dict[Behaviour, str] = {}
-        self._last: dict[Behaviour, tuple[int, Left]] = {}
+        self._last: dict[Behaviour, tuple[int, LastStatus]] = {}
         self._began: dict[Behaviour, int] = {}
         self.count = 0
         self._moment = -1.0
@@ -452,7 +452,7 @@ class TreeTicks:
             nodes += node.children
             if node.status is not Status.INVALID:
                 why = explain(node, known) if node.status is Status.FAILURE else None
-                self._last[node] = tick, Left(node.status, node.feedback_message, why)
+                self._last[node] = tick, LastStatus(node.status, node.feedback_message, why)
             if node.status is Status.RUNNING:
                 self._note_time(node, Status.INVALID, now)
 
@@ -491,7 +491,7 @@ class TreeTicks:
             self._paths[node] = path
         return path
 
-    def left(self, node: Behaviour) -> Left | None:
+    def left(self, node: Behaviour) -> LastStatus | None:
         """Return where a node stood that the nodes above it have left; None when they have not reached it.
 
         A node that begins again has not reached those below it.
@@ -517,11 +517,11 @@ class TreeTicks:
     def _note_last(self, node: Behaviour, old: Status, new: Status, why: Why | None) -> None:
         tick = self._ticker.count
         if new is not Status.INVALID:
-            self._last[node] = tick, Left(new, node.feedback_message, why)
+            self._last[node] = tick, LastStatus(new, node.feedback_message, why)
             if old is not Status.RUNNING:
                 self._began[node] = tick
         elif old is Status.RUNNING and node in self._last:
-            self._last[node] = self._last[node][0], Left(old, node.feedback_message, None)
+            self._last[node] = self._last[node][0], LastStatus(old, node.feedback_message, None)
 
     def _note_time(self, node: Behaviour, status: Status, now: float) -> None:
         if status is Status.RUNNING:

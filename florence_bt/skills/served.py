@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from florence_bt.core.serving import Served, ServedAction
+from florence_bt.core.serving import ActionBinding, SkillBinding
 from florence_bt.skills.base import declaration as base
 from florence_bt.skills.choice import declaration as choice
 from florence_bt.skills.locator import declaration as locator
@@ -12,19 +12,19 @@ from florence_bt.skills.people.user_tracker import declaration as user_tracker
 from florence_bt.skills.speech import declaration as speech
 from florence_bt.skills.time_of_day import declaration as time_of_day
 
-SERVED: tuple[Served, ...] = (
-    *navigate.SERVED,
-    *user_tracker.SERVED,
-    *approach_user.SERVED,
-    *locator.SERVED,
-    *base.SERVED,
-    *speech.SERVED,
-    *choice.SERVED,
-    *time_of_day.SERVED,
+BINDINGS: tuple[SkillBinding, ...] = (
+    *navigate.BINDINGS,
+    *user_tracker.BINDINGS,
+    *approach_user.BINDINGS,
+    *locator.BINDINGS,
+    *base.BINDINGS,
+    *speech.BINDINGS,
+    *choice.BINDINGS,
+    *time_of_day.BINDINGS,
 )
 
 ACTIONS = (
-    *(served.name for served in SERVED if isinstance(served, ServedAction)),
+    *(served.name for served in BINDINGS if isinstance(served, ActionBinding)),
     *navigate.ACTIONS_WITHOUT_SKILL,
 )
 """The names of all actions: what moves the robot, and what it must not move during."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from florence_bt.mission_testing import stage
+from florence_bt.mission_testing import mission_tester
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 from florence_bt.trees.language.loader import BUILT_IN
@@ -346,7 +346,7 @@ MUTANTS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("mission", "text", "broken", "says"), MUTANTS)
 def test_a_mistake_is_noticed_and_named(tmp_path, monkeypatch, mission, text, broken, says):
-    monkeypatch.setattr(stage, "MAX_EVENTS", 5_000)
+    monkeypatch.setattr(mission_tester, "MAX_EVENTS", 5_000)
     source = (BUILT_IN / f"{mission}.yaml").read_text()
     assert text in source
     (tmp_path / f"{mission}.yaml").write_text(source.replace(text, broken, 1))

@@ -27,7 +27,7 @@ def test_the_files_have_no_errors():
 def test_a_scenario(scenario):
     result = run_scenario(scenario)
     assert result.passed, "\n".join([*(problem for _, problem in result.problems), "", result.report])
-    assert all(call.ended is not None for run in result.plays for call in run.calls()), (
+    assert all(call.ended is not None for run in result.runs for call in run.calls()), (
         "a goal was left behind"
     )
 
@@ -37,7 +37,7 @@ def test_every_outcome_of_every_node_of_every_mission_is_seen():
     for read in READS:
         for scenario in read.scenarios:
             coverage.add_mission(scenario.library.get(scenario.trigger.mission), scenario.library)
-            coverage.add_runs(run_scenario(scenario).plays)
+            coverage.add_runs(run_scenario(scenario).runs)
     reports = coverage.report(LIBRARIES.declarations)
     assert {report.name for report in reports} >= {path.stem for path in BUILT_IN.glob("*.yaml")}
     seen = [(report.outcomes_seen.percent, report.codes_seen.percent) for report in reports]

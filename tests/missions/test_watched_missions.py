@@ -3,7 +3,7 @@
 import pytest
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.mission_testing.stage import Stage
+from florence_bt.mission_testing.mission_tester import MissionTester
 
 GUARDED = """mission: guarded
 tree:
@@ -52,9 +52,9 @@ def test_an_ordinary_mission_has_no_timer_of_a_condition(robot, mission, monkeyp
 
 
 def test_a_mocked_skill_that_reports_changes_is_asked_when_its_script_goes_on(tmp_path):
-    charged = SkillDeclaration("charged", "Ask", failures={"low": "no"}, instant=True, wakes=True)
+    charged = SkillDeclaration("charged", "Ask", failures={"low": "no"}, instant=True, reports_changes=True)
     work = SkillDeclaration("work", "Work", deadline_s=1000.0)
-    stage = Stage(declarations={"charged": charged, "work": work}, scratch=tmp_path)
+    stage = MissionTester(declarations={"charged": charged, "work": work}, scratch=tmp_path)
     stage.mock("charged", "SUCCESS for 10.5 s, then FAILURE low")
     stage.mock("work", LONG_DRIVE)
     play = stage.run(stage.load("mission: m\ntree: {sequence: [charged: , work: ], memory: false}\n"))

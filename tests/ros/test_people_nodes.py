@@ -41,7 +41,7 @@ from florence_bt.skills.people.user_tracker import node as tracker_node
 from florence_bt.skills.people.user_tracker.colour_detector import ColourNetworkUnusable
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, NO_IMAGE, NO_USER_SEEN
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Verdict
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 
 pytestmark = pytest.mark.ros
@@ -357,11 +357,11 @@ def test_a_broken_picture_is_left_out(ros: Any, robot: Robot, tracker: UserTrack
 class Source:
     """A second source that always says the same."""
 
-    def __init__(self, says: Opinion) -> None:
+    def __init__(self, says: Verdict) -> None:
         self.says = says
         self.asked: list[tuple[ColourImage, Candidate]] = []
 
-    def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
+    def verdict(self, picture: ColourImage, candidate: Candidate) -> Verdict:
         self.asked.append((picture, candidate))
         return self.says
 
@@ -371,12 +371,12 @@ def track_with(ros: Any, robot: Robot, source: Source, *, pictures: bool = True,
     robot.depth = person_picture(2.0)
     robot.colour = np.full((480, 640, 3), 90, np.uint8) if pictures else None
     waits = {"opinion_s": 600.0, "colour_age_s": 60.0, "colour_period_s": 0.0, **parameters}
-    ros.add(UserTrackerNode(parameters=waits, second_source=source))
+    ros.add(UserTrackerNode(parameters=waits, verifier=source))
     assert call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request()).success
 
 
 def test_a_second_source_looks_at_the_candidate_and_confirms_it(ros: Any, robot: Robot) -> None:
-    source = Source(Opinion.PERSON)
+    source = Source(Verdict.PERSON)
     track_with(ros, robot, source)
     ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a tracked user")
     picture, candidate = source.asked[0]
@@ -388,15 +388,15 @@ def test_a_second_source_looks_at_the_candidate_and_confirms_it(ros: Any, robot:
 
 
 def test_whom_the_second_source_denies_is_never_tracked(ros: Any, robot: Robot) -> None:
-    source = Source(Opinion.NOBODY)
-    track_with(ros, robot, source, denials=2)
+    source = Source(Verdict.NOBODY)
+    track_with(ros, robot, source, rejections=2)
     ros.spin_until(lambda: len(source.asked) >= 4 and len(robot.users) >= 8, what="some looks")
     assert all(users.num_users_tracked == 0 for users in robot.users)
 
 
 def test_without_colour_pictures_the_depth_decides_alone(ros: Any, robot: Robot) -> None:
-    source = Source(Opinion.NOBODY)
-    track_with(ros, robot, source, pictures=False, opinion_s=0.2)
+    source = Source(Verdict.NOBODY)
+    track_with(ros, robot, source, pictures=False, verdict_s=0.2)
     ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a tracked user")
     assert source.asked == []
 

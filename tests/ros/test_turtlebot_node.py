@@ -63,7 +63,7 @@ class Device:
     def bumpers(self) -> tuple[bool, bool]:
         return (False, False)
 
-    def use(self, *, model: str) -> None:
+    def params(self, *, model: str) -> None:
         with self._lock:
             self.create = CreateEmulator(self, BaseSensors(self, 0, PERFECT_BASE), model=model)
 
@@ -258,7 +258,7 @@ def test_lights_songs_and_the_dock(ros: Any, device: Device, tmp_path: Path) -> 
 
 
 def test_light_bumpers_and_encoders_of_a_create_2(ros: Any, device: Device, tmp_path: Path) -> None:
-    device.use(model="create2")
+    device.params(model="create2")
     device.create.faults.light_bumps = (0, 0, 4000, 0, 0, 0)
     _, listener = start(ros, tmp_path, robot_type="create2")
 
@@ -463,7 +463,7 @@ def test_contact_stops_and_is_told_before_the_next_report_is_due(
 
 
 def test_a_create_2(ros: Any, device: Device, tmp_path: Path) -> None:
-    device.use(model="create2")
+    device.params(model="create2")
     _, listener = start(ros, tmp_path, robot_type="create2")
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), listener.newest("odom")][1])
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), listener.newest("odom").pose.pose.position.x > 0.1][1])

@@ -7,25 +7,25 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.core.serving import (
-    ServedAction,
-    ServedCondition,
-    ServedPublication,
-    ServedService,
-    ServedWait,
+    ActionBinding,
+    ConditionBinding,
+    PublicationBinding,
+    ServiceBinding,
+    WaitBinding,
 )
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.skills.served import SERVED
+from florence_bt.skills.served import BINDINGS
 from florence_bt.trees.language.loader import MissionLibrary
 
 FIRST_LOOK_S = 5.0
 """Discovery takes up to so long; and so often is looked again."""
 
 _WAYS = {
-    ServedAction: "action",
-    ServedService: "service",
-    ServedCondition: "topic",
-    ServedWait: "topic",
-    ServedPublication: "topic",
+    ActionBinding: "action",
+    ServiceBinding: "service",
+    ConditionBinding: "topic",
+    WaitBinding: "topic",
+    PublicationBinding: "topic",
 }
 
 
@@ -83,7 +83,7 @@ def _servers_of(folders: list[Path]) -> Iterator[_Server]:
     library = MissionLibrary.load(folders)
     served = {
         each.skill.name: _Server(each.skill.name, _WAYS[type(each)], each.name, each.interface)
-        for each in SERVED
+        for each in BINDINGS
         if type(each) in _WAYS
     }
     for name, mapping in library.mappings.items():

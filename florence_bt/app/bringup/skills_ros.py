@@ -13,15 +13,15 @@ from geometry_msgs.msg import Point
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.interfaces import load_interface
 from florence_bt.core.serving import (
-    Served,
-    ServedAction,
-    ServedByClock,
-    ServedByNode,
-    ServedCondition,
-    ServedHere,
-    ServedPublication,
-    ServedService,
-    ServedWait,
+    ActionBinding,
+    AnswerBinding,
+    ClockBinding,
+    ConditionBinding,
+    NodeBinding,
+    PublicationBinding,
+    ServiceBinding,
+    SkillBinding,
+    WaitBinding,
 )
 from florence_bt.core.skill import Inputs, InstantSkill, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
@@ -30,7 +30,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, STATE
 from florence_bt.ros.service_skill import ServiceSkill
 from florence_bt.ros.topic_skill import TopicCondition, TopicPublication, TopicWait
-from florence_bt.skills.served import SERVED
+from florence_bt.skills.served import BINDINGS
 from florence_bt.trees.language.declarations import skills_in
 from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.third_party import ThirdParty
@@ -47,7 +47,7 @@ def make_skills(
         mappings: How the skills of files beside missions are served.
     """
     own: dict[str, Skill] = {
-        served.skill.name: _over_ros(node, served) for served in SERVED if served.skill.name not in without
+        served.skill.name: _over_ros(node, served) for served in BINDINGS if served.skill.name not in without
     }
     own |= {name: MissingSkill(f"nothing serves {name} with --nav nav2") for name in without}
     files = _skills_of_files(node, {name: each for name, each in (mappings or {}).items() if name not in own})
@@ -160,32 +160,32 @@ def _attempt(make: Callable[[], Any], what: str) -> Any:
         return MissingSkill(f"{what} failed: {type(error).__name__}: {error}")
 
 
-def _over_ros(node: FlorenceNode, served: Served) -> Skill:
+def _over_ros(node: FlorenceNode, served: SkillBinding) -> Skill:
     """Make the client of a skill's action, service or topic."""
-    if isinstance(served, ServedHere):
+    if isinstance(served, AnswerBinding):
         return InstantSkill(served.answer)
-    if isinstance(served, ServedByClock):
+    if isinstance(served, ClockBinding):
         return served.make(node.timebase, lambda: node.get_clock().now().nanoseconds / 1e9)
     interface = load_interface(served.interface)
-    if isinstance(served, ServedCondition):
+    if isinstance(served, ConditionBinding):
         source = (interface, served.name)
         return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
-    if isinstance(served, ServedPublication):
+    if isinstance(served, PublicationBinding):
         topic = (interface, served.name)
         return TopicPublication(node, topic, lambda inputs: interface(**served.message(inputs)))
-    if isinstance(served, ServedWait):
+    if isinstance(served, WaitBinding):
         return TopicWait(node, interface, served)
-    assert isinstance(served, ServedByNode)
+    assert isinstance(served, NodeBinding)
     return _of_node(node, served, interface)
 
 
-def _of_node(node: FlorenceNode, served: ServedByNode, interface: Any) -> Skill:
-    message_type = interface.Goal if isinstance(served, ServedAction) else interface.Request
+def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> Skill:
+    message_type = interface.Goal if isinstance(served, ActionBinding) else interface.Request
 
     def to_message(inputs: Inputs) -> Any:
         return message_type(**{key: _to_ros(node, value) for key, value in served.request(inputs).items()})
 
-    if isinstance(served, ServedAction):
+    if isinstance(served, ActionBinding):
         return ActionSkill(
             node,
             interface,
@@ -195,7 +195,7 @@ def _of_node(node: FlorenceNode, served: ServedByNode, interface: Any) -> Skill:
             to_feedback=served.feedback,
             deadlines=Deadlines(result_s=served.skill.deadline_s),
         )
-    assert isinstance(served, ServedService)
+    assert isinstance(served, ServiceBinding)
     return ServiceSkill(
         node,
         interface,

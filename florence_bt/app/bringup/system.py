@@ -24,10 +24,10 @@ from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, gro
 from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.core.serving import Served, ServedAction, ServedByNode
+from florence_bt.core.serving import ActionBinding, NodeBinding, SkillBinding
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
-from florence_bt.skills.served import ACTIONS, SERVED
+from florence_bt.skills.served import ACTIONS, BINDINGS
 
 READY_BUDGET_S = 180.0
 """Wall seconds that all nodes get to start, and then the devices of a simulation to answer."""
@@ -211,14 +211,14 @@ class System:
         """Return the actions and services of the shipped missions that have no server yet."""
         names = {name for name, _ in self.client.node.get_service_names_and_types()}
         needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
-        for served in SERVED:
-            if not isinstance(served, ServedByNode) or self._is_left_out(served):
+        for served in BINDINGS:
+            if not isinstance(served, NodeBinding) or self._is_left_out(served):
                 continue
-            suffix = "/_action/send_goal" if isinstance(served, ServedAction) else ""
+            suffix = "/_action/send_goal" if isinstance(served, ActionBinding) else ""
             needed[f"/{served.name}{suffix}"] = served.name
         return [shown for name, shown in needed.items() if name not in names]
 
-    def _is_left_out(self, served: Served) -> bool:
+    def _is_left_out(self, served: SkillBinding) -> bool:
         """Tell whether this bring-up goes without a skill."""
         if self.options.missions_only:
             return True

@@ -8,7 +8,7 @@ from pathlib import Path
 from florence_bt.app.mission_files.mission_list import takes
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.skills.served import SERVED
+from florence_bt.skills.served import BINDINGS
 from florence_bt.trees.checks.report import report_text
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
@@ -58,7 +58,7 @@ def _servers(declarations: Mapping[str, SkillDeclaration], library: MissionLibra
         served.skill.name: f"{served.interface.split('/')[1]} {served.name} ({served.interface})"
         if served.interface
         else "the mission server itself"
-        for served in SERVED
+        for served in BINDINGS
     }
     files = {
         name: f"{mapping.way} {mapping.name} ({mapping.interface})"

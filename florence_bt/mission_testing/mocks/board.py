@@ -236,7 +236,7 @@ class MockBoard:
         """Return the next step of a script; a skill that reports changes reports when it is over."""
         before, now = mock.until, self._clock.now()
         reply = mock.next(now)
-        if declaration.wakes and mock.until > max(before, now):
+        if declaration.reports_changes and mock.until > max(before, now):
             self._clock.call_at(mock.until, partial(self._report_change, declaration.name))
         return reply
 
@@ -316,7 +316,7 @@ class _MockedSkills(Mapping[str, "MockedSkill"]):
     def __getitem__(self, name: str) -> MockedSkill:
         declaration = self._declarations[name]
         if name not in self._made:
-            kind = MockedWakingSkill if declaration.wakes else MockedSkill
+            kind = MockedWakingSkill if declaration.reports_changes else MockedSkill
             self._made[name] = kind(self._board, declaration)
         return self._made[name]
 

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.core.plain_yaml import Position
 from florence_bt.mission_testing.paths import MissionMap, Pattern
-from florence_bt.trees.checks.outcomes import prospects_of
+from florence_bt.trees.checks.outcomes import mission_outcomes
 from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Reference
@@ -34,7 +34,7 @@ def mocked_missions(
     names: dict[str, None] = {}
     for pattern in patterns:
         last = pattern.text.rsplit("/", 1)[-1].strip()
-        if last in skills or any(pattern.matches(use) for use in places.uses()):
+        if last in skills or any(pattern.matches(params) for params in places.uses()):
             continue
         for place in calls:
             node = place.origin.node if place.origin is not None else None
@@ -74,7 +74,7 @@ def copied(library: MissionLibrary) -> MissionLibrary:
 def _declared(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> SkillDeclaration:
-    codes = sorted(prospects_of(mission, library, declarations).codes - COMMON_CODES.keys())
+    codes = sorted(mission_outcomes(mission, library, declarations).codes - COMMON_CODES.keys())
     return SkillDeclaration(
         mission.name,
         mission.description,

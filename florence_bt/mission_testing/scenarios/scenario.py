@@ -1,4 +1,4 @@
-"""A scenario as read from its file, and how it is played on a stage."""
+"""A scenario as read from its file, and how a mission tester runs it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import Any
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.plain_yaml import Position
+from florence_bt.mission_testing.mission_tester import MissionTester
 from florence_bt.mission_testing.mocks.scripts import Script
 from florence_bt.mission_testing.paths import MissionMaps
-from florence_bt.mission_testing.play import ExpectationFailed, Play
-from florence_bt.mission_testing.stage import Stage
+from florence_bt.mission_testing.test_run import ExpectationFailed, TestRun
 from florence_bt.trees.language.loader import MissionLibrary
 
 
@@ -47,7 +47,7 @@ class ScenarioStep:
     """
 
     kind: str
-    act: Callable[[ScenarioPlay], None]
+    act: Callable[[ScenarioRun], None]
     position: Position
 
 
@@ -60,7 +60,7 @@ class Check:
         position: Where it stands.
     """
 
-    assertion: Callable[[Play], object]
+    assertion: Callable[[TestRun], object]
     position: Position
 
 
@@ -127,29 +127,29 @@ class Scenario:
 
 
 @dataclass(slots=True)
-class ScenarioPlay:
+class ScenarioRun:
     """A scenario that is being played.
 
     Attributes:
-        stage: The stage.
-        plays: The runs by name; the scenario's own mission has the empty name.
+        tester: Runs the missions.
+        runs: The runs by name; the scenario's own mission has the empty name.
         problems: What did not hold so far, with its place in the file.
     """
 
-    stage: Stage
-    plays: dict[str, Play] = field(default_factory=dict)
+    tester: MissionTester
+    runs: dict[str, TestRun] = field(default_factory=dict)
     problems: list[tuple[Position, str]] = field(default_factory=list)
 
     @property
-    def play(self) -> Play:
+    def test_run(self) -> TestRun:
         """The run of the scenario's own mission.
 
         Raises:
             AssertionError: It was refused.
         """
-        if "" not in self.plays:
+        if "" not in self.runs:
             raise AssertionError("the mission was refused, so there is no run")
-        return self.plays[""]
+        return self.runs[""]
 
     def start(self, trigger: Trigger, name: str) -> None:
         """Start a mission and keep its run under a name.
@@ -158,7 +158,7 @@ class ScenarioPlay:
             AssertionError: It was accepted although it should have been refused, or the other way round.
         """
         try:
-            play = self.stage.start(trigger.mission, trigger.inputs, **trigger.options)
+            test_run = self.tester.start(trigger.mission, trigger.inputs, **trigger.options)
         except FlorenceError as error:
             if trigger.refused is None:
                 raise AssertionError(f"{trigger.mission} was refused: {error}") from error
@@ -166,20 +166,20 @@ class ScenarioPlay:
                 problem = f"the refusal does not contain {trigger.refused!r}; it is: {str(error)!r}"
                 raise AssertionError(problem) from error
             return
-        self.plays[name] = play
+        self.runs[name] = test_run
         if trigger.refused is not None:
             raise AssertionError(f"{trigger.mission} was accepted, but should have been refused")
 
     def expect(self, expectation: Expectation, name: str = "") -> None:
         """See whether everything holds of a run, and note what does not."""
         for check in expectation.checks:
-            play = self.plays.get(name)
-            if play is None:
+            test_run = self.runs.get(name)
+            if test_run is None:
                 problem = f"there is no run {name!r}: it was refused or never started"
                 self.problems.append((check.position, problem))
                 continue
             try:
-                check.assertion(play)
+                check.assertion(test_run)
             except ExpectationFailed as error:
                 self.problems.append((check.position, error.problem))
             except ConfigError as error:
@@ -187,9 +187,9 @@ class ScenarioPlay:
 
     def run_to_the_end(self, expectations: Mapping[str, Expectation]) -> None:
         """Let every run end that is expected to end."""
-        for name, play in self.plays.items():
-            if not play.done and not expectations.get(name, Expectation()).goes_on:
-                self.stage.run_until_done(play)
+        for name, test_run in self.runs.items():
+            if not test_run.done and not expectations.get(name, Expectation()).goes_on:
+                self.tester.run_until_done(test_run)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,13 +200,13 @@ class ScenarioResult:
         scenario: The scenario.
         problems: Where and what did not hold.
         report: The tree and the calls, for the reader of the problems.
-        plays: The runs, for the coverage.
+        runs: The runs, for the coverage.
     """
 
     scenario: Scenario
     problems: tuple[tuple[Position, str], ...]
     report: str
-    plays: tuple[Play, ...]
+    runs: tuple[TestRun, ...]
 
     @property
     def passed(self) -> bool:
@@ -220,8 +220,8 @@ def run_scenario(scenario: Scenario) -> ScenarioResult:
     Returns:
         How it went. Nothing is raised: an error of a mission or of Florence itself is a problem too.
     """
-    stage = Stage(declarations=scenario.declarations, library=scenario.library, maps=scenario.maps)
-    scene = ScenarioPlay(stage)
+    tester = MissionTester(declarations=scenario.declarations, library=scenario.library, maps=scenario.maps)
+    scene = ScenarioRun(tester)
     report = ""
     for position, step in _steps(scenario, scene):
         try:
@@ -237,14 +237,14 @@ def run_scenario(scenario: Scenario) -> ScenarioResult:
             report = traceback.format_exc()
         break
     if scene.problems and not report:
-        report = "\n\n".join(play.report() for play in stage.plays)
-    return ScenarioResult(scenario, tuple(scene.problems), report, tuple(stage.plays))
+        report = "\n\n".join(test_run.report() for test_run in tester.runs)
+    return ScenarioResult(scenario, tuple(scene.problems), report, tuple(tester.runs))
 
 
-def _steps(scenario: Scenario, scene: ScenarioPlay) -> Iterator[tuple[Position, Callable[[], object]]]:
+def _steps(scenario: Scenario, scene: ScenarioRun) -> Iterator[tuple[Position, Callable[[], object]]]:
     """Yield what is done, in order, each with its place in the file."""
     for mock in scenario.mocks:
-        yield mock.position, partial(_mock, scene.stage, mock)
+        yield mock.position, partial(_mock, scene.tester, mock)
     refused = scenario.trigger.refused is not None
     begin = scenario.trigger.position if refused else scenario.position
     yield begin, partial(scene.start, scenario.trigger, "")
@@ -255,8 +255,8 @@ def _steps(scenario: Scenario, scene: ScenarioPlay) -> Iterator[tuple[Position, 
         yield scenario.position, partial(scene.expect, expectation, name)
 
 
-def _mock(stage: Stage, mock: MockEntry) -> None:
+def _mock(tester: MissionTester, mock: MockEntry) -> None:
     if mock.default:
-        stage.defaults({mock.pattern: mock.make()})
+        tester.defaults({mock.pattern: mock.make()})
     else:
-        stage.mock(mock.pattern, mock.make())
+        tester.mock(mock.pattern, mock.make())

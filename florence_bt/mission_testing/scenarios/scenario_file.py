@@ -21,6 +21,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.skill import Inputs
 from florence_bt.core.unquoted_commas import unquoted_commas
+from florence_bt.mission_testing.mission_tester import MissionTester
 from florence_bt.mission_testing.mocks.board import MockError, check_outputs
 from florence_bt.mission_testing.mocks.scripts import (
     MockReply,
@@ -41,18 +42,17 @@ from florence_bt.mission_testing.paths import (
     read_pattern,
     unmatched,
 )
-from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import INVALID, RUNNING, STATUSES, read_line
 from florence_bt.mission_testing.scenarios.scenario import (
     Check,
     Expectation,
     MockEntry,
     Scenario,
-    ScenarioPlay,
+    ScenarioRun,
     ScenarioStep,
     Trigger,
 )
-from florence_bt.mission_testing.stage import Stage
+from florence_bt.mission_testing.test_run import TestRun
 from florence_bt.mission_testing.values import read_kind, read_port, same
 from florence_bt.runtime.run import RunStatus, TriggerPolicy
 from florence_bt.trees.language.findings import Finding, finding_from_error, limit_findings
@@ -97,8 +97,8 @@ _SCRIPTS = ("SUCCESS", "running 3 s, then FAILURE no_path twice, then SUCCESS")
 _WORD = re.compile(r"\w+")
 _PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
 
-Assertion = Callable[[Play], object]
-Act = Callable[[ScenarioPlay], None]
+Assertion = Callable[[TestRun], object]
+Act = Callable[[ScenarioRun], None]
 Entries = Mapping[str, YamlNode]
 Users = list[tuple[SkillDeclaration, Place | None]]
 """What a script must fit: declarations, and the nodes that start them."""
@@ -596,11 +596,11 @@ class WhenReader:
         if at is None or act is None:
             return act
 
-        def wait_then_act(scene: ScenarioPlay) -> None:
-            wait = at + scene.play.started - scene.stage.now
+        def wait_then_act(scene: ScenarioRun) -> None:
+            wait = at + scene.test_run.started - scene.tester.now
             if wait < -1e-6:
                 raise AssertionError(f"at {at:g} s has passed already")
-            scene.stage.advance(max(0.0, wait))
+            scene.tester.advance(max(0.0, wait))
             act(scene)
 
         return wait_then_act
@@ -609,7 +609,7 @@ class WhenReader:
         match kind:
             case "advance":
                 seconds = self._reader.duration(entries["advance"], "advance")
-                return (lambda scene: scene.stage.advance(seconds)) if seconds is not None else None
+                return (lambda scene: scene.tester.advance(seconds)) if seconds is not None else None
             case "until":
                 return self._until(entries)
             case "start":
@@ -617,14 +617,16 @@ class WhenReader:
             case "expect":
                 return self._expect(entries["expect"])
             case "resume":
-                return lambda scene: scene.stage.resume()
+                return lambda scene: scene.tester.resume()
             case "release":
-                return lambda scene: scene.stage.release()
+                return lambda scene: scene.tester.release()
         source = entries[kind]
         empty = isinstance(source, YamlScalar) and source.empty
         reason = _REASON if empty else self._reader.text(source, "a reason") or _REASON
-        do = {"stop": Stage.stop, "pause": Stage.pause, "override": Stage.override}[kind]
-        return lambda scene: do(scene.stage, reason)
+        do = {"stop": MissionTester.stop, "pause": MissionTester.pause, "override": MissionTester.override}[
+            kind
+        ]
+        return lambda scene: do(scene.tester, reason)
 
     def _until(self, entries: Entries) -> Act | None:
         pattern = entries["until"]
@@ -664,8 +666,8 @@ class WhenReader:
         return lambda scene: scene.start(trigger, name)
 
 
-def _wait_for(scene: ScenarioPlay, pattern: str, status: str) -> None:
-    scene.stage.run_until(pattern, status, play=scene.play)
+def _wait_for(scene: ScenarioRun, pattern: str, status: str) -> None:
+    scene.tester.run_until(pattern, status, test_run=scene.test_run)
 
 
 # ---- then: what must hold -------------------------------------------------------------------------------
@@ -717,7 +719,7 @@ class ThenReader:
         """Note a code with which the mission can never end."""
         if not isinstance(source, YamlScalar) or self._places is None or not source.text:
             return
-        fails = self._places.prospects.codes | _RUN_CODES
+        fails = self._places.outcomes.codes | _RUN_CODES
         known = {
             None: {"ok", "stopped", *fails},
             RunStatus.SUCCEEDED: {"ok"},
@@ -744,27 +746,27 @@ class ThenReader:
             case "status":
                 status = self._reader.choice(value, "status", RUN_STATUSES)
                 if status is not None:
-                    yield partial(Play.assert_status, status=status)
+                    yield partial(TestRun.assert_status, status=status)
             case "code" | "reason":
                 text = self._reader.text(value, name)
                 if text is not None:
-                    yield lambda play: play.assert_why(**{name: text})
+                    yield lambda test_run: test_run.assert_why(**{name: text})
             case "leaf":
                 if self._is_pattern(value, name, skills_only=False):
-                    yield partial(Play.assert_why, leaf=plain(value))
+                    yield partial(TestRun.assert_why, leaf=plain(value))
             case "outputs":
                 yield from self._outputs(value)
             case "keys":
-                prospects = self._places.prospects if self._places is not None else None
-                if prospects is not None:
-                    kinds = {key: prospects.kinds.get(key) for key in prospects.keys}
+                outcomes = self._places.outcomes if self._places is not None else None
+                if outcomes is not None:
+                    kinds = {key: outcomes.kinds.get(key) for key in outcomes.keys}
                     keys = self._reader.quantities(value, "key", self._mission, kinds)
                     if keys:
-                        yield partial(Play.assert_keys, keys=keys)
+                        yield partial(TestRun.assert_keys, keys=keys)
             case "duration" | "within":
                 seconds = self._reader.duration(value, "a duration")
                 if seconds is not None:
-                    yield lambda play: play.assert_duration(seconds, at_most=name == "within")
+                    yield lambda test_run: test_run.assert_duration(seconds, at_most=name == "within")
             case "calls" | "only_calls":
                 yield from self._calls(value, only=name == "only_calls")
             case "called":
@@ -780,7 +782,7 @@ class ThenReader:
             case "tree":
                 text = self._reader.text(value, name)
                 if text is not None:
-                    yield partial(Play.assert_tree, expected=text)
+                    yield partial(TestRun.assert_tree, expected=text)
 
     @property
     def _mission(self) -> str:
@@ -802,7 +804,7 @@ class ThenReader:
         if isinstance(value, YamlMapping) and not value.entries:
             yield _assert_no_outputs
         elif outputs:
-            yield partial(Play.assert_outputs, outputs=outputs)
+            yield partial(TestRun.assert_outputs, outputs=outputs)
 
     def _calls(self, value: YamlNode, *, only: bool) -> Iterator[Assertion]:
         """Read calls in their order: patterns, or tables of a pattern and inputs."""
@@ -821,7 +823,7 @@ class ThenReader:
                 if found is not None:
                     wanted.append((key.text, self._inputs(inputs, found)))
         if wanted or only:
-            yield lambda play: play.assert_calls(wanted, only=only)
+            yield lambda test_run: test_run.assert_calls(wanted, only=only)
 
     def _inputs(self, source: YamlNode | None, users: list[Place]) -> dict[str, Any]:
         """Read the inputs that a call must have, in SI units."""
@@ -879,7 +881,7 @@ class ThenReader:
             source = entries["lines"]
         lines = [line for item in self._reader.items(source) for line in self._trace_lines(item)]
         if lines or isinstance(source, YamlSequence):
-            yield lambda play: play.assert_trace("\n".join(lines), pattern, inner=inner)
+            yield lambda test_run: test_run.assert_trace("\n".join(lines), pattern, inner=inner)
 
     def _trace_lines(self, item: YamlNode) -> Iterator[str]:
         """Read the lines in one item of a list: one, or those of a block of text."""
@@ -893,22 +895,22 @@ class ThenReader:
                 yield text
 
 
-def _assert_no_outputs(play: Play) -> None:
-    if play.outputs:
-        play.fail(f"{play.run.mission} gave the outputs {', '.join(play.outputs)}, not none")
+def _assert_no_outputs(test_run: TestRun) -> None:
+    if test_run.outputs:
+        test_run.fail(f"{test_run.run.mission} gave the outputs {', '.join(test_run.outputs)}, not none")
 
 
 def _assert_called(
-    play: Play, pattern: str, times: int | None, inputs: Mapping[str, Any] | None = None
+    test_run: TestRun, pattern: str, times: int | None, inputs: Mapping[str, Any] | None = None
 ) -> None:
-    play.assert_called(pattern, times=times, inputs=inputs)
+    test_run.assert_called(pattern, times=times, inputs=inputs)
 
 
-def _assert_nodes(play: Play, pattern: str, status: str) -> None:
-    for place in matching(pattern, play.places.places.values()):
-        now = play.record.statuses.get(place.path, INVALID)
+def _assert_nodes(test_run: TestRun, pattern: str, status: str) -> None:
+    for place in matching(pattern, test_run.places.places.values()):
+        now = test_run.record.statuses.get(place.path, INVALID)
         if now != status:
-            play.fail(f"{place.short} is {now}, not {status}")
+            test_run.fail(f"{place.short} is {now}, not {status}")
 
 
 # ---- the file -------------------------------------------------------------------------------------------

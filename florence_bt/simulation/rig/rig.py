@@ -32,7 +32,7 @@ from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.trails import BODIES
+from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles

@@ -11,16 +11,16 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled, success
 from florence_bt.core.serving import (
-    Served,
-    ServedByClock,
-    ServedByNode,
-    ServedCondition,
-    ServedHere,
-    ServedPublication,
-    ServedWait,
+    AnswerBinding,
+    ClockBinding,
+    ConditionBinding,
+    NodeBinding,
+    PublicationBinding,
+    SkillBinding,
+    WaitBinding,
 )
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, InstantSkill, Skill, SkillRun
-from florence_bt.skills.served import SERVED
+from florence_bt.skills.served import BINDINGS
 
 
 class ComponentRun(BaseRun):
@@ -72,8 +72,8 @@ class ComponentSkill:
         perform: Gives the result of a skill that answers at once, else its run.
     """
 
-    def __init__(self, perform: Callable[[Inputs], Result | SkillRun]) -> None:
-        self._perform = perform
+    def __init__(self, start_in_rig: Callable[[Inputs], Result | SkillRun]) -> None:
+        self._perform = start_in_rig
 
     def start(self, inputs: Inputs) -> SkillRun:
         """Ask the component."""
@@ -108,32 +108,32 @@ def rig_skills(
         topics: Receives the topics that the tables name, by name.
         clock: Says how old messages are.
     """
-    return {served.skill.name: _in_rig(served, components, topics, clock) for served in SERVED}
+    return {served.skill.name: _in_rig(served, components, topics, clock) for served in BINDINGS}
 
 
 def _in_rig(
-    served: Served, components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+    served: SkillBinding, components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
 ) -> Skill:
-    if isinstance(served, ServedHere):
+    if isinstance(served, AnswerBinding):
         return InstantSkill(served.answer)
-    if isinstance(served, ServedByClock):
+    if isinstance(served, ClockBinding):
         return served.make(clock, clock.now)
-    if isinstance(served, ServedByNode):
-        return ComponentSkill(partial(served.perform, components[served.component]))
+    if isinstance(served, NodeBinding):
+        return ComponentSkill(partial(served.start_in_rig, components[served.component]))
     topic = topics.setdefault(served.name, RigTopic())
-    if isinstance(served, ServedPublication):
+    if isinstance(served, PublicationBinding):
         return InstantSkill(partial(_publish, topic, served))
     label = f"topic {served.name}"
     answered: MessageCondition | MessageWait
-    if isinstance(served, ServedWait):
+    if isinstance(served, WaitBinding):
         answered = MessageWait(clock, label, served)
     else:
-        assert isinstance(served, ServedCondition)
+        assert isinstance(served, ConditionBinding)
         answered = MessageCondition(clock, label, served.judge, served.max_age_s)
     topic.subscribe(answered.take)
     return answered
 
 
-def _publish(topic: RigTopic, served: ServedPublication, inputs: Inputs) -> Result:
+def _publish(topic: RigTopic, served: PublicationBinding, inputs: Inputs) -> Result:
     topic.publish(**served.message(inputs))
     return success()

@@ -6,7 +6,7 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.serving import ServedCondition
+from florence_bt.core.serving import ConditionBinding
 from florence_bt.core.skill import Inputs
 
 BATTERY_ABOVE = SkillDeclaration(
@@ -18,7 +18,7 @@ BATTERY_ABOVE = SkillDeclaration(
     failures={"battery_low": "the battery holds no more than that"},
     deadline_s=5.0,
     instant=True,
-    wakes=True,
+    reports_changes=True,
 )
 
 
@@ -31,8 +31,8 @@ def _judge_battery(inputs: Inputs, message: Any) -> Result:
     return failure("battery_low", f"the battery holds {charge:.0%} of its full charge")
 
 
-SERVED = (
-    ServedCondition(
+BINDINGS = (
+    ConditionBinding(
         skill=BATTERY_ABOVE,
         interface="sensor_msgs/msg/BatteryState",
         name="battery_state",

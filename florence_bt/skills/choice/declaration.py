@@ -6,7 +6,7 @@ import random
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.serving import ServedHere
+from florence_bt.core.serving import AnswerBinding
 from florence_bt.core.skill import Inputs
 
 PICK_RANDOM = SkillDeclaration(
@@ -26,4 +26,4 @@ def _pick(inputs: Inputs) -> Result:
     return success(item=random.choice(inputs["items"]))
 
 
-SERVED = (ServedHere(skill=PICK_RANDOM, answer=_pick),)
+BINDINGS = (AnswerBinding(skill=PICK_RANDOM, answer=_pick),)

@@ -56,8 +56,8 @@ class HomeSensorsNode(FlorenceNode):
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("home_sensors", parameters=parameters)
-        use = self.read_parameters(HomeSensorsNodeParameters)
-        settings = load_home(use.home_file, load_hotspots(use.hotspots_file))
+        params = self.read_parameters(HomeSensorsNodeParameters)
+        settings = load_home(params.home_file, load_hotspots(params.hotspots_file))
         self._settings = settings.sensors
         self._by_topic = {sensor.topic: name for name, sensor in settings.sensors.items() if sensor.topic}
         self._sensors = HomeSensors(settings.sensors, self.timebase.now())

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.serving import ServedService
+from florence_bt.core.serving import ServiceBinding
 from florence_bt.core.skill import Inputs
 
 NO_POSE = "the robot does not know where it is: no transform from map to base_link"
@@ -128,8 +128,8 @@ def _labels(texts: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(label for label in labels if label))
 
 
-SERVED = (
-    ServedService(
+BINDINGS = (
+    ServiceBinding(
         skill=GET_USER_ROOM,
         interface="florence_interfaces/srv/GetUserSeen",
         name="florenceLocator/getUserSeen",
@@ -139,9 +139,9 @@ SERVED = (
             else failure("user_unknown", USER_UNKNOWN)
         ),
         component="locator",
-        perform=lambda locator, inputs: locator.get_user_room(),
+        start_in_rig=lambda locator, inputs: locator.get_user_room(),
     ),
-    ServedService(
+    ServiceBinding(
         skill=GET_HOTSPOT,
         interface="florence_interfaces/srv/GetHotspot",
         name="florenceLocator/getHotspot",
@@ -150,9 +150,9 @@ SERVED = (
             success(pose=_pose(message)) if message.valid else failure("unknown_hotspot", message.message)
         ),
         component="locator",
-        perform=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
+        start_in_rig=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
     ),
-    ServedService(
+    ServiceBinding(
         skill=GET_VIEW,
         interface="florence_interfaces/srv/GetView",
         name="florenceLocator/getView",
@@ -161,41 +161,41 @@ SERVED = (
             success(pose=_pose(message)) if message.valid else failure("no_more_views", message.message)
         ),
         component="locator",
-        perform=lambda locator, inputs: locator.get_view(inputs["room"], inputs["number"]),
+        start_in_rig=lambda locator, inputs: locator.get_view(inputs["room"], inputs["number"]),
     ),
-    ServedService(
+    ServiceBinding(
         skill=ROBOT_IN_ROOM,
         interface="florence_interfaces/srv/GetRoom",
         name="florenceLocator/getRobotPosRoom",
         result=lambda message: success(room=message.room) if message.valid else failure("no_pose", NO_POSE),
         judge=_in_room,
         component="locator",
-        perform=lambda locator, inputs: locator.robot_in_room(inputs["room"]),
+        start_in_rig=lambda locator, inputs: locator.robot_in_room(inputs["room"]),
     ),
-    ServedService(
+    ServiceBinding(
         skill=GET_ROBOT_POSE,
         interface="florence_interfaces/srv/GetXYPhi",
         name="florenceLocator/getRobotPosXYPhi",
         result=lambda message: success(pose=_pose(message)) if message.valid else failure("no_pose", NO_POSE),
         component="locator",
-        perform=lambda locator, inputs: locator.get_robot_pose(),
+        start_in_rig=lambda locator, inputs: locator.get_robot_pose(),
     ),
-    ServedService(
+    ServiceBinding(
         skill=GET_ROOMS,
         interface="std_srvs/srv/Trigger",
         name="florenceLocator/getRooms",
         result=lambda message: success(rooms=message.message),
         judge=_rooms,
         component="locator",
-        perform=lambda locator, inputs: _rooms(inputs, success(rooms=", ".join(locator.likely_rooms()))),
+        start_in_rig=lambda locator, inputs: _rooms(inputs, success(rooms=", ".join(locator.likely_rooms()))),
     ),
-    ServedService(
+    ServiceBinding(
         skill=SET_USER_POSITION,
         interface="florence_interfaces/srv/SetXYPhi",
         name="florenceLocator/setUserPosXYPhi",
         request=lambda inputs: {"x": inputs["user"].x, "y": inputs["user"].y, "phi": inputs["user"].yaw},
         result=lambda message: success() if message.success else failure("bad_input", message.message),
         component="locator",
-        perform=lambda locator, inputs: locator.set_user_position(inputs["user"]),
+        start_in_rig=lambda locator, inputs: locator.set_user_position(inputs["user"]),
     ),
 )

@@ -87,11 +87,14 @@ class LocatorNode(FlorenceNode):
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("florenceLocator", parameters=parameters)
-        self._use = self.read_parameters(LocatorNodeParameters)
-        file = self._use.hotspots_file
+        self._params = self.read_parameters(LocatorNodeParameters)
+        file = self._params.hotspots_file
         hotspots = load_hotspots(file) if file else Hotspots()
         self._locator = Locator(
-            hotspots, self.timebase, self._use.initial_user_room, self._load_habits(self._use.habits_file)
+            hotspots,
+            self.timebase,
+            self._params.initial_user_room,
+            self._load_habits(self._params.habits_file),
         )
         self._tf = TransformListener(self)
         self._missions = _MissionClient(self)
@@ -117,10 +120,10 @@ class LocatorNode(FlorenceNode):
             return RoomHabits()
 
     def _save_habits(self) -> None:
-        if not self._use.habits_file or not self._locator.habits.unsaved:
+        if not self._params.habits_file or not self._locator.habits.unsaved:
             return
         try:
-            self._locator.habits.save(Path(self._use.habits_file))
+            self._locator.habits.save(Path(self._params.habits_file))
         except ConfigError as error:
             self.get_logger().warning(str(error), throttle_duration_sec=600.0)
 
@@ -214,7 +217,7 @@ class LocatorNode(FlorenceNode):
 
     def _robot_pose(self) -> Pose2 | None:
         try:
-            self._locator.robot = self._tf.buffer.lookup_pose(self._use.map_frame, self._use.base_frame)
+            self._locator.robot = self._tf.buffer.lookup_pose(self._params.map_frame, self._params.base_frame)
         except TransformUnavailable:
             self._locator.robot = None
         return self._locator.robot
@@ -239,7 +242,7 @@ class LocatorNode(FlorenceNode):
         return response
 
     def _save_hotspots(self) -> tuple[bool, str]:
-        file = self._use.hotspots_file
+        file = self._params.hotspots_file
         if not file:
             return True, "kept until the node ends: it has no hotspots_file"
         try:

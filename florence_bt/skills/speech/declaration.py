@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure, success
-from florence_bt.core.serving import ServedPublication, ServedWait
+from florence_bt.core.serving import PublicationBinding, WaitBinding
 
 LONGEST_ANSWER = 200
 """Characters: it becomes an output of missions and stands in the journal."""
@@ -35,20 +35,20 @@ WAIT_FOR_ANSWER = SkillDeclaration(
 )
 
 
-SERVED = (
-    ServedPublication(
+BINDINGS = (
+    PublicationBinding(
         skill=SAY,
         interface="std_msgs/msg/String",
         name="say",
         message=lambda inputs: {"data": inputs["text"]},
     ),
-    ServedPublication(
+    PublicationBinding(
         skill=CALL_FOR_HELP,
         interface="std_msgs/msg/String",
         name="help",
         message=lambda inputs: {"data": inputs["text"]},
     ),
-    ServedWait(
+    WaitBinding(
         skill=WAIT_FOR_ANSWER,
         interface="std_msgs/msg/String",
         name="answer",

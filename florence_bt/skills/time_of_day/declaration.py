@@ -13,7 +13,7 @@ from datetime import datetime, timedelta
 from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.serving import ServedByClock
+from florence_bt.core.serving import ClockBinding
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill
 
 _TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
@@ -34,7 +34,7 @@ TIME_REACHED = SkillDeclaration(
     failures={"too_early": "the moment has not come yet"},
     deadline_s=5.0,
     instant=True,
-    wakes=True,
+    reports_changes=True,
 )
 
 
@@ -91,7 +91,7 @@ def _look_up(clock: Clock, date: Callable[[], float]) -> InstantSkill:
     return InstantSkill(look_up)
 
 
-SERVED = (
-    ServedByClock(skill=LOOK_UP_TIME, make=_look_up),
-    ServedByClock(skill=TIME_REACHED, make=TimeReached),
+BINDINGS = (
+    ClockBinding(skill=LOOK_UP_TIME, make=_look_up),
+    ClockBinding(skill=TIME_REACHED, make=TimeReached),
 )

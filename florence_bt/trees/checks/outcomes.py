@@ -63,8 +63,8 @@ def _can_succeed(node: Node, outcomes: NodeOutcomes) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Prospects:
-    """The prospects of a mission, for those who hold expectations against it.
+class PossibleOutcomes:
+    """What can come of a mission, for those who hold expectations against it.
 
     Attributes:
         kinds: The kinds of its inputs and keys, as far as they are known.
@@ -77,9 +77,9 @@ class Prospects:
     codes: frozenset[str]
 
 
-def prospects_of(
+def mission_outcomes(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
-) -> Prospects:
+) -> PossibleOutcomes:
     """Return what can come of a mission.
 
     Args:
@@ -91,7 +91,7 @@ def prospects_of(
     known = analysis.of(mission)
     written = {key.text for node in mission.nodes() for key, _ in analysis.writes(node, known.kinds)}
     outcomes = known.root.outcomes if known.root is not None else SUCCEEDS
-    return Prospects(
+    return PossibleOutcomes(
         kinds=known.kinds,
         keys=frozenset({*mission.inputs, *mission.keys, *written}),
         codes=outcomes.codes | MISTAKES,

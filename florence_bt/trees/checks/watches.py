@@ -92,7 +92,7 @@ class WatchChecks:
         for node in uses:
             if node.every is None:
                 continue
-            if skills[node.skill].wakes:
+            if skills[node.skill].reports_changes:
                 message = f"'every' has no effect: {node.skill} reports changes and is asked then"
                 self._findings.warning(node.position, message, [f"{node.skill} without every"])
             elif node in alone and not only_conditions:

@@ -42,7 +42,7 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
 )
 
 
-class Left(NamedTuple):
+class LastStatus(NamedTuple):
     """The state of a node when the nodes above it went on without it.
 
     Attributes:
@@ -56,7 +56,7 @@ class Left(NamedTuple):
     why: Why | None
 
 
-LeftNodes = Callable[[Behaviour], Left | None]
+LastStatuses = Callable[[Behaviour], LastStatus | None]
 """Tells where a node stood that stands at INVALID now; None when it was not reached."""
 
 
@@ -93,7 +93,7 @@ class TreeRow(NamedTuple):
 
 
 def tree_rows(
-    root: Behaviour, durations: Callable[[Behaviour], float | None], left: LeftNodes
+    root: Behaviour, durations: Callable[[Behaviour], float | None], left: LastStatuses
 ) -> tuple[TreeRow, ...]:
     """Return the nodes of a tree as they stand now, in the order of a dump; to be drawn later.
 
@@ -173,7 +173,7 @@ def _word_for(kind: type[Behaviour]) -> str:
 
 
 def _message(
-    node: Behaviour, why: Why | None, says: str, known: dict[Behaviour, Why], left: LeftNodes
+    node: Behaviour, why: Why | None, says: str, known: dict[Behaviour, Why], left: LastStatuses
 ) -> str:
     """Return what a node says; the reason of a failure only where it begins or changes."""
     if why is None:
@@ -185,7 +185,7 @@ def _message(
     return _one_line(why.reason)
 
 
-def _why(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> Why | None:
+def _why(node: Behaviour, known: dict[Behaviour, Why], left: LastStatuses) -> Why | None:
     """Tell why a node failed, also one that was left; None when it has not failed."""
     stood = left(node) if node.status is Status.INVALID else None
     return explain(node, known) if stood is None else stood.why

@@ -26,7 +26,7 @@ from florence_bt.core.interfaces import (
 )
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
-from florence_bt.core.serving import ServedWait
+from florence_bt.core.serving import WaitBinding
 from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
@@ -122,11 +122,11 @@ class MessageMapping:
         """Return what a condition says about a message."""
         return self.result(message, inputs=inputs)
 
-    def wait(self) -> ServedWait:
+    def wait(self) -> WaitBinding:
         """Return how the skill waits for a message."""
         limit_s = self.declaration.deadline_s
         nothing = failure("timed_out", f"nothing came from topic {self.name} within {limit_s:g} s")
-        return ServedWait(
+        return WaitBinding(
             skill=self.declaration,
             interface=self.interface,
             name=self.name,
@@ -261,7 +261,7 @@ class _Mapping:
         if not self._load(interface, kind.position):
             return None
         if way == "condition":
-            declaration = replace(declaration, instant=True, wakes=True)
+            declaration = replace(declaration, instant=True, reports_changes=True)
         otherwise, failures = self._read_failures(conditions)
         if way == "action" and not otherwise:
             declaration = replace(

@@ -7,10 +7,10 @@ import pytest
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Outcome, failure, success
-from florence_bt.core.serving import ServedWait
-from florence_bt.skills.speech.declaration import SERVED
+from florence_bt.core.serving import WaitBinding
+from florence_bt.skills.speech.declaration import BINDINGS
 
-(WAIT_FOR_ANSWER,) = (served for served in SERVED if isinstance(served, ServedWait))
+(WAIT_FOR_ANSWER,) = (served for served in BINDINGS if isinstance(served, WaitBinding))
 
 
 def judge(inputs, message):

@@ -4,7 +4,7 @@ import textwrap
 
 import pytest
 
-from florence_bt.mission_testing import Stage
+from florence_bt.mission_testing import MissionTester
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 from tests.unit.mission_testing.greeting import GREET, SEEN
@@ -12,7 +12,7 @@ from tests.unit.mission_testing.greeting import GREET, SEEN
 
 @pytest.fixture
 def stage(tmp_path):
-    stage = Stage(scratch=tmp_path)
+    stage = MissionTester(scratch=tmp_path)
     stage.load(GREET)
     stage.defaults(
         get_hotspot="SUCCESS (pose=(1 m, 2 m, 90 deg))",

@@ -3,13 +3,13 @@
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing import Stage
+from florence_bt.mission_testing import MissionTester
 from florence_bt.mission_testing.record import TraceLine, read_line
 
 
 @pytest.fixture
 def play():
-    stage = Stage()
+    stage = MissionTester()
     stage.defaults(
         get_robot_pose="SUCCESS (pose=(0 m, 0 m, 0 deg))",
         propose_approach_pose="SUCCESS (pose=(1 m, 0 m, 0 deg))",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from florence_bt.mission_testing import Stage
+from florence_bt.mission_testing import MissionTester
 from florence_bt.mission_testing.coverage import Coverage, Share, coverage_text, total_of
 from florence_bt.mission_testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
 from florence_bt.trees.checks.outcomes import possible_outcomes
@@ -24,7 +24,7 @@ tree:
 
 @pytest.fixture
 def stage(tmp_path):
-    stage = Stage(scratch=tmp_path)
+    stage = MissionTester(scratch=tmp_path)
     stage.load(MISSION)
     stage.defaults(navigate_to="running 3 s, then SUCCESS", stop_tracker="running 1 s, then SUCCESS")
     return stage
@@ -34,7 +34,7 @@ def missing(stage):
     """Title -> what was not seen of it."""
     coverage = Coverage()
     coverage.add_mission(stage.library.get("fetch"), stage.library)
-    coverage.add_runs(stage.plays)
+    coverage.add_runs(stage.runs)
     (report,) = coverage.report(stage.declarations)
     return report, {node.title: node.missing for node in report.nodes}
 
@@ -80,12 +80,12 @@ def test_a_stop_counts_for_every_node_that_was_running(stage):
 
 
 def test_runs_of_a_mission_within_another_count_for_it():
-    stage = Stage()
+    stage = MissionTester()
     stage.defaults(get_hotspot="SUCCESS (pose=(0 m, 0 m, 0 deg))", navigate_to="SUCCESS")
     stage.run("goto_room", room="x")
     coverage = Coverage()
     coverage.add_mission(stage.library.get("goto_pose"), stage.library)
-    coverage.add_runs(stage.plays)
+    coverage.add_runs(stage.runs)
     (report,) = coverage.report(stage.declarations)
     assert (report.name, report.nodes_seen.seen) == ("goto_pose", 0)
 
@@ -104,13 +104,13 @@ tree:
 
 
 def test_what_a_guard_skips_was_not_reached(tmp_path):
-    stage = Stage(scratch=tmp_path)
+    stage = MissionTester(scratch=tmp_path)
     stage.load(GUARDED)
     stage.run("fetch").assert_succeeded().assert_duration(2)
     assert missing(stage)[1]["wait 1 s"] == (SUCCESS, STOPPED)
     stage.run("fetch", far="3 m").assert_succeeded().assert_duration(3)
     assert missing(stage)[1]["wait 1 s"] == (STOPPED,)
-    stage = Stage(scratch=tmp_path)
+    stage = MissionTester(scratch=tmp_path)
     stage.load(GUARDED)
     stage.run("fetch", far="3 m")
     assert missing(stage)[1]["wait 1 s"] == (STOPPED, SKIPPED)

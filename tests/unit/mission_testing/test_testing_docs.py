@@ -43,7 +43,7 @@ def test_the_scenarios_hold(tmp_path, text):
     for scenario in read.scenarios:
         result = run_scenario(scenario)
         assert result.passed, (scenario.name, result.problems)
-        coverage.add_runs(result.plays)
+        coverage.add_runs(result.runs)
     assert len(read.scenarios) == 6
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing import Stage
+from florence_bt.mission_testing import MissionTester
 from florence_bt.mission_testing.coverage import Coverage
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
@@ -21,7 +21,7 @@ skills:
 
 @pytest.fixture
 def stage():
-    stage = Stage()
+    stage = MissionTester()
     stage.defaults(
         get_user_room="SUCCESS (room=kitchen)",
         get_view=lambda inputs: (
@@ -157,7 +157,7 @@ def test_in_scenarios(tmp_path):
         coverage.add_mission(scenario.library.get("goto_user"), scenario.library)
         library, _ = libraries.load(tmp_path, ())
         coverage.add_mission(library.get("detect_user"), library)
-        coverage.add_runs(result.plays)
+        coverage.add_runs(result.runs)
     inside, outside = coverage.report(libraries.declarations)
     assert inside.nodes_seen.seen == 0, "what is mocked away is not covered"
     assert next(node for node in outside.nodes if node.title == "run detect_user").seen
@@ -189,7 +189,7 @@ def waving(tmp_path):
 
 
 def test_a_skill_that_is_only_declared_is_mocked_like_any_other(waving):
-    stage = Stage()
+    stage = MissionTester()
     stage.load(waving)
     stage.mock("wave_arm", "running 3 s, then SUCCESS")
     stage.run("x").assert_succeeded().assert_duration(3).assert_called(
@@ -209,6 +209,6 @@ def test_a_skill_that_is_only_declared_in_scenarios(waving):
     assert result.passed
     coverage = Coverage()
     coverage.add_mission(scenario.library.get("x"), scenario.library)
-    coverage.add_runs(result.plays)
+    coverage.add_runs(result.runs)
     (report,) = coverage.report(libraries.declarations)
     assert (str(report.codes_seen), report.nodes[0].missing) == ("1/1", ("SUCCESS", "STOPPED"))

@@ -39,13 +39,13 @@ class Stubborn:
         self.state.on_change(callback)
 
 
-def use(bench, **skills):
+def params(bench, **skills):
     bench.skills.update(skills)
 
 
 def test_a_skill_that_never_ends_holds_the_run_up_only_so_long(bench):
     stubborn = Stubborn()
-    use(bench, drive=stubborn)
+    params(bench, drive=stubborn)
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     queued = bench.executor.trigger(MissionRequest("work_with_limit", policy=TriggerPolicy.QUEUE))
@@ -65,7 +65,7 @@ def test_a_skill_that_never_ends_holds_the_run_up_only_so_long(bench):
 
 
 def test_the_limit_of_one_run_does_not_end_the_next(bench):
-    use(bench, drive=Stubborn())
+    params(bench, drive=Stubborn())
     first = bench.executor.trigger(MissionRequest("drive_once"))
     bench.executor.stop("before it began")
     bench.clock.advance(1.0)
@@ -114,7 +114,7 @@ def test_a_skill_that_breaks_when_it_is_stopped_does_not_hold_the_run(bench, bro
             if self.cancels and broken == "poll":
                 raise RuntimeError("cannot say")
 
-    use(bench, drive=Broken())
+    params(bench, drive=Broken())
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     assert bench.executor.stop("enough") is run
@@ -131,7 +131,7 @@ def test_a_skill_that_answers_nonsense_fails_its_run_and_nothing_else(bench):
         def poll(self):
             return 5
 
-    use(bench, drive=Nonsense())
+    params(bench, drive=Nonsense())
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(END_LIMIT_S + 0.1)
     assert (run.status, run.code) == (RunStatus.FAILED, "internal_error")

@@ -24,7 +24,7 @@ class Stubborn(BaseRun):
         pass
 
 
-def use(bench, **skills):
+def params(bench, **skills):
     bench.skills.update(skills)
 
 
@@ -130,7 +130,7 @@ def test_a_skill_that_ends_at_the_moment_of_the_pause_keeps_its_result(bench):
             self.handle(Event.FINISHED, success())
 
     eager = Eager()
-    use(bench, drive=eager)
+    params(bench, drive=eager)
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
@@ -157,7 +157,7 @@ def test_resume_waits_until_the_cancelled_skill_has_let_go(bench, moment, accept
 
 
 def test_a_skill_that_never_lets_go_fails_the_resumed_run(bench):
-    use(bench, drive=Stubborn())
+    params(bench, drive=Stubborn())
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")

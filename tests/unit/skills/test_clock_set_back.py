@@ -9,7 +9,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, Odometry
 from florence_bt.core.transforms import Transform3, TransformBuffer, TransformUnavailable
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
-from florence_bt.skills.navigation.navigate.navigator import Freshness
+from florence_bt.skills.navigation.navigate.navigator import SensorTimeouts
 
 
 def scan_at(stamp: float) -> LaserScan:
@@ -17,7 +17,7 @@ def scan_at(stamp: float) -> LaserScan:
 
 
 def test_one_scan_of_the_future_does_not_hide_that_the_laser_is_dead() -> None:
-    fresh = Freshness(0.5, 0.25, ("scan",))
+    fresh = SensorTimeouts(0.5, 0.25, ("scan",))
     odometry = Odometry(100.0, Pose2())
     fresh.saw("scan", 109.0, 100.0)
     missing = fresh.missing(100.0, odometry)
@@ -29,7 +29,7 @@ def test_one_scan_of_the_future_does_not_hide_that_the_laser_is_dead() -> None:
 
 
 def test_the_robot_does_not_move_on_odometry_of_the_future() -> None:
-    fresh = Freshness(0.5, 0.25, ())
+    fresh = SensorTimeouts(0.5, 0.25, ())
     missing = fresh.missing(100.0, Odometry(109.0, Pose2()))
     assert missing is not None and missing[0] == "no_pose"
 

@@ -20,9 +20,9 @@ class LostTrip(Trip):
     turn_to_find, way_to_find = math.inf, 0.0
 
     def __init__(self, start: Pose2, *, boxes: tuple[Box, ...] = WALLS, find_s: float = 25.0) -> None:
-        use = NavigatorParameters(recovery=RecoveryParameters(find_place_time=find_s))
+        params = NavigatorParameters(recovery=RecoveryParameters(find_place_time=find_s))
         self.known, self.turned, self.driven = False, 0.0, 0.0
-        super().__init__(start, boxes=boxes, parameters=use)
+        super().__init__(start, boxes=boxes, parameters=params)
 
     def map_from_odom(self) -> Pose2 | None:  # type: ignore[override]
         self.known |= self.turned >= self.turn_to_find and self.driven >= self.way_to_find

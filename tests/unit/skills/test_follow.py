@@ -23,10 +23,10 @@ from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
-from florence_bt.skills.navigation.navigate.person_path import PersonPath
+from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
+from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult, RobotState
-from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
 Point = tuple[float, float]
@@ -211,7 +211,7 @@ def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
 
 def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Controller, "control", lambda *arguments: Control(Twist2(0.0, 0.3), 2.0))
-    monkeypatch.setattr(PersonPath, "ahead", lambda *arguments: [])
+    monkeypatch.setattr(PersonTrail, "ahead", lambda *arguments: [])
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (4.05, 2.4), (4.6, 2.4), (4.6, 0.4)], 0.45))
     see = walk.sees
     walk.sees = lambda person: walk.trip.world.now < 4.0 and see(person)  # type: ignore[method-assign]
@@ -222,8 +222,8 @@ def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch:
 
 
 def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Whereabouts, "best_view", lambda self, robot: (robot.yaw + 2.0, 1.0))
-    monkeypatch.setattr(Whereabouts, "best_place", lambda self, robot: (3.3, 1.0))
+    monkeypatch.setattr(PersonBelief, "best_view", lambda self, robot: (robot.yaw + 2.0, 1.0))
+    monkeypatch.setattr(PersonBelief, "best_place", lambda self, robot: (3.3, 1.0))
     walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4))
     walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
     walk.place = lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0)
@@ -267,8 +267,8 @@ def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_rou
         return command.linear != 0.0 or abs(state.map_pose.yaw + 0.1 * np.sign(command.angular)) < 0.8
 
     monkeypatch.setattr(Motions, "is_free", may)
-    monkeypatch.setattr(Whereabouts, "best_view", lambda self, robot: (3.0, 1.0))
-    monkeypatch.setattr(Whereabouts, "best_place", lambda self, robot: (3.3, 1.0))
+    monkeypatch.setattr(PersonBelief, "best_view", lambda self, robot: (3.0, 1.0))
+    monkeypatch.setattr(PersonBelief, "best_place", lambda self, robot: (3.3, 1.0))
     walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0))
     walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
     assert walk.go(30.0) is None

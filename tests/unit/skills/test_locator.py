@@ -214,9 +214,9 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
         check(declaration.GET_VIEW, locator.get_view("hall", 1 if known else 9))
         check(declaration.SET_USER_POSITION, locator.set_user_position(Pose2(1.0, 2.0)))
         inputs = {"rooms": () if known else ("attic",)}
-        (get_rooms,) = (served for served in declaration.SERVED if served.skill is declaration.GET_ROOMS)
-        check(declaration.GET_ROOMS, get_rooms.perform(locator, inputs))
-    assert len({served.skill.name for served in declaration.SERVED}) == 7
+        (get_rooms,) = (served for served in declaration.BINDINGS if served.skill is declaration.GET_ROOMS)
+        check(declaration.GET_ROOMS, get_rooms.start_in_rig(locator, inputs))
+    assert len({served.skill.name for served in declaration.BINDINGS}) == 7
 
 
 def test_the_room_has_its_source_and_age() -> None:

@@ -13,11 +13,11 @@ import pytest
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.core.serving import ServedAction
+from florence_bt.core.serving import ActionBinding
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate.contact import SlipWatch
 from florence_bt.skills.navigation.navigate.costmap import Rays
-from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, SERVED, TURN
+from florence_bt.skills.navigation.navigate.declaration import BINDINGS, NAVIGATE_TO, TURN
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import (
     CycleParameters,
@@ -395,7 +395,7 @@ def test_result_codes_there_and_back() -> None:
 
 def test_an_error_number_that_nobody_knows_gives_a_code_of_the_skill() -> None:
     message = SimpleNamespace(error_code=1, error_msg="", path=SimpleNamespace(poses=[]))
-    with_numbers = [each for each in SERVED if isinstance(each, ServedAction) and each.skill.server_codes]
+    with_numbers = [each for each in BINDINGS if isinstance(each, ActionBinding) and each.skill.server_codes]
     assert len(with_numbers) == 7
     for served in with_numbers:
         assert served.result(message, Outcome.FAILED).code in served.skill.failures

@@ -22,7 +22,7 @@ from florence_bt.skills.people.user_tracker.appearance import (
     colour_histogram,
     distance_if_known,
 )
-from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, SERVED
+from florence_bt.skills.people.user_tracker.declaration import BINDINGS, LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.identity import Gallery
@@ -622,7 +622,7 @@ def test_senseless_parameters_are_refused(make: object) -> None:
 
 
 def test_the_declarations_are_whole() -> None:
-    assert [served.skill.name for served in SERVED] == [
+    assert [served.skill.name for served in BINDINGS] == [
         "start_tracker",
         "stop_tracker",
         "look_for_user",

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.skills.navigation.navigate.person_path import PersonPath
+from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 
 Place = tuple[float, float]
 
 
-def walked(*places: Place) -> PersonPath:
-    path = PersonPath()
+def walked(*places: Place) -> PersonTrail:
+    path = PersonTrail()
     for number, place in enumerate(places):
         path.saw(0.2 * number, place)
     return path
@@ -28,7 +28,7 @@ def test_the_way_ahead_begins_at_the_robot_and_its_end_comes_first() -> None:
 
 def test_the_last_places_are_those_round_the_last_one() -> None:
     assert walked((0.0, 0.0), (0.5, 0.0), (1.0, 0.0)).last(0.6) == [(0.5, 0.0), (1.0, 0.0)]
-    assert PersonPath().last(0.6) == []
+    assert PersonTrail().last(0.6) == []
 
 
 def test_who_sways_makes_no_path() -> None:
@@ -45,4 +45,4 @@ def test_what_was_somebody_else_is_forgotten() -> None:
     path = walked((0.0, 0.0), (0.2, 0.0), (0.4, 0.0), (0.6, 0.0))
     path.forget_since(0.2)
     assert [place for place, _ in path.ahead((0.0, 0.0), (0.2, 0.0))][1:] == [(0.2, 0.0), (0.0, 0.0)]
-    assert PersonPath().ahead((0.0, 0.0), (1.0, 0.0)) == [((1.0, 0.0), 0.0)]
+    assert PersonTrail().ahead((0.0, 0.0), (1.0, 0.0)) == [((1.0, 0.0), 0.0)]

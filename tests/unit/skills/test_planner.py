@@ -70,7 +70,7 @@ def test_a_search_directed_to_the_goal_finds_a_way_as_short(part: float) -> None
     for _ in range(40):
         (v, u), (y, x) = free[random.integers(len(free), size=2)]
         ends = Pose2((u + 0.5) * 0.05, (v + 0.5) * 0.05), Pose2((x + 0.5) * 0.05, (y + 0.5) * 0.05)
-        plans = [plan_path(ground, *ends, PlannerParameters(use_astar=use)) for use in (True, False)]
+        plans = [plan_path(ground, *ends, PlannerParameters(use_astar=params)) for params in (True, False)]
         if isinstance(plans[1], Plan):
             assert isinstance(plans[0], Plan)
             assert plans[0].length < 1.02 * plans[1].length + 0.03

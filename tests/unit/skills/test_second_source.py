@@ -9,7 +9,7 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.evidence import Opinion, Region
+from florence_bt.skills.people.user_tracker.evidence import Region, Verdict
 from florence_bt.skills.people.user_tracker.parameters import ColourParameters, TrackerParameters
 from florence_bt.skills.people.user_tracker.tracker import UserTracker
 
@@ -26,15 +26,15 @@ class Run:
     """Feeds a tracker picture by picture; asks the second source in some of them."""
 
     def __init__(self) -> None:
-        self.tracker = UserTracker(second_source=True)
+        self.tracker = UserTracker(verifier=True)
         self.now = 100.0
         self.tracker.start(self.now)
 
-    def __call__(self, *people: Detection, says: Opinion | None = None) -> tuple[TrackedUser, ...]:
+    def __call__(self, *people: Detection, says: Verdict | None = None) -> tuple[TrackedUser, ...]:
         self.now += PERIOD
         users = self.tracker.update(self.now, people)
         for candidate in self.tracker.candidates(9) if says else ():
-            self.tracker.take_opinion(candidate.number, says, self.now)
+            self.tracker.take_verdict(candidate.number, says, self.now)
         return users
 
 
@@ -44,7 +44,7 @@ def run() -> Run:
 
 
 def test_whom_the_second_source_takes_for_a_person_counts_from_the_second_picture(run: Run) -> None:
-    assert run(seen(2, 0), says=Opinion.PERSON) == ()
+    assert run(seen(2, 0), says=Verdict.PERSON) == ()
     assert len(run(seen(2, 0))) == 1
 
 
@@ -61,48 +61,48 @@ def test_a_candidate_waits_for_the_opinion_and_not_for_ever(run: Run) -> None:
 
 
 def test_a_dark_picture_says_nothing_and_the_depth_decides_alone(run: Run) -> None:
-    counts = [len(run(seen(2, 0), says=Opinion.NONE)) for _ in range(4)]
+    counts = [len(run(seen(2, 0), says=Verdict.NONE)) for _ in range(4)]
     assert counts == [0, 0, 1, 1]
 
 
 def test_a_plant_that_was_looked_at_never_becomes_a_person(run: Run) -> None:
     for picture in range(100):
-        look = Opinion.NOBODY if picture % 3 == 0 and picture < 9 else None
+        look = Verdict.NOBODY if picture % 3 == 0 and picture < 9 else None
         assert run(seen(2, 0), says=look) == ()
         assert run.tracker.undecided == (picture < 6), "decided with the third look"
 
 
 def test_who_walks_is_no_plant_whatever_the_second_source_says(run: Run) -> None:
-    counts = [len(run(seen(2.5, 0.1 * step), says=Opinion.NOBODY)) for step in range(12)]
+    counts = [len(run(seen(2.5, 0.1 * step), says=Verdict.NOBODY)) for step in range(12)]
     assert counts[4] == 0 and counts[-1] == 1
 
 
 def test_a_plant_keeps_nobody_else_waiting(run: Run) -> None:
     for _ in range(3):
-        run(seen(2, 0), says=Opinion.NOBODY)
+        run(seen(2, 0), says=Verdict.NOBODY)
     run(seen(2, 0), seen(2, 1.5))
     (first,) = run.tracker.candidates(1)
-    run.tracker.take_opinion(first.number, Opinion.PERSON, run.now)
+    run.tracker.take_verdict(first.number, Verdict.PERSON, run.now)
     users = run(seen(2, 0), seen(2, 1.5))
     assert [round(user.y, 1) for user in users] == [1.5], "who was asked about least comes first"
 
 
 def test_a_few_denials_delay_and_do_not_decide(run: Run) -> None:
-    run(seen(2, 0), says=Opinion.NOBODY)
-    run(seen(2, 0), says=Opinion.NOBODY)
+    run(seen(2, 0), says=Verdict.NOBODY)
+    run(seen(2, 0), says=Verdict.NOBODY)
     # The last denial was at 100.25 s.
     assert [len(run(seen(2, 0))) for _ in range(6)] == [0, 0, 0, 1, 1, 1]
 
 
 def test_one_look_at_a_person_outweighs_all_denials(run: Run) -> None:
     for _ in range(5):
-        assert run(seen(2, 0), says=Opinion.NOBODY) == ()
-    run(seen(2, 0), says=Opinion.PERSON)
+        assert run(seen(2, 0), says=Verdict.NOBODY) == ()
+    run(seen(2, 0), says=Verdict.PERSON)
     assert len(run(seen(2, 0))) == 1
 
 
 def test_who_is_confirmed_is_not_asked_about_again(run: Run) -> None:
-    run(seen(2, 0), says=Opinion.PERSON)
+    run(seen(2, 0), says=Verdict.PERSON)
     run(seen(2, 0))
     assert run.tracker.candidates(9) == []
 
@@ -124,7 +124,7 @@ def test_an_opinion_about_somebody_who_is_gone_does_not_matter(run: Run) -> None
     (gone,) = run.tracker.candidates(9)
     run.tracker.start(run.now)
     run(seen(2, 0))
-    run.tracker.take_opinion(gone.number, Opinion.PERSON, run.now)
+    run.tracker.take_verdict(gone.number, Verdict.PERSON, run.now)
     assert run(seen(2, 0)) == ()
 
 

@@ -12,42 +12,44 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.serving import (
-    Served,
-    ServedAction,
-    ServedByClock,
-    ServedCondition,
-    ServedHere,
-    ServedService,
+    ActionBinding,
+    AnswerBinding,
+    ClockBinding,
+    ConditionBinding,
+    ServiceBinding,
+    SkillBinding,
 )
-from florence_bt.skills.served import ACTIONS, SERVED
+from florence_bt.skills.served import ACTIONS, BINDINGS
 from florence_bt.trees.language.declarations import collect_declarations
 
-BY_NAME = {served.skill.name: served for served in SERVED}
+BY_NAME = {served.skill.name: served for served in BINDINGS}
 POSE = Pose2(1.0, 2.0, 0.5)
 
 
 def answered(name: str, **fields: Any) -> Result:
     served = BY_NAME[name]
-    assert isinstance(served, ServedService)
+    assert isinstance(served, ServiceBinding)
     return served.result(SimpleNamespace(**fields))
 
 
 def ended(name: str, outcome: Outcome, **fields: Any) -> Result:
     served = BY_NAME[name]
-    assert isinstance(served, ServedAction)
+    assert isinstance(served, ActionBinding)
     return served.result(SimpleNamespace(**fields), outcome)
 
 
 def test_every_declared_skill_is_served_once() -> None:
-    assert sorted(served.skill.name for served in SERVED) == list(collect_declarations(third_party=False))
-    moving = {served.name for served in SERVED if served.skill.resources and isinstance(served, ServedAction)}
+    assert sorted(served.skill.name for served in BINDINGS) == list(collect_declarations(third_party=False))
+    moving = {
+        served.name for served in BINDINGS if served.skill.resources and isinstance(served, ActionBinding)
+    }
     assert moving <= set(ACTIONS)
-    assert set(ACTIONS) - {served.name for served in SERVED} == {"follow_path", "wait"}
+    assert set(ACTIONS) - {served.name for served in BINDINGS} == {"follow_path", "wait"}
 
 
-@pytest.mark.parametrize("served", SERVED, ids=lambda served: served.skill.name)
-def test_the_type_fits_the_table(served: Served) -> None:
-    kind = {ServedAction: "action", ServedService: "srv", ServedHere: None, ServedByClock: None}.get(
+@pytest.mark.parametrize("served", BINDINGS, ids=lambda served: served.skill.name)
+def test_the_type_fits_the_table(served: SkillBinding) -> None:
+    kind = {ActionBinding: "action", ServiceBinding: "srv", AnswerBinding: None, ClockBinding: None}.get(
         type(served), "msg"
     )
     assert served.interface.split("/")[1:2] == ([kind] if kind is not None else [])
@@ -113,7 +115,7 @@ def test_the_type_fits_the_table(served: Served) -> None:
 )
 def test_inputs_become_fields(name: str, inputs: dict[str, Any], fields: dict[str, Any]) -> None:
     served = BY_NAME[name]
-    assert isinstance(served, ServedAction | ServedService)
+    assert isinstance(served, ActionBinding | ServiceBinding)
     assert served.request(inputs) == fields
 
 
@@ -136,7 +138,7 @@ def test_answers_of_services_become_results() -> None:
 
 def test_the_robot_is_in_the_room_that_was_asked_for() -> None:
     served = BY_NAME["robot_in_room"]
-    assert isinstance(served, ServedService) and served.judge is not None
+    assert isinstance(served, ServiceBinding) and served.judge is not None
     assert served.judge({"room": "hall"}, success(room="hall")) == success()
     assert served.judge({"room": "hall"}, success(room="kitchen")).code == "elsewhere"
 
@@ -162,14 +164,14 @@ def test_a_room_that_does_not_exist_is_refused() -> None:
 
 def get_rooms(known: str, wanted: tuple[str, ...]) -> Result:
     served = BY_NAME["get_rooms"]
-    assert isinstance(served, ServedService) and served.judge is not None
+    assert isinstance(served, ServiceBinding) and served.judge is not None
     answer = served.result(SimpleNamespace(success=True, message=known))
     return served.judge({"rooms": wanted}, answer)
 
 
 def test_a_pick_is_one_of_the_items_and_each_can_be_it() -> None:
     served = BY_NAME["pick_random"]
-    assert isinstance(served, ServedHere)
+    assert isinstance(served, AnswerBinding)
     picks = [served.answer({"items": ("kitchen", "hall")}) for _ in range(100)]
     assert {pick.outputs["item"] for pick in picks} == {"kitchen", "hall"}
     assert served.answer({"items": ()}).code == "nothing_to_pick"
@@ -177,7 +179,7 @@ def test_a_pick_is_one_of_the_items_and_each_can_be_it() -> None:
 
 def test_the_battery_is_above_a_part_of_its_charge() -> None:
     served = BY_NAME["battery_above"]
-    assert isinstance(served, ServedCondition)
+    assert isinstance(served, ConditionBinding)
     assert served.judge({"charge": 0.2}, SimpleNamespace(percentage=0.21)) == success()
     low = served.judge({"charge": 0.2}, SimpleNamespace(percentage=0.2))
     assert low == failure("battery_low", "the battery holds 20% of its full charge")
@@ -219,7 +221,7 @@ def test_numbers_of_nav2_become_codes(name: str, numbers: dict[int, str]) -> Non
 
 def test_who_lies_on_the_floor_is_a_condition() -> None:
     served = BY_NAME["user_lying"]
-    assert isinstance(served, ServedCondition)
+    assert isinstance(served, ConditionBinding)
     assert served.judge({}, SimpleNamespace(data=True)) == success()
     assert served.judge({}, SimpleNamespace(data=False)).code == "nobody_lies"
 

@@ -17,8 +17,8 @@ from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
 from florence_bt.skills.time_of_day.declaration import (
+    BINDINGS,
     LOOK_UP_TIME,
-    SERVED,
     TIME_REACHED,
     TimeReached,
     next_moment,
@@ -58,7 +58,7 @@ def test_the_next_time_that_it_is(zone: str, now, text: str, utc, berlin) -> Non
 def test_what_is_no_time_of_day(text: str) -> None:
     assert next_moment(text, 0.0) is None
     clock = ManualClock()
-    (look_up,) = (served.make(clock, clock.now) for served in SERVED if served.skill is LOOK_UP_TIME)
+    (look_up,) = (served.make(clock, clock.now) for served in BINDINGS if served.skill is LOOK_UP_TIME)
     assert look_up.start({"time": text}).poll().code == "no_time"
 
 
@@ -80,7 +80,7 @@ MISSION = 'mission: m\non_restart: resume\ntree: {wait_until: "22:00"}\n'
 
 def process(folder: Path, now: float, name: str):
     clock = ManualClock(now)
-    skills: dict[str, Skill] = {served.skill.name: served.make(clock, clock.now) for served in SERVED}
+    skills: dict[str, Skill] = {served.skill.name: served.make(clock, clock.now) for served in BINDINGS}
     missions = MissionFolders.of([folder], DECLARATIONS, built_in=False)
     journal, told = Journal(folder / "runs"), []
     executor = Executor(missions, skills, DECLARATIONS, clock, RunIds(name), log=journal)

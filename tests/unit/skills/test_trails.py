@@ -13,40 +13,40 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, Rays
 from florence_bt.skills.navigation.navigate.navigator import Navigator
-from florence_bt.skills.navigation.navigate.trails import Trails
+from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells
 from tests.unit.skills.navigation_world import make_map
 
 ANN, BOB = 1, 2
 
 
 def test_a_place_is_left_when_the_person_is_a_step_away() -> None:
-    trails = Trails()
+    trails = VacatedCells()
     left = [trails.saw(0.2 * k, ANN, (0.11 * k, 0.0)) for k in range(12)]
     assert not any(left[:6])
     assert [x for places in left for x, _ in places] == pytest.approx(list(0.11 * np.arange(6)))
 
 
 def test_who_stands_or_sways_leaves_nothing() -> None:
-    trails = Trails()
+    trails = VacatedCells()
     assert not any(trails.saw(0.2 * k, ANN, (0.2 * math.sin(k), 0.1 * math.cos(k))) for k in range(50))
 
 
 def test_a_jump_that_nobody_walks_leaves_nothing() -> None:
-    trails = Trails()
+    trails = VacatedCells()
     trails.saw(0.0, ANN, (0.0, 0.0))
     assert trails.saw(0.2, ANN, (1.5, 0.0)) == []
     assert trails.saw(0.4, ANN, (1.6, 0.0)) == []
 
 
 def test_who_was_out_of_sight_for_some_seconds_has_left_where_they_vanished() -> None:
-    trails = Trails()
+    trails = VacatedCells()
     trails.saw(0.0, ANN, (0.0, 0.0))
     assert trails.saw(3.0, ANN, (2.0, 0.0)) == [(0.0, 0.0)]
     assert trails.saw(100.0, ANN, (3.0, 0.0)) == []
 
 
 def test_everybody_has_a_trail_of_their_own() -> None:
-    trails = Trails()
+    trails = VacatedCells()
     trails.saw(0.0, ANN, (0.0, 0.0))
     assert trails.saw(1.0, BOB, (1.0, 0.0)) == []
 

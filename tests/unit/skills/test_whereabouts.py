@@ -8,9 +8,9 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import Costmaps
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
-from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 from tests.unit.skills.navigation_world import WALLS, Box, make_map
 
 MIDDLE = (2.0, 2.4)
@@ -26,7 +26,7 @@ def off(heading: float, wanted: float) -> float:
 
 
 def test_who_went_through_a_door_is_behind_it() -> None:
-    who = Whereabouts(costmaps(), DOOR, (0.4, 0.0), 0.0)
+    who = PersonBelief(costmaps(), DOOR, (0.4, 0.0), 0.0)
     robot = Pose2(2.6, 2.4)
     for tenth in range(1, 50):
         who.update(0.1 * tenth, robot, [])
@@ -37,7 +37,7 @@ def test_who_went_through_a_door_is_behind_it() -> None:
 
 
 def test_a_place_to_which_no_way_leads_is_not_proposed_again() -> None:
-    who = Whereabouts(costmaps(), DOOR, (0.4, 0.0), 0.0)
+    who = PersonBelief(costmaps(), DOOR, (0.4, 0.0), 0.0)
     robot = Pose2(2.6, 2.4)
     who.update(5.0, robot, [])
     first = who.best_place(robot)
@@ -50,7 +50,7 @@ def test_a_place_to_which_no_way_leads_is_not_proposed_again() -> None:
 
 
 def test_nobody_walks_further_than_they_can() -> None:
-    who = Whereabouts(costmaps(), (1.0, 1.0), (0.4, 0.0), 0.0)
+    who = PersonBelief(costmaps(), (1.0, 1.0), (0.4, 0.0), 0.0)
     robot = Pose2(7.0, 4.0)
     who.update(1.0, robot, [])
     place = who.best_place(robot)
@@ -59,7 +59,7 @@ def test_nobody_walks_further_than_they_can() -> None:
 
 
 def test_where_the_camera_has_just_looked_is_not_looked_at_again_until_it_is_forgotten() -> None:
-    who = Whereabouts(costmaps(), MIDDLE, (0.0, 0.0), 0.0)
+    who = PersonBelief(costmaps(), MIDDLE, (0.0, 0.0), 0.0)
     robot = Pose2(*MIDDLE)
     for heading in (0.0, math.pi / 2, -math.pi / 2):
         who.update(3.0, Pose2(*MIDDLE, heading), [])
@@ -73,7 +73,7 @@ def test_where_the_camera_has_just_looked_is_not_looked_at_again_until_it_is_for
 
 
 def test_where_nobody_was_a_quarter_of_a_minute_ago_they_are_less_likely() -> None:
-    looked, other = (Whereabouts(costmaps(), MIDDLE, (0.0, 0.0), 0.0) for _ in range(2))
+    looked, other = (PersonBelief(costmaps(), MIDDLE, (0.0, 0.0), 0.0) for _ in range(2))
     for eighth in range(8):
         looked.update(4.0, Pose2(*MIDDLE, eighth * math.pi / 4.0), [])
     elsewhere, robot = Pose2(7.0, 4.0, math.pi / 2.0), Pose2(*MIDDLE)
@@ -84,7 +84,7 @@ def test_where_nobody_was_a_quarter_of_a_minute_ago_they_are_less_likely() -> No
 
 def test_something_like_legs_is_looked_at_first() -> None:
     robot = Pose2(*MIDDLE)
-    who = Whereabouts(costmaps(), MIDDLE, (0.0, 0.0), 0.0)
+    who = PersonBelief(costmaps(), MIDDLE, (0.0, 0.0), 0.0)
     legs = (2.0, 3.6)
     who.update(3.0, robot, [legs])
     heading, _ = who.best_view(robot)
@@ -93,7 +93,7 @@ def test_something_like_legs_is_looked_at_first() -> None:
 
 
 def test_a_place_near_the_edge_of_the_map_is_no_trouble() -> None:
-    who = Whereabouts(costmaps(), (-3.0, 99.0), (math.inf, 0.0), 0.0)
+    who = PersonBelief(costmaps(), (-3.0, 99.0), (math.inf, 0.0), 0.0)
     who.update(1.0, Pose2(-0.4, -0.4, 2.0), [(50.0, 50.0)])
     heading, share = who.best_view(Pose2(-0.4, -0.4))
     assert math.isfinite(heading) and 0.0 <= share <= 1.0

@@ -25,7 +25,7 @@ from florence_bt.skills.people.user_tracker.colour_detector import (
     network_file,
 )
 from florence_bt.skills.people.user_tracker.detector import detect_people
-from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion, Region, opinions
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Region, Verdict, verdicts
 from tools.colour_detection import Looked, colour_image, look, region_of, report
 from tools.colour_network.__main__ import LICENCE, TOPOLOGY, WEIGHTS, CannotInstall, fetch, install
 from tools.colour_network.convert import CannotConvert, convert
@@ -277,22 +277,22 @@ def grey(level: int, rows: int = 480) -> NDArray[np.uint8]:
 @pytest.mark.parametrize(
     ("score", "picture", "posture", "said"),
     [
-        (0.5, grey(120), "standing", Opinion.PERSON),
-        (0.2, grey(120), "standing", Opinion.NONE),
-        (0.05, grey(120), "standing", Opinion.NOBODY),
-        (0.05, grey(120), "sitting", Opinion.NOBODY),
-        (0.05, grey(120), "lying", Opinion.NONE),
-        (0.5, grey(120), "lying", Opinion.PERSON),
-        (0.05, grey(20), "standing", Opinion.NONE),
-        (0.5, grey(20), "standing", Opinion.PERSON),
-        (0.5, grey(120, rows=60), "standing", Opinion.NONE),
+        (0.5, grey(120), "standing", Verdict.PERSON),
+        (0.2, grey(120), "standing", Verdict.NONE),
+        (0.05, grey(120), "standing", Verdict.NOBODY),
+        (0.05, grey(120), "sitting", Verdict.NOBODY),
+        (0.05, grey(120), "lying", Verdict.NONE),
+        (0.5, grey(120), "lying", Verdict.PERSON),
+        (0.05, grey(20), "standing", Verdict.NONE),
+        (0.5, grey(20), "standing", Verdict.PERSON),
+        (0.5, grey(120, rows=60), "standing", Verdict.NONE),
     ],
 )
 def test_nobody_is_said_only_of_what_is_seen_well(
-    tmp_path: Path, score: float, picture: NDArray[np.uint8], posture: Posture, said: Opinion
+    tmp_path: Path, score: float, picture: NDArray[np.uint8], posture: Posture, said: Verdict
 ) -> None:
     candidate = Candidate(7, MIDDLE, posture)
-    asked = opinions(detector_that_says(tmp_path, score), colour_image(picture), [candidate])
+    asked = verdicts(detector_that_says(tmp_path, score), colour_image(picture), [candidate])
     assert asked == [(7, said)]
 
 
@@ -338,7 +338,7 @@ def need(photograph: Photograph) -> None:
 def test_people_are_found_in_photographs(detector: ColourDetector, photograph: Photograph) -> None:
     need(photograph)
     looked = look(detector, photograph)
-    missed = {k for k, each in enumerate(looked) if each.opinion is not Opinion.PERSON}
+    missed = {k for k, each in enumerate(looked) if each.verdict is not Verdict.PERSON}
     assert missed <= MISSED.get(photograph.name, set())
 
 
@@ -346,9 +346,9 @@ def test_people_are_found_in_photographs(detector: ColourDetector, photograph: P
 @pytest.mark.parametrize("photograph", EMPTY, ids=lambda photograph: photograph.name)
 def test_nobody_is_found_in_empty_photographs(detector: ColourDetector, photograph: Photograph) -> None:
     need(photograph)
-    said = [each.opinion for each in look(detector, photograph)]
-    assert said.count(Opinion.PERSON) <= WRONG.get(photograph.name, 0)
-    assert said.count(Opinion.NOBODY) > len(said) / 2
+    said = [each.verdict for each in look(detector, photograph)]
+    assert said.count(Verdict.PERSON) <= WRONG.get(photograph.name, 0)
+    assert said.count(Verdict.NOBODY) > len(said) / 2
 
 
 @pytest.mark.slow
@@ -358,7 +358,7 @@ def test_a_person_in_the_dark_is_not_denied(detector: ColourDetector) -> None:
     pixels = (read(photograph) * 0.03).astype(np.uint8)
     for box in photograph.people:
         candidate = Candidate(0, region_of(box, pixels), "standing")
-        assert detector.opinion(colour_image(pixels), candidate) is not Opinion.NOBODY
+        assert detector.verdict(colour_image(pixels), candidate) is not Verdict.NOBODY
 
 
 @pytest.mark.slow
@@ -371,7 +371,7 @@ def test_what_the_depth_detector_proposes_in_a_real_picture_is_nobody(detector: 
     for number, found in enumerate(detect_people(depth, optical_in_base)):
         assert found.region is not None
         candidate = Candidate(number, found.region, found.posture)
-        assert detector.opinion(colour_image(pixels), candidate) is not Opinion.PERSON
+        assert detector.verdict(colour_image(pixels), candidate) is not Verdict.PERSON
 
 
 def test_without_the_photographs_the_table_names_the_command(
@@ -385,9 +385,9 @@ def test_without_the_photographs_the_table_names_the_command(
 def test_the_totals_are_of_photographs_with_people_and_of_empty_ones() -> None:
     people = Photograph("a==1", "people.jpg", ((0, 0, 9, 9), (9, 0, 18, 9)))
     opinions_of = {
-        people: [Opinion.PERSON, Opinion.NONE],
-        Photograph("a==1", "plant.jpg"): [Opinion.NOBODY, Opinion.NOBODY],
-        Photograph("a==1", "cat.jpg"): [Opinion.NOBODY, Opinion.PERSON],
+        people: [Verdict.PERSON, Verdict.NONE],
+        Photograph("a==1", "plant.jpg"): [Verdict.NOBODY, Verdict.NOBODY],
+        Photograph("a==1", "cat.jpg"): [Verdict.NOBODY, Verdict.PERSON],
     }
     text = report([(each, [Looked(one, 0.01) for one in said]) for each, said in opinions_of.items()])
     assert "| people | 1 | 2 | 1 | 0 | 1 |" in text and "| nobody | 2 | 4 | 1 | 3 | 0 |" in text

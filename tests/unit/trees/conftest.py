@@ -46,7 +46,7 @@ SKILLS = (
         instant=True,
     ),
     SkillDeclaration("stop_tracker", "Stop"),
-    SkillDeclaration("is_charged", "Ask", failures={"low": "no"}, instant=True, wakes=True),
+    SkillDeclaration("is_charged", "Ask", failures={"low": "no"}, instant=True, reports_changes=True),
 )
 DECLARATIONS = {skill.name: skill for skill in SKILLS}
 HEAD = "mission: {name}\n"

@@ -323,8 +323,8 @@ def test_resources_are_found_wherever_they_are(workshop):
         "{wait: 1 s, finally: {run: calls}}",
         "{once: {wait: 1 s, until: TURN}}",
     ]
-    for use in uses:
-        tree = f"{{parallel: [{use}, {{navigate_to: {{goal: $g}}}}]}}".replace("TURN", TURN)
+    for params in uses:
+        tree = f"{{parallel: [{params}, {{navigate_to: {{goal: $g}}}}]}}".replace("TURN", TURN)
         found = workshop.lines(f"tree: {tree}\ninputs: {{b: {{type: boolean}}, g: {{type: pose}}}}\n")
         (line,) = [line for line in found if "both need the base at the same time" in line]
         assert line.endswith("| sequence: one after the other")

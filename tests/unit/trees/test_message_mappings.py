@@ -92,7 +92,7 @@ def test_a_service_a_condition_and_a_wait(read: Any) -> None:
     assert door.result(Trigger.Response(success=True)).succeeded
     refused = door.result(Trigger.Response(message="the key turns twice"))
     assert (refused.code, refused.reason) == ("locked", "door: the key turns twice")
-    assert warm.declaration.instant and warm.declaration.wakes and warm.max_age_s == 3.0
+    assert warm.declaration.instant and warm.declaration.reports_changes and warm.max_age_s == 3.0
     assert warm.judge({"least": 20.0}, Temperature(temperature=19.0)).code == "too_cold"
     assert warm.judge({"least": 18.0}, Temperature(temperature=19.0)).succeeded
     message = PoseStamped()

@@ -109,11 +109,11 @@ def test_what_is_wrong_with_the_head(head, problem):
 
 
 def test_values():
-    use = node(
+    params = node(
         'go: {a: 5 m, b: $key, c: "5", d: "to $x and ${y}s", e: $$5, f: {x: 1 m, y: $y, yaw: 0}, '
         'g: "${x}-${y}"}'
     )
-    values = {name.text: value for name, value in use.inputs}
+    values = {name.text: value for name, value in params.inputs}
     assert values["a"].text == "5 m" and not values["a"].quoted
     assert isinstance(values["b"], Reference) and values["b"].key == "key"
     assert values["c"].quoted

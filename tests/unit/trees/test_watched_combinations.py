@@ -182,7 +182,7 @@ def holds(tmp_path, wrappers, guard, place):
 @pytest.fixture(autouse=True)
 def door(monkeypatch):
     reporting = DECLARATIONS["is_home"].__class__(
-        "door", "Ask", failures={"away": "no"}, instant=True, wakes=True
+        "door", "Ask", failures={"away": "no"}, instant=True, reports_changes=True
     )
     monkeypatch.setitem(DECLARATIONS, "door", reporting)
 

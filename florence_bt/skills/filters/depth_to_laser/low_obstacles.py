@@ -61,7 +61,7 @@ class LowObstacles:
         return LowObstacles(parameters, low) if low.low_min_height < parameters.min_height else None
 
     def __init__(self, parameters: FakeLaserParameters, low: LowObstacleParameters) -> None:
-        self._use = low
+        self._params = low
         self._laser = FakeLaser(
             replace(
                 parameters,
@@ -86,13 +86,13 @@ class LowObstacles:
             be the foot of something tall; ``low_range_max + 1`` where there is none.
         """
         scan = self._laser.project(image)
-        most = float(self._use.low_range_max)
+        most = float(self._params.low_range_max)
         ranges = without_feet(
             scan.ranges,
             tall.ranges,
             self._beside,
             most,
             most + EMPTY_MARGIN_M,
-            float(self._use.low_apart),
+            float(self._params.low_apart),
         )
         return replace(scan, ranges=ranges)

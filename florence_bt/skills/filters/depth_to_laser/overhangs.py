@@ -46,13 +46,13 @@ class Overhangs:
     """
 
     @staticmethod
-    def within(parameters: FakeLaserParameters, use: OverhangParameters) -> Overhangs | None:
+    def within(parameters: FakeLaserParameters, params: OverhangParameters) -> Overhangs | None:
         """Return the scan for these parameters, None when its height band is empty."""
-        return Overhangs(parameters, use) if use.overhang_min_height < parameters.max_height else None
+        return Overhangs(parameters, params) if params.overhang_min_height < parameters.max_height else None
 
-    def __init__(self, parameters: FakeLaserParameters, use: OverhangParameters) -> None:
-        self._use = use
-        split = use.overhang_min_height
+    def __init__(self, parameters: FakeLaserParameters, params: OverhangParameters) -> None:
+        self._params = params
+        split = params.overhang_min_height
         self._above = FakeLaser(replace(parameters, min_height=split, unseen_as_nan=True))
         self._below = FakeLaser(replace(parameters, max_height=split, unseen_as_nan=True))
 
@@ -70,8 +70,8 @@ class Overhangs:
         ranges = what_hangs_over(
             above.ranges,
             below.ranges,
-            float(self._use.overhang_range_min),
+            float(self._params.overhang_range_min),
             above.range_max + EMPTY_MARGIN_M,
-            float(self._use.overhang_apart),
+            float(self._params.overhang_apart),
         )
-        return replace(above, range_min=self._use.overhang_range_min, ranges=ranges)
+        return replace(above, range_min=self._params.overhang_range_min, ranges=ranges)

@@ -74,7 +74,7 @@ class Approach:
     ) -> None:
         self._goal = goal
         self._local_costmap = costmaps.local_costmap
-        self._use = parameters.approach
+        self._params = parameters.approach
         # To stop short of the place is not to reach it.
         exact = dataclasses.replace(parameters.controller, blocked_xy_tolerance=0.0)
         self._controller = Controller(exact)
@@ -120,7 +120,7 @@ class Approach:
             return
         legs = legs_near(narrow_things(points), robot, expected)
         if legs is not None:
-            gain = self._use.approach_me_laser_gain
+            gain = self._params.approach_me_laser_gain
             x, y = (old + gain * (new - old) for old, new in zip(expected, legs, strict=True))
             target.saw(stamp, x, y)
         if target.seen is not None and not _is_empty(expected, points, robot):
@@ -141,12 +141,12 @@ class Approach:
         return self._drive(state, self._start)
 
     def _failure(self, now: float) -> Result | None:
-        use = self._use
-        if now - self._there > use.approach_me_patience:
-            reason = f"for {use.approach_me_patience:g} s nobody was where the person should be"
+        params = self._params
+        if now - self._there > params.approach_me_patience:
+            reason = f"for {params.approach_me_patience:g} s nobody was where the person should be"
             return failure("user_lost", reason)
-        if now - self._began > use.approach_me_limit:
-            return failure("timed_out", f"the robot was not there after {use.approach_me_limit:g} s")
+        if now - self._began > params.approach_me_limit:
+            return failure("timed_out", f"the robot was not there after {params.approach_me_limit:g} s")
         return None
 
     def _drive(self, state: RobotState, start: Pose2) -> tuple[Twist2, Feedback, Result | None]:

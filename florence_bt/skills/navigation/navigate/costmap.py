@@ -109,11 +109,11 @@ class CostmapParameters(CheckedParameters):
     def of_source(self, source: str) -> SourceParameters:
         """Return the parameters of a sensor, with the costmap's own ranges where it has none."""
         every = {"scan": self.scan, "depth": self.depth, "low": self.low, "overhangs": self.overhangs}
-        use = every.get(source, SourceParameters())
+        params = every.get(source, SourceParameters())
         return replace(
-            use,
-            obstacle_range=use.obstacle_range or self.obstacle_range,
-            raytrace_range=use.raytrace_range or self.raytrace_range,
+            params,
+            obstacle_range=params.obstacle_range or self.obstacle_range,
+            raytrace_range=params.raytrace_range or self.raytrace_range,
         )
 
     def make_true_footprint(self) -> Footprint:
@@ -279,14 +279,14 @@ class Costmap:
             for marks in self._layers.values():
                 _cells.add_marks(master, marks)
             _cells.inflate(master, self._reach, self._table)
-            use = self._parameters
+            params = self._parameters
             add_proxemics(
                 master,
                 self._frame,
                 self._people,
-                use.proxemic_amplitude,
-                use.proxemic_covariance,
-                use.proxemic_factor,
+                params.proxemic_amplitude,
+                params.proxemic_covariance,
+                params.proxemic_factor,
             )
             self._master = master
         return self._master
@@ -331,8 +331,8 @@ class Costmap:
         marks = self._layers.get(source)
         if marks is None:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
-        use = self._of_source(source)
-        clears = clear and use.clearing
+        params = self._of_source(source)
+        clears = clear and params.clearing
         feet = self._feet if source in BODY_REACH_M else None
         _cells.take_rays(
             marks,
@@ -340,8 +340,11 @@ class Costmap:
             (rays.x, rays.y),
             rays.ends,
             rays.ranges,
-            (max(rays.nearest, CLEARED_FROM.get(source, 0.0)), float(use.raytrace_range) if clears else 0.0),
-            float(min(use.obstacle_range, rays.farthest)) if use.marking else 0.0,
+            (
+                max(rays.nearest, CLEARED_FROM.get(source, 0.0)),
+                float(params.raytrace_range) if clears else 0.0,
+            ),
+            float(min(params.obstacle_range, rays.farthest)) if params.marking else 0.0,
             _NO_POINTS if feet is None else feet,
             0.0 if feet is None else _FEET_M,
         )

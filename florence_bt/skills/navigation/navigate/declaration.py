@@ -10,7 +10,7 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result, success
-from florence_bt.core.serving import ServedAction, ServedPublication, ServedService
+from florence_bt.core.serving import ActionBinding, PublicationBinding, ServiceBinding
 from florence_bt.core.skill import Inputs
 from florence_bt.skills.navigation.navigate.results import (
     APPROACH_FAILURES,
@@ -233,8 +233,8 @@ def _driving(message: Any) -> str:
     return "driving" if recoveries == 0 else f"driving, {recoveries} recoveries so far"
 
 
-SERVED = (
-    ServedAction(
+BINDINGS = (
+    ActionBinding(
         skill=NAVIGATE_TO,
         interface="nav2_msgs/action/NavigateToPose",
         name="navigate_to_pose",
@@ -242,9 +242,9 @@ SERVED = (
         result=partial(result_from_server, NAVIGATE_TO, "blocked"),
         feedback=_driving,
         component="base",
-        perform=lambda base, inputs: base.navigate(inputs["goal"]),
+        start_in_rig=lambda base, inputs: base.navigate(inputs["goal"]),
     ),
-    ServedAction(
+    ActionBinding(
         skill=TURN,
         interface="nav2_msgs/action/Spin",
         name="spin",
@@ -255,9 +255,9 @@ SERVED = (
         result=partial(result_from_server, TURN, "turn_failed"),
         feedback=lambda message: "turning",
         component="base",
-        perform=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
+        start_in_rig=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
     ),
-    ServedAction(
+    ActionBinding(
         skill=NAVIGATE_THROUGH,
         interface="nav2_msgs/action/NavigateThroughPoses",
         name="navigate_through_poses",
@@ -265,9 +265,9 @@ SERVED = (
         result=partial(result_from_server, NAVIGATE_THROUGH, "blocked"),
         feedback=_driving,
         component="base",
-        perform=lambda base, inputs: base.navigate_through([inputs["via"], inputs["goal"]]),
+        start_in_rig=lambda base, inputs: base.navigate_through([inputs["via"], inputs["goal"]]),
     ),
-    ServedAction(
+    ActionBinding(
         skill=PLAN_TO,
         interface="nav2_msgs/action/ComputePathToPose",
         name="compute_path_to_pose",
@@ -275,9 +275,9 @@ SERVED = (
         result=_plan_result,
         feedback=lambda message: "planning",
         component="base",
-        perform=lambda base, inputs: base.plan(inputs["goal"]),
+        start_in_rig=lambda base, inputs: base.plan(inputs["goal"]),
     ),
-    ServedAction(
+    ActionBinding(
         skill=BACK_UP,
         interface="nav2_msgs/action/BackUp",
         name="backup",
@@ -285,11 +285,11 @@ SERVED = (
         result=partial(result_from_server, BACK_UP, "drive_failed"),
         feedback=lambda message: "backing up",
         component="base",
-        perform=lambda base, inputs: base.drive_straight(
+        start_in_rig=lambda base, inputs: base.drive_straight(
             -inputs["distance"], inputs["speed"], inputs["time_allowance"]
         ),
     ),
-    ServedAction(
+    ActionBinding(
         skill=DRIVE_STRAIGHT,
         interface="nav2_msgs/action/DriveOnHeading",
         name="drive_on_heading",
@@ -297,17 +297,17 @@ SERVED = (
         result=partial(result_from_server, DRIVE_STRAIGHT, "drive_failed"),
         feedback=lambda message: "driving straight on",
         component="base",
-        perform=lambda base, inputs: base.drive_straight(**inputs),
+        start_in_rig=lambda base, inputs: base.drive_straight(**inputs),
     ),
-    ServedService(
+    ServiceBinding(
         skill=CLEAR_COSTMAP,
         interface="nav2_msgs/srv/ClearEntireCostmap",
         name="global_costmap/clear_entirely_global_costmap",
         result=lambda response: success(),
         component="base",
-        perform=lambda base, inputs: base.clear_costmap(),
+        start_in_rig=lambda base, inputs: base.clear_costmap(),
     ),
-    ServedAction(
+    ActionBinding(
         skill=FOLLOW_USER,
         interface="florence_interfaces/action/FollowUser",
         name="follow_user",
@@ -318,9 +318,9 @@ SERVED = (
         result=partial(result_from_server, FOLLOW_USER, "blocked"),
         feedback=lambda message: message.text,
         component="base",
-        perform=lambda base, inputs: base.follow(**inputs),
+        start_in_rig=lambda base, inputs: base.follow(**inputs),
     ),
-    ServedAction(
+    ActionBinding(
         skill=APPROACH_PERSON,
         interface="florence_interfaces/action/ApproachMe",
         name="approach_person",
@@ -331,9 +331,9 @@ SERVED = (
         result=lambda message, outcome: result_from_approach(outcome, message.code, message.reason),
         feedback=lambda message: "approaching the person",
         component="base",
-        perform=lambda base, inputs: base.approach(**inputs),
+        start_in_rig=lambda base, inputs: base.approach(**inputs),
     ),
-    ServedPublication(
+    PublicationBinding(
         skill=SET_SPEED_LIMIT,
         interface="std_msgs/msg/Float64",
         name=SPEED_LIMIT,

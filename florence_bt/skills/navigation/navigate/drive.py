@@ -34,7 +34,7 @@ from florence_bt.skills.navigation.navigate.staging import (
     turning_place,
 )
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
-from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.vacated_cells import BODY_M, CAMERA_SOURCES
 
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
@@ -241,8 +241,8 @@ class Drive:
         if occupied and not self._looked:
             self._look_at_goal(state)
             return STANDSTILL, feedback, None
-        use = self._p.recovery
-        if state.now - self._last_plan > (use.goal_patience if occupied else use.planner_patience):
+        params = self._p.recovery
+        if state.now - self._last_plan > (params.goal_patience if occupied else params.planner_patience):
             return STANDSTILL, feedback, self._recover(state, DriveEvent.PLANNER_PATIENCE)
         return STANDSTILL, feedback, None
 

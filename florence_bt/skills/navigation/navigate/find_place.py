@@ -44,13 +44,13 @@ class FindPlace:
 
     def __init__(self, costmaps: Costmaps, parameters: NavigatorParameters, now: float) -> None:
         self._local = costmaps.local_costmap
-        self._p = use = parameters.recovery
+        self._p = params = parameters.recovery
         self._turning = replace(
-            parameters.turn, spin_max_speed=max(parameters.turn.spin_min_speed, use.find_place_turn_speed)
+            parameters.turn, spin_max_speed=max(parameters.turn.spin_min_speed, params.find_place_turn_speed)
         )
-        self._contact = ContactRecovery(costmaps, use)
+        self._contact = ContactRecovery(costmaps, params)
         self._pause_until = now + _FIRST_PAUSE_S
-        self._patience = use.find_place_time or parameters.cycle.sensor_patience
+        self._patience = params.find_place_time or parameters.cycle.sensor_patience
         self._end = now + self._patience
         self._motion: Spin | StraightDrive | None = None
         self._visited: list[Pose2] = []

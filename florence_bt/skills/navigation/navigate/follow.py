@@ -13,13 +13,13 @@ from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.following.give_way import GiveWay
 from florence_bt.skills.navigation.navigate.following.keep_distance import KeepDistance
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions, Move
-from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
-from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
+from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.search import Search
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PersonTrack
+from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
 from florence_bt.skills.navigation.navigate.following.vanished import Vanished
-from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S, Place
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
@@ -50,12 +50,14 @@ class Follow:
         self, goal: FollowGoal, costmaps: Costmaps, parameters: NavigatorParameters, now: float
     ) -> None:
         self.user_id = goal.user_id
-        use = parameters.follow
-        self._task = task = FollowTask(goal, costmaps, parameters, PersonTrack(use, now), Motions(goal, use))
+        params = parameters.follow
+        self._task = task = FollowTask(
+            goal, costmaps, parameters, PersonTrack(params, now), Motions(goal, params)
+        )
         self._contact = ContactRecovery(costmaps, parameters.recovery)
-        self._planned = planned = PlannedWay(task)
-        self._way_back = WayBack(task)
-        self._persons_way = PersonsWay(task)
+        self._planned = planned = PathFollower(task)
+        self._way_back = RetreatPath(task)
+        self._persons_way = TrailFollower(task)
         self._give_way = GiveWay(task, self._way_back, planned)
         self._keep_distance = KeepDistance(task, self._persons_way, planned, self._give_way, now)
         self._vanished: Vanished | None = None
@@ -122,7 +124,7 @@ class Follow:
         return self._out_of_sight(state, state.now - seen)
 
     def _wait_for_person(self, state: RobotState) -> Move:
-        over = state.now - self._started > self._task.use.follow_patience
+        over = state.now - self._started > self._task.params.follow_patience
         text = "the tracker does not see the person who is to be followed"
         return Move(STANDSTILL, f"waiting: {text}", _lost(text) if over else None)
 
@@ -131,7 +133,7 @@ class Follow:
         if self._vanished is None:
             self._vanished = Vanished(self._task, self._persons_way, self._planned, state.now)
             self._vanished.clear_marks(state)
-        if unseen > self._task.use.follow_limit:
+        if unseen > self._task.params.follow_limit:
             return Move(STANDSTILL, "lost", _lost_after(unseen))
         if self._search is None:
             move = self._vanished.step(state, unseen)

@@ -28,7 +28,7 @@ LEGS_ALONE_S = 6.0
 Place = tuple[float, float]
 
 
-class Unmapped:
+class MapDifference:
     """Tells what the laser sees and the map does not know.
 
     Args:

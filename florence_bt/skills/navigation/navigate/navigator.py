@@ -22,7 +22,7 @@ from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
-from florence_bt.skills.navigation.navigate.legs import Place, Unmapped
+from florence_bt.skills.navigation.navigate.legs import MapDifference, Place
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.path_drive import PathDrive
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
@@ -33,7 +33,7 @@ from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
-from florence_bt.skills.navigation.navigate.trails import BODIES, BODY_M, CAMERA_SOURCES, Trails
+from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, BODY_M, CAMERA_SOURCES, VacatedCells
 
 LASER = "scan"
 """The source in whose scans legs are found."""
@@ -52,7 +52,7 @@ _FOUND_ELSEWHERE_M = 0.5
 localiser's largest correction of a place that is right is 0.4 m."""
 
 
-class Freshness:
+class SensorTimeouts:
     """Remembers the newest scan of each sensor and says what is missing.
 
     Args:
@@ -132,10 +132,10 @@ class Navigator:
         self._walls = MapWalls(static, frame, outline)
         self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls)
         cycle = self._p.cycle
-        self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
-        self._unmapped = Unmapped(self._costmaps)
+        self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
+        self._unmapped = MapDifference(self._costmaps)
         self._people = PeopleTracks(self._p.people)
-        self._trails = Trails()
+        self._trails = VacatedCells()
         self._left: list[Place] = []
         self._goal: Goal | None = None
         self._end: Result | None = None
@@ -373,12 +373,12 @@ class Navigator:
         if not _are_not_negative(distance, max_linear, max_angular):
             self._refuse(f"cannot follow at {distance} m with {max_linear} m/s and {max_angular} rad/s")
             return
-        use = self._p.follow
+        params = self._p.follow
         goal = FollowGoal(
             user_id,
-            distance or use.follow_distance,
-            max_linear or use.follow_max_lin_speed,
-            max_angular or use.follow_max_ang_speed,
+            distance or params.follow_distance,
+            max_linear or params.follow_max_lin_speed,
+            max_angular or params.follow_max_ang_speed,
         )
         self._goal = Follow(goal, self._costmaps, self._p, now)
         for sight in self._people.seen_lately(user_id, now):
@@ -428,13 +428,13 @@ class Navigator:
                 f"{distance:g} m is too near to a person (would have worked: {NEAREST_M} m and more)"
             )
         else:
-            use = self._p.approach
+            params = self._p.approach
             goal = ApproachGoal(
                 *person,
-                distance or use.approach_me_distance,
+                distance or params.approach_me_distance,
                 *orientations,
-                max_linear or use.approach_me_max_lin_speed,
-                max_angular or use.approach_me_max_ang_speed,
+                max_linear or params.approach_me_max_lin_speed,
+                max_angular or params.approach_me_max_ang_speed,
             )
             self._goal = Approach(goal, self._costmaps, self._p, now)
 

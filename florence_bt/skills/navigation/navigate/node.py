@@ -69,7 +69,7 @@ from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETER
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
-from florence_bt.skills.navigation.navigate.trails import BODIES
+from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001

@@ -94,15 +94,15 @@ class People:
         Returns:
             Standstill when it would lead too near to somebody also when driven slowly.
         """
-        use = self.parameters
-        if not len(self.rows) or command.linear == 0.0 or use.people_distance == 0.0:
+        params = self.parameters
+        if not len(self.rows) or command.linear == 0.0 or params.people_distance == 0.0:
             return command
         command = command.slowed_to(self._speed_limit(pose, math.copysign(1.0, command.linear)))
         start = np.array([pose.x, pose.y, pose.yaw])
         for share in _SHARES:
             slower = Twist2(share * command.linear, share * command.angular)
             twist = np.array([slower.linear, slower.angular])
-            if not meets_somebody(self.rows, start, twist, use.people_prediction_time):
+            if not meets_somebody(self.rows, start, twist, params.people_prediction_time):
                 return slower
         return STANDSTILL
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.serving import ServedService
+from florence_bt.core.serving import ServiceBinding
 from florence_bt.core.skill import Inputs
 
 if TYPE_CHECKING:
@@ -64,14 +64,14 @@ def _propose(costmap: Callable[[], OccupancyGrid], inputs: Inputs) -> Result:
     )
 
 
-SERVED = (
-    ServedService(
+BINDINGS = (
+    ServiceBinding(
         skill=PROPOSE_APPROACH_POSE,
         interface="florence_interfaces/srv/ProposeApproach",
         name="approach_user/propose",
         request=_request,
         result=_proposed,
         component="costmap",
-        perform=_propose,
+        start_in_rig=_propose,
     ),
 )

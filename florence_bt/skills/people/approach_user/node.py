@@ -49,7 +49,7 @@ class ApproachNode(FlorenceNode):
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("approach_user", parameters=parameters)
-        self._use = self.read_parameters(ApproachNodeParameters)
+        self._params = self.read_parameters(ApproachNodeParameters)
         self._costmap: OccupancyGrid | None = None
         self._status = ApproachStatus()
         self._timer: Timer | None = None
@@ -71,7 +71,7 @@ class ApproachNode(FlorenceNode):
             Pose2(request.user_x, request.user_y),
             Pose2(request.robot_x, request.robot_y),
             request.trial,
-            request.safe_distance or self._use.safe_distance,
+            request.safe_distance or self._params.safe_distance,
             self._costmap,
         )
         response.valid, response.message = result.succeeded, result.reason
@@ -84,7 +84,7 @@ class ApproachNode(FlorenceNode):
 
     def _on_run_state(self, message: RunState) -> None:
         if self._status.take(message.run_id, message.mission, message.state) and self._timer is None:
-            period = self._use.status_period_s
+            period = self._params.status_period_s
             self._timer = call_every(self.timebase, period, self._repeat, start=self.timebase.now())
 
     def _repeat(self) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.sensing import ColourImage
-from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion, Region
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Region, Verdict
 from florence_bt.skills.people.user_tracker.parameters import ColourParameters
 
 INSTALL = "make colour"
@@ -57,24 +57,24 @@ class ColourDetector:
     """
 
     def __init__(self, parameters: ColourParameters | None = None, file: Path | None = None) -> None:
-        self._use = parameters or ColourParameters()
+        self._params = parameters or ColourParameters()
         self._network = _read(file or network_file())
 
-    def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
+    def verdict(self, picture: ColourImage, candidate: Candidate) -> Verdict:
         """Tell what a picture says of a candidate; 30 to 60 ms on one core.
 
         That nobody is there it says only of what it has seen well: large enough, lit, and not lying. It was
         shown too few people who lie.
         """
         shown = _part(picture.pixels, _box(picture.pixels, candidate.region))
-        if max(shown.shape[:2]) < self._use.colour_smallest:
-            return Opinion.NONE
+        if max(shown.shape[:2]) < self._params.colour_smallest:
+            return Verdict.NONE
         score = self.score(picture.pixels, candidate.region)
-        if score >= self._use.colour_person:
-            return Opinion.PERSON
-        lit = float(shown.max(axis=2).mean()) >= 255 * self._use.colour_darkest
+        if score >= self._params.colour_person:
+            return Verdict.PERSON
+        lit = float(shown.max(axis=2).mean()) >= 255 * self._params.colour_darkest
         seen_well = lit and candidate.posture != "lying"
-        return Opinion.NOBODY if seen_well and score < self._use.colour_nobody else Opinion.NONE
+        return Verdict.NOBODY if seen_well and score < self._params.colour_nobody else Verdict.NONE
 
     def score(self, pixels: NDArray[np.uint8], region: Region) -> float:
         """Tell how sure it is, 0 to 1, that a person fills about this region.
@@ -92,9 +92,9 @@ class ColourDetector:
                 "(would have worked: uint8 with the shape (rows, columns, 3))"
             )
         wanted = _box(pixels, region)
-        around = _around(wanted, self._use.colour_margin, pixels.shape[:2])
+        around = _around(wanted, self._params.colour_margin, pixels.shape[:2])
         heat, boxes = self._look(_part(pixels, around))
-        return float((heat * (_overlap(boxes, _within(wanted, around)) >= self._use.colour_overlap)).max())
+        return float((heat * (_overlap(boxes, _within(wanted, around)) >= self._params.colour_overlap)).max())
 
     def _look(self, part: NDArray[np.uint8]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return how probable a person is at each place, shape (64, 64), and boxes, shape (4, 64, 64)."""

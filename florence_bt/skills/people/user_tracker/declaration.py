@@ -7,7 +7,7 @@ from typing import Any
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
-from florence_bt.core.serving import ServedAction, ServedCondition, ServedService
+from florence_bt.core.serving import ActionBinding, ConditionBinding, ServiceBinding
 from florence_bt.core.skill import Inputs
 
 NO_USER_SEEN, NO_IMAGE = 1, 2
@@ -71,7 +71,7 @@ USER_LYING = SkillDeclaration(
     failures={"nobody_lies": "nobody is seen to lie on the floor"},
     deadline_s=5.0,
     instant=True,
-    wakes=True,
+    reports_changes=True,
 )
 
 
@@ -99,24 +99,24 @@ def _looked(message: Any, outcome: Outcome) -> Result:
     )
 
 
-SERVED = (
-    ServedService(
+BINDINGS = (
+    ServiceBinding(
         skill=START_TRACKER,
         interface="std_srvs/srv/Trigger",
         name="user_tracker_ni_node/Start",
         result=_switched,
         component="people",
-        perform=lambda people, inputs: people.start_tracker(),
+        start_in_rig=lambda people, inputs: people.start_tracker(),
     ),
-    ServedService(
+    ServiceBinding(
         skill=STOP_TRACKER,
         interface="std_srvs/srv/Trigger",
         name="user_tracker_ni_node/Stop",
         result=_switched,
         component="people",
-        perform=lambda people, inputs: people.stop_tracker(),
+        start_in_rig=lambda people, inputs: people.stop_tracker(),
     ),
-    ServedAction(
+    ActionBinding(
         skill=LOOK_FOR_USER,
         interface="florence_interfaces/action/LookForUser",
         name="look_for_user",
@@ -127,9 +127,9 @@ SERVED = (
         result=_looked,
         feedback=lambda message: f"looking; people seen so far: {message.users_seen}",
         component="people",
-        perform=lambda people, inputs: people.look(**inputs),
+        start_in_rig=lambda people, inputs: people.look(**inputs),
     ),
-    ServedCondition(
+    ConditionBinding(
         skill=USER_LYING, interface="std_msgs/msg/Bool", name="user_lying", judge=_lies, max_age_s=2.0
     ),
 )

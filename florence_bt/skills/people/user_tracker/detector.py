@@ -119,12 +119,12 @@ def detect_people(
     Returns:
         The people, nearest first, in the robot frame.
     """
-    use = parameters or DetectorParameters()
+    params = parameters or DetectorParameters()
     pixels = Pixels.of(depth, optical_in_base)
-    votes = _votes(pixels, use)
+    votes = _votes(pixels, params)
     found: list[Detection] = []
-    for mine in _groups(votes, use):
-        detection = _judge(votes, mine, optical_in_base, use, (known, robot) if known and robot else None)
+    for mine in _groups(votes, params):
+        detection = _judge(votes, mine, optical_in_base, params, (known, robot) if known and robot else None)
         if detection is not None and colour is not None:
             if callable(colour):
                 colour = colour()
@@ -164,10 +164,10 @@ class _Votes:
     posture: NDArray[np.float32]
 
 
-def _votes(pixels: Pixels, use: DetectorParameters) -> _Votes:
+def _votes(pixels: Pixels, params: DetectorParameters) -> _Votes:
     output = infer(pixels)
     depth = pixels.depth[::STRIDE, ::STRIDE]
-    shows = (output.person >= use.minimum_probability) & np.isfinite(depth) & (depth > 0.0)
+    shows = (output.person >= params.minimum_probability) & np.isfinite(depth) & (depth > 0.0)
     rows, columns = np.nonzero(shows)
     at = (rows * STRIDE, columns * STRIDE)
     points, ray = pixels.points[at], pixels.rays[at]
@@ -178,17 +178,17 @@ def _votes(pixels: Pixels, use: DetectorParameters) -> _Votes:
     )
 
 
-def _groups(votes: _Votes, use: DetectorParameters) -> list[NDArray[np.int64]]:
+def _groups(votes: _Votes, params: DetectorParameters) -> list[NDArray[np.int64]]:
     """Return the indices of the votes for each place where many meet."""
     if not len(votes.rows):
         return []
-    low = votes.middles.min(axis=0) - use.merge_radius
+    low = votes.middles.min(axis=0) - params.merge_radius
     cells = np.floor((votes.middles - low) / _CELL).astype(np.int64)
-    size = cells.max(axis=0) + math.ceil(use.merge_radius / _CELL) + 1
+    size = cells.max(axis=0) + math.ceil(params.merge_radius / _CELL) + 1
     counts = np.zeros((size[0], size[1]), np.float32)
     np.add.at(counts, (cells[:, 0], cells[:, 1]), votes.area * votes.probability)
-    counts = cv2.GaussianBlur(counts, (0, 0), use.vote_spread / _CELL)
-    reach = 2 * round(use.merge_radius / _CELL) + 1
+    counts = cv2.GaussianBlur(counts, (0, 0), params.vote_spread / _CELL)
+    reach = 2 * round(params.merge_radius / _CELL) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     peaks = np.argwhere((counts == cv2.dilate(counts, disc)) & (counts > 0.0))
     # Neighbours on a flat top are one peak.
@@ -196,7 +196,7 @@ def _groups(votes: _Votes, use: DetectorParameters) -> list[NDArray[np.int64]]:
     places = low + (np.array(single) + 0.5) * _CELL
     apart = np.linalg.norm(votes.middles[:, None] - places[None], axis=2)
     nearest = apart.argmin(axis=1)
-    near = apart[np.arange(len(nearest)), nearest] <= use.merge_radius
+    near = apart[np.arange(len(nearest)), nearest] <= params.merge_radius
     return [np.flatnonzero(near & (nearest == number)) for number in range(len(places))]
 
 
@@ -208,12 +208,12 @@ def _judge(
     votes: _Votes,
     mine: NDArray[np.int64],
     optical_in_base: Transform3,
-    use: DetectorParameters,
+    params: DetectorParameters,
     map_and_robot: tuple[KnownObstacles, Pose2] | None,
 ) -> Detection | None:
     """Return the person whom some votes are for, None when they are too few or too unsure."""
     area = float(votes.area[mine].sum())
-    if len(mine) < use.minimum_pixels or area < use.minimum_area:
+    if len(mine) < params.minimum_pixels or area < params.minimum_area:
         return None
     weights = votes.area[mine] * votes.probability[mine]
     seems = POSTURES[int(np.average(votes.posture[mine], axis=0, weights=weights).argmax())]
@@ -226,13 +226,13 @@ def _judge(
     if map_and_robot is not None:
         known, robot = map_and_robot
         points = votes.points[mine].astype(np.float64)
-        on_map = known.distance_to(points[:, 0], points[:, 1], robot) < use.map_margin
-        confidence -= use.map_penalty * float(on_map.mean())
-        if known.depth_in_unknown(x, y, robot) > use.unknown_depth:
-            confidence -= use.unknown_penalty
+        on_map = known.distance_to(points[:, 0], points[:, 1], robot) < params.map_margin
+        confidence -= params.map_penalty * float(on_map.mean())
+        if known.depth_in_unknown(x, y, robot) > params.unknown_depth:
+            confidence -= params.unknown_penalty
     camera = optical_in_base.translation
     distance = math.hypot(x - camera[0], y - camera[1])
-    if confidence < use.minimum_confidence or distance > use.maximum_distance:
+    if confidence < params.minimum_confidence or distance > params.maximum_distance:
         return None
     return Detection(
         x,

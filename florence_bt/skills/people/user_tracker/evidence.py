@@ -1,4 +1,4 @@
-"""A second opinion on who is a person, from another source than the depth picture.
+"""Verifiers: what else than the depth picture says who is a person.
 
 The depth detector proposes; a source says of each proposal that it is a person, that it is nobody, or
 nothing.
@@ -14,7 +14,7 @@ from typing import Protocol
 from florence_bt.core.sensing import ColourImage, Posture
 
 
-class Opinion(Enum):
+class Verdict(Enum):
     """The opinions of a source on a proposal."""
 
     PERSON = "person"
@@ -60,15 +60,15 @@ class Candidate:
     posture: Posture
 
 
-class EvidenceSource(Protocol):
-    """A source that can be asked for evidence."""
+class Verifier(Protocol):
+    """Judges who of the proposed candidates is a person."""
 
-    def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
+    def verdict(self, picture: ColourImage, candidate: Candidate) -> Verdict:
         """Tell what a picture says of a candidate; may take some ten milliseconds."""
 
 
-def opinions(
-    source: EvidenceSource, picture: ColourImage, candidates: Sequence[Candidate]
-) -> list[tuple[int, Opinion]]:
+def verdicts(
+    source: Verifier, picture: ColourImage, candidates: Sequence[Candidate]
+) -> list[tuple[int, Verdict]]:
     """Return numbers of candidates, with what a source says of them."""
-    return [(each.number, source.opinion(picture, each)) for each in candidates]
+    return [(each.number, source.verdict(picture, each)) for each in candidates]

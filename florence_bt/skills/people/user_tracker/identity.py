@@ -37,7 +37,7 @@ class Gallery:
     """
 
     def __init__(self, parameters: TrackerParameters | None = None) -> None:
-        self._use = parameters or TrackerParameters()
+        self._params = parameters or TrackerParameters()
         self._known: dict[int, _Known] = {}
         self._next_id = 1
 
@@ -83,16 +83,16 @@ class Gallery:
             The id of somebody who has these colours and is known well; else that which they have.
         """
         apart = distance_if_known(histogram, self._known[user_id].histogram)
-        if apart is not None and apart < self._use.match_distance:
+        if apart is not None and apart < self._params.match_distance:
             return user_id
         best = self._by_colours(self._absent(now, present), histogram, came)
-        known_well = best is not None and self._known[best].pictures >= self._use.known_pictures
+        known_well = best is not None and self._known[best].pictures >= self._params.known_pictures
         return best if best is not None and known_well else user_id
 
     def _absent(self, now: float, present: Collection[int]) -> dict[int, _Known]:
         """Return the people who are remembered but not there; forget those not seen for long."""
         self._known = {
-            key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
+            key: each for key, each in self._known.items() if now - each.seen <= self._params.remember_s
         }
         return {key: each for key, each in self._known.items() if key not in present}
 
@@ -105,7 +105,7 @@ class Gallery:
         known.pictures += 1
         if histogram is not None:
             old = known.histogram
-            known.histogram = histogram if old is None else blend(old, histogram, self._use.blend)
+            known.histogram = histogram if old is None else blend(old, histogram, self._params.blend)
 
     def _by_colours(
         self, absent: Mapping[int, _Known], histogram: Histogram | None, came: Sighting | None
@@ -114,15 +114,15 @@ class Gallery:
         best, best_cost = None, math.inf
         for user_id, known in absent.items():
             distance = distance_if_known(histogram, known.histogram)
-            if distance is None or distance >= self._use.match_distance:
+            if distance is None or distance >= self._params.match_distance:
                 continue
             if known.last and came and came.time <= known.last.time:
                 continue  # seen at the same time, so they are two
-            walked = walked_share(known.last, came, self._use) if known.last and came else 0.0
+            walked = walked_share(known.last, came, self._params) if known.last and came else 0.0
             if walked > TOO_FAR:
                 continue
-            cost = distance / self._use.match_distance + walked
-            if known.pictures < self._use.known_pictures:
+            cost = distance / self._params.match_distance + walked
+            if known.pictures < self._params.known_pictures:
                 cost += _BARELY_KNOWN
             if cost < best_cost:
                 best, best_cost = user_id, cost
@@ -139,30 +139,32 @@ class Gallery:
         fitting: dict[int, Sighting] = {}
         for user_id, known in absent.items():
             distance = distance_if_known(histogram, known.histogram)
-            if distance is not None and distance >= self._use.differ_distance:
+            if distance is not None and distance >= self._params.differ_distance:
                 continue
-            if known.last is None or not may_return(known.last, came, self._use):
+            if known.last is None or not may_return(known.last, came, self._params):
                 continue
             # A reflection, or somebody in grey, is not the one who has colours and was elsewhere.
             unseen = distance is None and known.histogram is not None
-            if unseen and away(known.last, came) > NEARBY * self._use.return_margin:
+            if unseen and away(known.last, came) > NEARBY * self._params.return_margin:
                 continue
             fitting[user_id] = known.last
         if not fitting:
             return None
-        walked = {key: walked_share(lost, came, self._use) for key, lost in fitting.items()}
+        walked = {key: walked_share(lost, came, self._params) for key, lost in fitting.items()}
         best = min(walked, key=lambda key: walked[key])
         lost = fitting[best]
         rivals = [share for key, share in walked.items() if key != best]
         rivals += [
-            walked_share(lost, other, self._use) for other in others if may_return(lost, other, self._use)
+            walked_share(lost, other, self._params)
+            for other in others
+            if may_return(lost, other, self._params)
         ]
         return best if all(share >= CLEARLY * walked[best] for share in rivals) else None
 
     def _add(self, histogram: Histogram | None, now: float, present: Collection[int]) -> int:
         """Remember somebody new; when there are too many the one not seen for longest makes room."""
         absent = [key for key in self._known if key not in present]
-        if len(self._known) >= self._use.remembered_people and absent:
+        if len(self._known) >= self._params.remembered_people and absent:
             del self._known[min(absent, key=lambda key: self._known[key].seen)]
         user_id = self._next_id
         self._next_id += 1

@@ -46,7 +46,7 @@ class LookForUser:
     """
 
     def __init__(self, parameters: LookParameters | None = None) -> None:
-        self._use = parameters or LookParameters()
+        self._params = parameters or LookParameters()
         self._samples: dict[int, list[_Sample]] = {}
         self._certain: set[int] = set()
         self._robot: Pose2 | None = None
@@ -115,40 +115,40 @@ class LookForUser:
             there were too few pictures to see anybody.
         """
         seen = {key: each for key, each in self._samples.items() if self._counts(each)}
-        settled = any(each[-1][0] - each[0][0] >= self._use.settle_s for each in seen.values())
+        settled = any(each[-1][0] - each[0][0] >= self._params.settle_s for each in seen.values())
         if seen and (settled or now >= self.deadline):
             return self._found(seen)
         if now >= self.deadline or (not self._samples and self._is_empty(now)):
             return self._nobody(now)
         firsts = [each[0][0] for each in self._samples.values()]
-        uncertain = bool(firsts) and not seen and now - min(firsts) >= self._use.uncertain_s
+        uncertain = bool(firsts) and not seen and now - min(firsts) >= self._params.uncertain_s
         return self._nobody(now) if uncertain else None
 
     def _counts(self, samples: Sequence[_Sample]) -> bool:
         """Tell whether somebody was seen often enough, and for certain."""
-        if max(user.confidence for _, user in samples) >= self._use.certain:
+        if max(user.confidence for _, user in samples) >= self._params.certain:
             self._certain.add(samples[0][1].user_id)
         certain = self._wanted.user_id or samples[0][1].user_id in self._certain
-        return bool(certain) and len(samples) >= self._use.minimum_pictures
+        return bool(certain) and len(samples) >= self._params.minimum_pictures
 
     def _is_empty(self, now: float) -> bool:
         """Tell whether enough pictures have shown nothing that may be a person."""
-        if self._first_picture is None or self._undecided or self._pictures < self._use.enough_pictures:
+        if self._first_picture is None or self._undecided or self._pictures < self._params.enough_pictures:
             return False
-        return now - self._first_picture >= self._use.settle_s
+        return now - self._first_picture >= self._params.settle_s
 
     def _nobody(self, now: float) -> Result:
-        if self._pictures >= self._use.enough_pictures:
+        if self._pictures >= self._params.enough_pictures:
             seconds = min(now, self.deadline) - self._started
             return failure("no_user_seen", f"no user seen within {seconds:.1f} s in {self._pictures} images")
         return failure(
             "no_image",
             f"{self._pictures} usable images within {self._window:g} s, "
-            f"{self._use.enough_pictures} would have been enough to see somebody",
+            f"{self._params.enough_pictures} would have been enough to see somebody",
         )
 
     def _in_range(self, distance: float) -> bool:
-        return self._use.nearest <= distance <= self._use.farthest
+        return self._params.nearest <= distance <= self._params.farthest
 
     def _far(self, user: Sequence[TrackedUser]) -> tuple[float, float]:
         """Return what is least for the person meant: metres from the place asked for, then the camera."""
@@ -160,7 +160,7 @@ class LookForUser:
             return False
         return (
             self._wanted.user_id in (0, user.user_id)
-            and self._beside_place(user.x, user.y) <= self._use.place_tolerance
+            and self._beside_place(user.x, user.y) <= self._params.place_tolerance
         )
 
     def _beside_place(self, x: float, y: float) -> float:

@@ -45,7 +45,7 @@ from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
-from florence_bt.skills.people.user_tracker.evidence import EvidenceSource, Opinion, opinions
+from florence_bt.skills.people.user_tracker.evidence import Verdict, Verifier, verdicts
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.markers import markers_of
@@ -102,7 +102,7 @@ class UserTrackerNode(FlorenceNode):
 
     Args:
         parameters: Overrides of the node's parameters.
-        second_source: Is asked about candidates; the colour detector when None, if it is switched on.
+        verifier: Is asked about candidates; the colour detector when None, if it is switched on.
 
     Raises:
         ColourNetworkUnusable: The colour detector is switched on, and its network is damaged or not
@@ -121,22 +121,20 @@ class UserTrackerNode(FlorenceNode):
         self,
         *,
         parameters: Mapping[str, Any] | None = None,
-        second_source: EvidenceSource | None = None,
+        verifier: Verifier | None = None,
     ) -> None:
         super().__init__("user_tracker_ni_node", parameters=parameters)
-        self._use = self.read_parameters(UserTrackerNodeParameters)
+        self._params = self.read_parameters(UserTrackerNodeParameters)
         self._detector = self.read_parameters(DetectorParameters)
         # The first call loads the compiled loops, which takes as long as twenty pictures: not during a look.
         detect_people(EMPTY_PICTURE, Transform3.identity(), None, self._detector)
         colours = self.read_parameters(ColourParameters)
-        self._second_source = second_source or (
-            ColourDetector(colours) if self._use.colour_detector else None
-        )
-        self._worker = ThreadPoolExecutor(1, "second source")
-        self._answer: Future[list[tuple[int, Opinion]]] | None = None
+        self._verifier = verifier or (ColourDetector(colours) if self._params.colour_detector else None)
+        self._worker = ThreadPoolExecutor(1, "verifier")
+        self._answer: Future[list[tuple[int, Verdict]]] | None = None
         self._asked = float("-inf")
         self._tracker = UserTracker(
-            self.read_parameters(TrackerParameters), second_source=self._second_source is not None
+            self.read_parameters(TrackerParameters), verifier=self._verifier is not None
         )
         self._look = LookForUser(self.read_parameters(LookParameters))
         self._look_timer: Timer | None = None
@@ -156,7 +154,7 @@ class UserTrackerNode(FlorenceNode):
         self._bodies_topic = self.create_publisher(LaserScanMsg, "people_scan", SENSOR)
         self._markers_topic = self.create_publisher(MarkerArray, "user_markers", RELIABLE)
         self._detected_topic = self.create_publisher(DetectedUser, "detected_user", RELIABLE)
-        if self._use.use_map:
+        if self._params.use_map:
             self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.ros_timebase.on_reset(self._forget_readings)
         self.create_service(Trigger, "~/Start", self._on_start)
@@ -201,7 +199,7 @@ class UserTrackerNode(FlorenceNode):
         self._tracker.stop()
         self._colour = self._waiting = None
         if self._pictures and self._forget_timer is None:
-            when = self.timebase.now() + self._use.keep_pictures_s
+            when = self.timebase.now() + self._params.keep_pictures_s
             self._forget_timer = self.timebase.call_at(when, self._forget_pictures)
 
     def _forget_pictures(self) -> None:
@@ -243,7 +241,7 @@ class UserTrackerNode(FlorenceNode):
             # a busy machine the newest is always too new.
             self._use_picture(waiting, self._taken_at(message))
         stamp = self._taken_at(message)
-        if self._waiting is None and not 0.0 <= stamp - self._last_stamp < self._use.period_s:
+        if self._waiting is None and not 0.0 <= stamp - self._last_stamp < self._params.period_s:
             self._use_picture(message, stamp)
 
     def _use_picture(self, message: Image, now: float) -> None:
@@ -273,7 +271,7 @@ class UserTrackerNode(FlorenceNode):
     def _colour_near(self, stamp: float) -> ColourImage | None:
         """Return the latest colour picture, if it is of about this moment."""
         assert self._depth_camera is not None
-        if self._colour is None or abs(self._taken_at(self._colour) - stamp) > self._use.colour_age_s:
+        if self._colour is None or abs(self._taken_at(self._colour) - stamp) > self._params.colour_age_s:
             return None
         try:
             # Only the pixels count here; the camera model of the depth picture stands in for its own.
@@ -284,10 +282,10 @@ class UserTrackerNode(FlorenceNode):
             return None
 
     def _take_picture(self, depth: DepthImage) -> None:
-        use, buffer = self._use, self._tf.buffer
-        optical_in_base = buffer.lookup(use.base_frame, depth.frame_id, depth.stamp)
-        robot_in_odom = buffer.lookup_pose(use.odom_frame, use.base_frame, depth.stamp)
-        odom = buffer.lookup_pose(use.map_frame, use.odom_frame, depth.stamp)
+        params, buffer = self._params, self._tf.buffer
+        optical_in_base = buffer.lookup(params.base_frame, depth.frame_id, depth.stamp)
+        robot_in_odom = buffer.lookup_pose(params.odom_frame, params.base_frame, depth.stamp)
+        odom = buffer.lookup_pose(params.map_frame, params.odom_frame, depth.stamp)
         robot = odom @ robot_in_odom
         colour = self._colour_near(depth.stamp)
         found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
@@ -297,7 +295,7 @@ class UserTrackerNode(FlorenceNode):
             view_of(depth, optical_in_base, robot_in_odom),
         )
         users = tuple(user.moved_by(odom) for user in tracked)
-        self._bodies_topic.publish(scan_to_ros(body_scan(found, self.stamp(depth.stamp), use.base_frame)))
+        self._bodies_topic.publish(scan_to_ros(body_scan(found, self.stamp(depth.stamp), params.base_frame)))
         self._publish(users, depth.stamp)
         if colour is not None:
             self._ask_second_source(colour, depth.stamp)
@@ -306,21 +304,21 @@ class UserTrackerNode(FlorenceNode):
 
     def _ask_second_source(self, colour: ColourImage, stamp: float) -> None:
         """Have the candidates of a picture looked at beside the depth pictures that follow."""
-        if self._second_source is None or self._answer is not None:
+        if self._verifier is None or self._answer is not None:
             return
-        candidates = self._tracker.candidates(self._use.colour_most)
-        if not candidates or 0.0 <= stamp - self._asked < self._use.colour_period_s:
+        candidates = self._tracker.candidates(self._params.colour_most)
+        if not candidates or 0.0 <= stamp - self._asked < self._params.colour_period_s:
             return
         self._asked = stamp
-        self._answer = self._worker.submit(opinions, self._second_source, colour, candidates)
-        self._answer.add_done_callback(lambda answer: self.call_soon(partial(self._on_opinions, answer)))
+        self._answer = self._worker.submit(verdicts, self._verifier, colour, candidates)
+        self._answer.add_done_callback(lambda answer: self.call_soon(partial(self._on_verdicts, answer)))
 
-    def _on_opinions(self, answer: Future[list[tuple[int, Opinion]]]) -> None:
+    def _on_verdicts(self, answer: Future[list[tuple[int, Verdict]]]) -> None:
         self._answer = None
         if answer.cancelled():
             return  # the node was closed
-        for number, opinion in answer.result():
-            self._tracker.take_opinion(number, opinion, self._last_stamp)
+        for number, verdict in answer.result():
+            self._tracker.take_verdict(number, verdict, self._last_stamp)
 
     def _publish(self, users: tuple[TrackedUser, ...], stamp: float) -> None:
         present = filter_users(users)
@@ -328,11 +326,13 @@ class UserTrackerNode(FlorenceNode):
         self._filtered_topic.publish(_users_to_ros(present))
         self._lying_topic.publish(Bool(data=on_the_floor(users)))
         if self._markers_topic.get_subscription_count() > 0:
-            self._markers_topic.publish(markers_of(present, self._use.map_frame, self.stamp(stamp)))
+            self._markers_topic.publish(markers_of(present, self._params.map_frame, self.stamp(stamp)))
         seen = self._tracker.in_view
         for user in present:
             if user.user_id in seen:
-                self._frames.send(self._use.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y))
+                self._frames.send(
+                    self._params.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y)
+                )
 
     # ---- looks ----------------------------------------------------------------------------------------
 

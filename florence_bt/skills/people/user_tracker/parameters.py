@@ -72,10 +72,10 @@ class TrackerParameters(CheckedParameters):
     Attributes:
         confirm_hits: A person counts when seen in this many ...
         confirm_window: ... of this many pictures.
-        agreed_hits: In this many, when a second source says that it is a person.
-        opinion_s: When there is a second source, a candidate waits this long for its opinion, seconds, and
+        agreed_hits: In this many, when the verifier says that it is a person.
+        verdict_s: With a verifier, a candidate waits this long for its verdict, seconds, and
             again after each that was against it.
-        denials: A track that was called nobody this often, and never a person, is not confirmed.
+        rejections: A track that was called nobody this often, and never a person, is not confirmed.
         walked: A track that has moved this far is a person anyway, metres.
         gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
@@ -116,8 +116,8 @@ class TrackerParameters(CheckedParameters):
     confirm_hits: Annotated[int, Limits(1)] = 3
     confirm_window: Annotated[int, Limits(1)] = 4
     agreed_hits: Annotated[int, Limits(1)] = 2
-    opinion_s: NotNegative = 0.5
-    denials: Annotated[int, Limits(1)] = 3
+    verdict_s: NotNegative = 0.5
+    rejections: Annotated[int, Limits(1)] = 3
     walked: Positive = 0.6
     gate: Positive = 13.8
     gate_margin: Positive = 0.2

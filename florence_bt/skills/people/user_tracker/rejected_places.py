@@ -93,16 +93,16 @@ class RejectedPlaces:
     """
 
     def __init__(self, parameters: TrackerParameters) -> None:
-        self._use = parameters
+        self._params = parameters
         self._places: list[_Place] = []
 
     def seen(self, now: float, x: float, y: float, confidence: float) -> None:
         """Note that somebody is seen at a place, and stands there."""
         place = self._at(x, y)
         if place is None:
-            self._places.append(_Place(x, y, now + self._use.reject_s, confidence))
+            self._places.append(_Place(x, y, now + self._params.reject_s, confidence))
             return
-        place.x, place.y, place.until = x, y, now + self._use.reject_s
+        place.x, place.y, place.until = x, y, now + self._params.reject_s
         place.misses, place.missed_from = 0, 0.0
         place.surest = max(place.surest, confidence)
 
@@ -110,7 +110,7 @@ class RejectedPlaces:
         """Take what a picture shows of the places where somebody was seen."""
         self._places = [place for place in self._places if now < place.until]
         for place in self._places:
-            if place.misses < self._use.reject_pictures and self._is_well_in_view(place, view.camera):
+            if place.misses < self._params.reject_pictures and self._is_well_in_view(place, view.camera):
                 away = math.dist((place.x, place.y), (view.camera.x, view.camera.y))
                 self._judge(place, now, away, view, found)
 
@@ -122,7 +122,7 @@ class RejectedPlaces:
             place.misses, place.missed_from = 0, 0.0
         else:
             place.misses, place.missed_from = place.misses + 1, max(place.missed_from, away)
-            place.until = now + self._use.reject_s
+            place.until = now + self._params.reject_s
 
     def forget(self, x: float, y: float) -> None:
         """Forget the place where somebody stood who walked away."""
@@ -137,7 +137,7 @@ class RejectedPlaces:
                 thing was, it is somebody who stands at its place now.
         """
         place = self._at(sight.x, sight.y)
-        if place is None or place.misses < self._use.reject_pictures:
+        if place is None or place.misses < self._params.reject_pictures:
             return False
         return sight.distance > place.missed_from and confidence <= place.surest + _SURER
 
@@ -145,9 +145,9 @@ class RejectedPlaces:
         return next((place for place in self._places if self._is_at(place, x, y)), None)
 
     def _is_at(self, place: _Place, x: float, y: float) -> bool:
-        return math.dist((place.x, place.y), (x, y)) <= self._use.reject_radius
+        return math.dist((place.x, place.y), (x, y)) <= self._params.reject_radius
 
     def _is_well_in_view(self, place: _Place, camera: Pose2) -> bool:
         x, y = camera.inverse().apply(place.x, place.y)
-        near, far = self._use.reject_nearest, self._use.reject_farthest
+        near, far = self._params.reject_nearest, self._params.reject_farthest
         return near <= math.hypot(x, y) <= far and abs(math.atan2(y, x)) <= _BEARING

@@ -33,22 +33,22 @@ def away(lost: Sighting, came: Sighting) -> float:
     return math.hypot(came.user.x - lost.user.x, came.user.y - lost.user.y)
 
 
-def reach(seconds: float, use: TrackerParameters) -> float:
+def reach(seconds: float, params: TrackerParameters) -> float:
     """Return the distance in metres within which somebody can be seen so much later than they were last."""
-    return use.return_speed * max(0.0, seconds) + use.gate_margin
+    return params.return_speed * max(0.0, seconds) + params.gate_margin
 
 
-def walked_share(lost: Sighting, came: Sighting, use: TrackerParameters) -> float:
+def walked_share(lost: Sighting, came: Sighting, params: TrackerParameters) -> float:
     """Return the distance as a share of what could be walked meanwhile; above 1 it is too far."""
-    return away(lost, came) / reach(came.time - lost.time, use)
+    return away(lost, came) / reach(came.time - lost.time, params)
 
 
-def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:
+def may_return(lost: Sighting, came: Sighting, params: TrackerParameters) -> bool:
     """Tell whether place, time, height and posture let somebody be the one who was lost."""
     return (
-        0.0 < came.time - lost.time <= use.return_s
-        and walked_share(lost, came, use) <= 1.0
-        and not contradict(lost.user, came.user, use.height_tolerance)
+        0.0 < came.time - lost.time <= params.return_s
+        and walked_share(lost, came, params) <= 1.0
+        and not contradict(lost.user, came.user, params.height_tolerance)
     )
 
 

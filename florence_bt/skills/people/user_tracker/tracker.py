@@ -16,7 +16,7 @@ from florence_bt.core.sensing import Posture, TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Verdict
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.lying_body import LyingBodies, LyingBody
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
@@ -35,7 +35,7 @@ class _Track:
         now: When, seconds.
         use: How people are followed.
         number: Of the track.
-        waits_s: It waits this long for a second opinion, seconds.
+        waits_s: It waits this long for the verifier, seconds.
         resting: Where people lie.
     """
 
@@ -43,24 +43,24 @@ class _Track:
         self,
         detection: Detection,
         now: float,
-        use: TrackerParameters,
+        params: TrackerParameters,
         number: int,
         waits_s: float,
         resting: LyingBodies,
     ) -> None:
-        self._use = use
+        self._params = params
         self.number = number
-        self.opinions = self._denials = 0
+        self.verdicts = self._rejections = 0
         self._agreed = False
         self._wait_until = now + waits_s
         self.filter = self._filter_at(detection)
-        self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
+        self.hits: deque[bool] = deque([True], maxlen=params.confirm_window)
         self.device_id = 0
         self.user_id = 0
         self.has_colours = False
         self.distance = detection.distance
         self.histogram: Histogram | None = detection.histogram
-        self.looks = deque([detection], maxlen=use.posture_window)
+        self.looks = deque([detection], maxlen=params.posture_window)
         self._resting = resting
         self._lies_at: LyingBody | None = None
         self._lie(detection)
@@ -81,7 +81,7 @@ class _Track:
         """Take over where the person was seen."""
         if self.lost:
             self.filter = self._filter_at(detection)
-        self.filter.update(np.array([detection.x, detection.y]), self._use.position_sigma)
+        self.filter.update(np.array([detection.x, detection.y]), self._params.position_sigma)
         self.hits.append(True)
         self.looks.append(detection)
         self._lie(detection)
@@ -95,35 +95,35 @@ class _Track:
             self._lies_at = self._resting.near(detection)
             self._lies_at.take(detection)
 
-    def take_opinion(self, opinion: Opinion, now: float) -> None:
-        """Take what a second source says; once a person, always a person."""
-        self.opinions += 1
-        self._agreed = self._agreed or opinion is Opinion.PERSON
-        self._denials += opinion is Opinion.NOBODY
-        self._wait_until = now + (self._use.opinion_s if opinion is Opinion.NOBODY else 0.0)
+    def take_verdict(self, verdict: Verdict, now: float) -> None:
+        """Take what the verifier says; once a person, always a person."""
+        self.verdicts += 1
+        self._agreed = self._agreed or verdict is Verdict.PERSON
+        self._rejections += verdict is Verdict.NOBODY
+        self._wait_until = now + (self._params.verdict_s if verdict is Verdict.NOBODY else 0.0)
 
     @property
     def denied(self) -> bool:
-        """Whether a second source has looked often enough and never seen a person, nor has it walked."""
-        return not self._agreed and self._denials >= self._use.denials and not self.has_walked
+        """Whether the verifier has looked often enough and never seen a person, nor has it walked."""
+        return not self._agreed and self._rejections >= self._params.rejections and not self.has_walked
 
     def is_a_person(self, now: float) -> bool:
-        """Tell whether it was seen often enough, and no second source is against it."""
+        """Tell whether it was seen often enough, and the verifier is not against it."""
         hits = sum(self.hits)
         if self._agreed:
-            return hits >= self._use.agreed_hits
+            return hits >= self._params.agreed_hits
         may_be = self.has_walked or (now >= self._wait_until and not self.denied)
-        return hits >= self._use.confirm_hits and may_be
+        return hits >= self._params.confirm_hits and may_be
 
     @property
     def has_walked(self) -> bool:
         """Whether it has gone so far that it is no thing."""
         first = self._first[1]
-        return math.dist((first.x, first.y), self.filter.state[:2]) >= self._use.walked
+        return math.dist((first.x, first.y), self.filter.state[:2]) >= self._params.walked
 
     def _filter_at(self, detection: Detection) -> ConstantVelocity:
         position = np.array([detection.x, detection.y])
-        return ConstantVelocity(position, self._use.position_sigma, self._use.acceleration)
+        return ConstantVelocity(position, self._params.position_sigma, self._params.acceleration)
 
     def as_user(self) -> TrackedUser:
         """Return what is published of it."""
@@ -158,20 +158,20 @@ class UserTracker:
 
     Args:
         parameters: How people are followed.
-        second_source: Whether there is a source of evidence besides the detections: candidates wait for its
-            opinion (:meth:`candidates`, :meth:`take_opinion`). One that does not answer holds nobody up for
+        verifier: Whether there is a verifier besides the detector: candidates wait for its
+            verdict (:meth:`candidates`, :meth:`take_verdict`). One that does not answer holds nobody up for
             long.
 
     Source:
         REFERENCE 9 and 12.9; document, sections 4.1.2 and 4.2.
     """
 
-    def __init__(self, parameters: TrackerParameters | None = None, *, second_source: bool = False) -> None:
-        self._use = parameters or TrackerParameters()
-        self._waits_s = self._use.opinion_s if second_source else 0.0
+    def __init__(self, parameters: TrackerParameters | None = None, *, verifier: bool = False) -> None:
+        self._params = parameters or TrackerParameters()
+        self._waits_s = self._params.verdict_s if verifier else 0.0
         self._numbers = itertools.count()
-        self._gallery = Gallery(self._use)
-        self._rejected = RejectedPlaces(self._use)
+        self._gallery = Gallery(self._params)
+        self._rejected = RejectedPlaces(self._params)
         self._resting = LyingBodies()
         self._tracks: list[_Track] = []
         self._next_device_id = 1
@@ -210,8 +210,8 @@ class UserTracker:
             return ()
         self._last = now
         for track in self._tracks:
-            track.predict(now, self._use.coast_s)
-        credible = _credible(detections, self._use.sure)
+            track.predict(now, self._params.coast_s)
+        credible = _credible(detections, self._params.sure)
         pairs = self._assign(credible)
         for track, detection in pairs:
             track.take(detection, now)
@@ -221,7 +221,7 @@ class UserTracker:
             if id(track) not in matched_tracks:
                 track.hits.append(False)
         self._tracks += [
-            _Track(each, now, self._use, next(self._numbers), self._waits_s, self._resting)
+            _Track(each, now, self._params, next(self._numbers), self._waits_s, self._resting)
             for each in credible
             if id(each) not in matched_detections
         ]
@@ -242,28 +242,28 @@ class UserTracker:
         return self._present(self._last)
 
     def candidates(self, most: int) -> list[Candidate]:
-        """Return those in the last image who are not confirmed, for a second source to say something of.
+        """Return those in the last image who are not confirmed, for the verifier to judge.
 
         Args:
             most: How many; those of whom the least was said come first.
         """
-        asked = sorted(self._unconfirmed(), key=lambda track: track.opinions)
+        asked = sorted(self._unconfirmed(), key=lambda track: track.verdicts)
         shown = [(track.number, track.looks[-1]) for track in asked]
         return [
             Candidate(number, look.region, look.posture) for number, look in shown if look.region is not None
         ][:most]
 
-    def take_opinion(self, number: int, opinion: Opinion, now: float) -> None:
-        """Take what a second source says of a candidate; one that is gone by now does not matter.
+    def take_verdict(self, number: int, verdict: Verdict, now: float) -> None:
+        """Take what the verifier says of a candidate; one that is gone by now does not matter.
 
         Args:
             number: Of the candidate.
-            opinion: What it says.
+            verdict: What it says.
             now: The time of the last image, seconds.
         """
         for track in self._tracks:
             if track.number == number:
-                track.take_opinion(opinion, now)
+                track.take_verdict(verdict, now)
 
     def _unconfirmed(self) -> list[_Track]:
         """Return those in the last image who are not confirmed."""
@@ -284,11 +284,11 @@ class UserTracker:
     def _following_cost(self, track: _Track, detection: Detection) -> float:
         """Return twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
         position, seen = np.array([detection.x, detection.y]), track.looks[-1]
-        distance = track.filter.mahalanobis_squared(position, self._use.position_sigma)
+        distance = track.filter.mahalanobis_squared(position, self._params.position_sigma)
         away = math.dist(position, (seen.x, seen.y))
-        if distance > self._use.gate or away > reach(track.predicted - track.seen, self._use):
+        if distance > self._params.gate or away > reach(track.predicted - track.seen, self._params):
             return math.inf
-        spread = math.log(np.linalg.det(track.filter.innovation_covariance(self._use.position_sigma)))
+        spread = math.log(np.linalg.det(track.filter.innovation_covariance(self._params.position_sigma)))
         return distance + spread + self._colour_cost(track, detection)
 
     def _return_cost(self, track: _Track, detection: Detection) -> float:
@@ -296,22 +296,22 @@ class UserTracker:
         user = replace(track.as_user(), distance=track.distance)
         seen = track.looks[-1]
         away = min(math.dist((detection.x, detection.y), (at.x, at.y)) for at in (user, seen))
-        if away > self._use.return_margin or contradict(user, detection, self._use.height_tolerance):
+        if away > self._params.return_margin or contradict(user, detection, self._params.height_tolerance):
             return math.inf
-        return (away / self._use.return_margin) ** 2 + self._colour_cost(track, detection)
+        return (away / self._params.return_margin) ** 2 + self._colour_cost(track, detection)
 
     def _colour_cost(self, track: _Track, detection: Detection) -> float:
         """Return the squared distance of the colours in standard deviations; 1 when it is not known."""
         apart = distance_if_known(track.histogram, detection.histogram)
         if apart is None:
             return 1.0
-        return math.inf if apart >= self._use.differ_distance else (apart / self._use.colour_sigma) ** 2
+        return math.inf if apart >= self._params.differ_distance else (apart / self._params.colour_sigma) ** 2
 
     def _is_kept(self, track: _Track, now: float) -> bool:
         if track.device_id:
-            return now - track.seen <= self._use.forget_s
+            return now - track.seen <= self._params.forget_s
         missed = len(track.hits) - sum(track.hits)
-        return missed <= self._use.confirm_window - self._use.confirm_hits
+        return missed <= self._params.confirm_window - self._params.confirm_hits
 
     def _identify(self, now: float) -> None:
         """Give ids to who is confirmed now, and remember who is seen."""
@@ -344,7 +344,7 @@ class UserTracker:
 
     def _may_be_new(self, track: _Track) -> bool:
         """Tell whether a track without an id shows a person for sure."""
-        sure = any(each.confidence >= self._use.sure for each in track.looks)
+        sure = any(each.confidence >= self._params.sure for each in track.looks)
         return sure and not track.device_id and not track.denied
 
     def _is_rejected(self, track: _Track) -> bool:

@@ -19,8 +19,8 @@ _NEAREST_M = 0.5
 
 def velocity_straight(task: FollowTask, robot: Pose2, distance: float, bearing: float) -> Twist2:
     """Return the velocity straight towards the person at a distance (metres) and bearing (rad)."""
-    use, track = task.use, task.track
-    turn = use.follow_angular_gain * bearing if abs(bearing) > use.follow_angle_tolerance else 0.0
+    params, track = task.params, task.track
+    turn = params.follow_angular_gain * bearing if abs(bearing) > params.follow_angle_tolerance else 0.0
     if track.walks:
         (vx, vy), heading = track.velocity, robot.yaw + bearing
         turn += (math.cos(heading) * vy - math.sin(heading) * vx) / max(distance, _NEAREST_M)
@@ -36,9 +36,9 @@ def speed_along(task: FollowTask, robot: Pose2, way: float, bearing: float) -> f
 
 def speed_behind(task: FollowTask, away: float, too_far: float) -> float:
     """Return the speed behind somebody who walks (m/s) and is some metres too far; never backwards."""
-    use = task.use
-    if abs(too_far) <= use.follow_distance_tolerance:
+    params = task.params
+    if abs(too_far) <= params.follow_distance_tolerance:
         too_far = 0.0
         if not task.track.walks:
             return 0.0
-    return max(0.0, min(task.goal.max_linear, away + use.follow_linear_gain * too_far))
+    return max(0.0, min(task.goal.max_linear, away + params.follow_linear_gain * too_far))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.geometry import STANDSTILL, Twist2
-from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
+from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
@@ -25,7 +25,7 @@ _WAITS_S, _STAYS_M = 6.0, 0.25
 class GiveWay:
     """Lets people pass."""
 
-    def __init__(self, task: FollowTask, way_back: WayBack, planned: PlannedWay) -> None:
+    def __init__(self, task: FollowTask, way_back: RetreatPath, planned: PathFollower) -> None:
         self._task = task
         self._way_back = way_back
         self._planned = planned
@@ -45,14 +45,14 @@ class GiveWay:
         comes = track.walks and track.walks_away(state.pose, bearing) < -_TOWARDS * track.speed
         if comes:
             self._came_at = state.now
-        return distance < self._task.goal.distance - (0.0 if comes else self._task.use.follow_give_way)
+        return distance < self._task.goal.distance - (0.0 if comes else self._task.params.follow_give_way)
 
     def back_off(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
         self._waits = person, state.now
         too_near = self._task.goal.distance - math.dist(person, (state.pose.x, state.pose.y))
         comes = max(0.0, -self._task.track.walks_away(state.pose, bearing))
-        speed = comes + self._task.use.follow_linear_gain * too_near
+        speed = comes + self._task.params.follow_linear_gain * too_near
         command = self._way_back.back_off(state, bearing, speed)
         self._note_way_back(state, person, backing=command.linear != 0.0)
         return self._task.motions.turn_towards(state, bearing) if command.is_zero() else command

@@ -10,9 +10,9 @@ from florence_bt.skills.navigation.navigate.following.distance_law import speed_
 from florence_bt.skills.navigation.navigate.following.give_way import GiveWay
 from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in_sight, is_line_free
 from florence_bt.skills.navigation.navigate.following.motions import Move
-from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
-from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
+from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import RobotState
 
@@ -26,7 +26,12 @@ class KeepDistance:
     """Keeps the distance to somebody who is in sight."""
 
     def __init__(
-        self, task: FollowTask, persons_way: PersonsWay, planned: PlannedWay, give_way: GiveWay, now: float
+        self,
+        task: FollowTask,
+        persons_way: TrailFollower,
+        planned: PathFollower,
+        give_way: GiveWay,
+        now: float,
     ) -> None:
         self._task = task
         self._persons_way = persons_way
@@ -62,7 +67,7 @@ class KeepDistance:
         walk, _ = self._persons_way.drive(state, person, wanted)
         if walk is not None:
             return Move(walk, "following along the person's path")
-        near = distance <= wanted + self._task.use.follow_give_way
+        near = distance <= wanted + self._task.params.follow_give_way
         if near and is_in_sight(self._task, state, person):
             return Move(self._task.motions.turn_towards(state, bearing), "following")
         return None

@@ -51,9 +51,9 @@ class Motions:
         held: Whether something was in the way of what was wanted last.
     """
 
-    def __init__(self, goal: FollowGoal, use: FollowParameters) -> None:
+    def __init__(self, goal: FollowGoal, params: FollowParameters) -> None:
         self._goal = goal
-        self._use = use
+        self._params = params
         self.held = False
         self._turning = 0.0
         self._blocked_turns: set[bool] = set()
@@ -64,22 +64,22 @@ class Motions:
 
     def turning_speed(self, bearing: float) -> float:
         """Return how fast to turn towards what is so far beside the heading (rad), rad/s."""
-        return self.limited(self._use.follow_angular_gain * bearing)
+        return self.limited(self._params.follow_angular_gain * bearing)
 
     def is_free(self, state: RobotState, command: Twist2) -> bool:
         """Tell whether a motion is free for as long as the robot looks ahead."""
-        ahead = self._use.follow_look_ahead
+        ahead = self._params.follow_look_ahead
         return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
 
     def is_free_turn(self, clearance: Clearance, speed: float, turn: float, left: float) -> bool:
         """Tell whether a motion is free that turns by that much (``left``, rad) and no further."""
-        ahead = self._use.follow_look_ahead
+        ahead = self._params.follow_look_ahead
         angle = math.copysign(min(abs(left), abs(turn) * ahead), left)
         return clearance.is_free(speed * ahead, angle)
 
     def turn_towards(self, state: RobotState, bearing: float, clearance: Clearance | None = None) -> Twist2:
         """Turn in place, if there is room; ``clearance`` is that of the state when not given."""
-        if abs(bearing) <= self._use.follow_angle_tolerance:
+        if abs(bearing) <= self._params.follow_angle_tolerance:
             return STANDSTILL
         turn = self.turning_speed(bearing)
         self.held = not self.is_free_turn(clearance or state.clearance, 0.0, turn, bearing)

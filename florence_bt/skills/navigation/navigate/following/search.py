@@ -6,15 +6,15 @@ import math
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate.following.motions import Move
-from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
+from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
-from florence_bt.skills.navigation.navigate.following.way_back import WayBack
 from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
+from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import RobotState
-from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _FACING_RAD = 0.3
 _LOOK_RADPS = 0.6
@@ -30,7 +30,9 @@ _CHOICE_S = 2.5
 class Search:
     """Looks for the person from when the robot does not know any more where they are."""
 
-    def __init__(self, task: FollowTask, planned: PlannedWay, way_back: WayBack, state: RobotState) -> None:
+    def __init__(
+        self, task: FollowTask, planned: PathFollower, way_back: RetreatPath, state: RobotState
+    ) -> None:
         self._task = task
         self._planned = planned
         self._way_back = way_back
@@ -38,7 +40,7 @@ class Search:
         assert track.seen is not None
         in_map = state.map_from_odom.apply(*track.last)
         velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
-        self._whereabouts = Whereabouts(task.costmaps, in_map, velocity, track.seen)
+        self._whereabouts = PersonBelief(task.costmaps, in_map, velocity, track.seen)
         self._nearby = NearbyLegs(track.things.places())
         self._made_room = False
         self._looks_at_since: float | None = None

@@ -29,6 +29,6 @@ class FollowTask:
     motions: Motions
 
     @property
-    def use(self) -> FollowParameters:
+    def params(self) -> FollowParameters:
         """The parameters ``follow_*``."""
         return self.parameters.follow

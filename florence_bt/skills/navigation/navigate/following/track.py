@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import StandingThings
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
-from florence_bt.skills.navigation.navigate.person_path import PersonPath
+from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
 
 PERSON_M = 0.6
@@ -43,11 +43,11 @@ class PersonTrack:
         others: When and where other people were seen lately.
     """
 
-    def __init__(self, use: FollowParameters, now: float) -> None:
-        self._coast = use.follow_coast
-        self._target = MovingTarget(use.follow_velocity_time)
+    def __init__(self, params: FollowParameters, now: float) -> None:
+        self._coast = params.follow_coast
+        self._target = MovingTarget(params.follow_velocity_time)
         self._unclear_since = now
-        self.path = PersonPath()
+        self.path = PersonTrail()
         self.things = StandingThings()
         self.walking = WalkingLegs()
         self.others: list[tuple[float, Place]] = []

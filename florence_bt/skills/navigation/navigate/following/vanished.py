@@ -6,13 +6,13 @@ import math
 
 from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in_sight
 from florence_bt.skills.navigation.navigate.following.motions import Move
-from florence_bt.skills.navigation.navigate.following.persons_way import PersonsWay
-from florence_bt.skills.navigation.navigate.following.planned_way import PlannedWay
+from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD
+from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
-from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.vacated_cells import BODY_M, CAMERA_SOURCES
 
 _NO_NEARER_S, _NEARER_M = 5.0, 0.1
 """The robot goes on while it comes so much nearer at least so often, a half turn included."""
@@ -24,7 +24,9 @@ _FACING_RAD = 0.3
 class Vanished:
     """Drives to where the person vanished."""
 
-    def __init__(self, task: FollowTask, persons_way: PersonsWay, planned: PlannedWay, now: float) -> None:
+    def __init__(
+        self, task: FollowTask, persons_way: TrailFollower, planned: PathFollower, now: float
+    ) -> None:
         self._task = task
         self._persons_way = persons_way
         self._planned = planned
@@ -48,7 +50,7 @@ class Vanished:
         self._faced = (
             self._faced or abs(bearing) < _FACING_RAD or not is_in_sight(self._task, state, expected)
         )
-        if not self._faced and unseen <= self._task.use.follow_patience:
+        if not self._faced and unseen <= self._task.params.follow_patience:
             # They may just have walked out of the picture.
             return Move(self._task.motions.turn_towards(state, bearing), "turning after the person")
         place = self._task.track.last
@@ -60,7 +62,7 @@ class Vanished:
         if remaining <= _ARRIVED_M or self._is_there(state, place):
             return None
         gets_nearer = self._gets_nearer(state.now, remaining)
-        goes = gets_nearer and (not command.is_zero() or unseen <= self._task.use.follow_patience)
+        goes = gets_nearer and (not command.is_zero() or unseen <= self._task.params.follow_patience)
         return Move(command, "going to where the person was seen last") if goes else None
 
     def _gets_nearer(self, now: float, left: float) -> bool:

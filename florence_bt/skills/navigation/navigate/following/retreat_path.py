@@ -28,7 +28,7 @@ _BEHIND_M, _CLOSE_BEHIND_M = 0.4, 0.6
 """It does not back off when somebody else was seen lately so near to a point so far behind it."""
 
 
-class WayBack:
+class RetreatPath:
     """Remembers the way the robot came, and backs off on it."""
 
     def __init__(self, task: FollowTask) -> None:
@@ -67,7 +67,7 @@ class WayBack:
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _TO_M:
             trail.pop()
-        back = -min(speed, self._task.use.follow_back_speed)
+        back = -min(speed, self._task.params.follow_back_speed)
         if back == 0.0 or self._is_somebody_behind(state):
             return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NoReturn, Self
+from typing import Any, ClassVar, NoReturn, Self
 
 from florence_bt.behaviours.keys import KeyStore, readable
 from florence_bt.core.declaration import Kind, SkillDeclaration
@@ -43,10 +43,10 @@ class ExpectationFailed(AssertionError):
         super().__init__(f"{problem}\n\n{report}")
 
 
-class Play:
-    """One run of a mission. A :class:`florence_bt.mission_testing.stage.Stage` makes them and moves the time.
+class TestRun:
+    """One run of a mission, made by a ``MissionTester``, which also moves the time.
 
-    Each assertion returns the play, so that they can be written in a row, and raises an AssertionError with
+    Each assertion returns the run, so that they can be written in a row, and raises an AssertionError with
     the tree and the calls when it does not hold.
 
     Attributes:
@@ -55,6 +55,9 @@ class Play:
         record: What the nodes did.
         key_store: The keys of the run, from its first tick on.
     """
+
+    __test__: ClassVar = False
+    """Not a class of tests for pytest, whatever its name begins with."""
 
     def __init__(
         self,
@@ -222,7 +225,7 @@ class Play:
 
     def assert_keys(self, keys: Mapping[str, Any]) -> Self:
         """Assert that the keys of the mission have these values; texts are read with their units."""
-        return self._assert_values("key", keys, self.keys, self.places.prospects.kinds)
+        return self._assert_values("key", keys, self.keys, self.places.outcomes.kinds)
 
     def assert_called(
         self,

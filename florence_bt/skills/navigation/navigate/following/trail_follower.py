@@ -43,7 +43,7 @@ _NEARBY_OFFSETS = np.array(
 """The tracker tells the places of the person with such an error: what to try round each, nearest first."""
 
 
-class PersonsWay:
+class TrailFollower:
     """Drives along the way that the person walked."""
 
     def __init__(self, task: FollowTask) -> None:
@@ -74,7 +74,7 @@ class PersonsWay:
             for place, walked in track.path.ahead((pose.x, pose.y), person)
             if math.dist(place, (pose.x, pose.y)) > OWN_PLACE_M
         ]
-        if seen and distance <= keep + self._task.use.follow_give_way:
+        if seen and distance <= keep + self._task.params.follow_give_way:
             # The robot does not turn away from somebody who is near and in sight.
             steps = [step for step in steps if not _is_astray(pose, step[0], ahead)]
         # Where they walked is free, whatever the map knows there: it was moved.

@@ -4,7 +4,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.mission_testing import MockError, Stage, fail, never, raises, succeed
+from florence_bt.mission_testing import MissionTester, MockError, fail, never, raises, succeed
 from florence_bt.runtime.executor import RequestRefused
 from tests.unit.mission_testing.greeting import GREET, SEEN
 
@@ -46,7 +46,7 @@ def test_the_time_is_moved_by_hand(stage):
 def test_run_until_takes_a_function(stage):
     stage.mock("look_for_user", [fail("no_user_seen", after=5), SEEN])
     stage.start("greet")
-    stage.run_until(lambda: len(stage.play.calls("look_for_user")) == 2)
+    stage.run_until(lambda: len(stage.last_run.calls("look_for_user")) == 2)
     assert stage.now == 15.0
 
 
@@ -117,10 +117,10 @@ def test_a_mistake_in_the_function_of_a_mock_is_no_failure_of_the_skill():
         raise LookupError("lost")
 
     for function, says in (
-        (broken, r"raised KeyError: 'nobody' \(test_stage.py:\d+\); for a skill that breaks"),
-        (breaks_on_the_way, r"raised LookupError: lost \(test_stage.py:\d+\)"),
+        (broken, r"raised KeyError: 'nobody' \(test_mission_tester.py:\d+\); for a skill that breaks"),
+        (breaks_on_the_way, r"raised LookupError: lost \(test_mission_tester.py:\d+\)"),
     ):
-        stage = Stage()
+        stage = MissionTester()
         stage.mock("navigate_to", function)
         with pytest.raises(MockError, match=says):
             stage.run("goto_pose", x="1 m", y="2 m")
@@ -132,7 +132,7 @@ def test_what_a_function_must_not_say(stage):
         ({"rom": 1}, "no output"),
         (fail("nope"), "cannot fail"),
     ):
-        stage = Stage(library=stage.library)
+        stage = MissionTester(library=stage.library)
         stage.defaults(get_hotspot="SUCCESS (pose=(1 m, 2 m, 90 deg))")
         stage.mock("navigate_to", lambda inputs, answer=answer: answer)
         with pytest.raises(MockError, match=says):
@@ -149,7 +149,7 @@ def test_a_generator_that_yields_no_duration(stage):
 
 
 def test_a_skill_without_a_mock_fails_the_test_and_says_how_to_mock_it(tmp_path):
-    stage = Stage(scratch=tmp_path)
+    stage = MissionTester(scratch=tmp_path)
     with pytest.raises(MockError, match="has no mock") as caught:
         stage.run(stage.load(GREET))
     assert 'florence.mock("get_hotspot", "SUCCESS (pose=' in str(caught.value)
@@ -256,8 +256,8 @@ def test_a_second_mission_is_refused_queued_or_goes_first(stage):
     urgent = stage.start("goto_pose", {"x": "1 m", "y": "0 m"}, policy="preempt", priority=1)
     for play in (first, urgent, queued):
         stage.run_until_done(play)
-    assert [play.status for play in stage.plays] == ["STOPPED", "SUCCEEDED", "SUCCEEDED"]
-    assert [len(play.calls()) for play in stage.plays] == [2, 3, 1]
+    assert [play.status for play in stage.runs] == ["STOPPED", "SUCCEEDED", "SUCCEEDED"]
+    assert [len(play.calls()) for play in stage.runs] == [2, 3, 1]
     assert len(stage.calls) == 6
 
 
@@ -291,7 +291,7 @@ def test_what_cannot_be_loaded(stage, tmp_path):
     with pytest.raises(ConfigError, match="needs its name"):
         stage.load("tree:\n  wait: 1 s\n")
     with pytest.raises(ConfigError, match="scratch"):
-        Stage().load(GREET)
+        MissionTester().load(GREET)
 
 
 def test_a_folder_of_missions(stage, tmp_path):
@@ -300,8 +300,8 @@ def test_a_folder_of_missions(stage, tmp_path):
     (folder / "park.yaml").write_text("mission: park\ndescription: Waits.\ntree:\n  wait: 1 s\n")
     stage.load(folder)
     stage.run("park").assert_succeeded().assert_duration("1 s")
-    Stage([folder]).run("park").assert_succeeded()
-    Stage().run(folder / "park.yaml").assert_succeeded()
+    MissionTester([folder]).run("park").assert_succeeded()
+    MissionTester().run(folder / "park.yaml").assert_succeeded()
 
 
 def test_inputs_of_the_mission_are_checked_like_those_of_a_caller(stage):
@@ -326,4 +326,4 @@ def test_a_node_that_is_never_reached(stage):
     with pytest.raises(AssertionError, match="ended before 'look_for_user' was RUNNING"):
         stage.run_until("look_for_user")
     with pytest.raises(AssertionError, match="no mission was started"):
-        Stage().play  # noqa: B018
+        MissionTester().last_run  # noqa: B018

@@ -23,7 +23,7 @@ _KEPT_S = 60.0
 """Of a person who was not seen for so long, nothing is known any more."""
 
 
-class Trails:
+class VacatedCells:
     """Remembers where each person was until they have walked away from there.
 
     Places are in the odometry frame.

@@ -1,4 +1,4 @@
-"""The stage of a test: missions, mocked skills, a clock that is moved by hand, and the real executor."""
+"""The tester of missions: missions, mocked skills, a clock that is moved by hand, and the real executor."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from florence_bt.mission_testing.mocks.board import Mock, MockBoard, MockError, 
 from florence_bt.mission_testing.mocks.scripts import Script
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
 from florence_bt.mission_testing.paths import MissionMap, MissionMaps, Place, all_declarations, made_up_place
-from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import STATUSES, seconds_text
+from florence_bt.mission_testing.test_run import TestRun
 from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
@@ -33,7 +33,7 @@ MAX_EVENTS = 100_000
 """How much may happen while a test waits for one thing: one that never ends is noticed within seconds."""
 
 
-class Stage:
+class MissionTester:
     """Runs missions with mocked skills, in no time.
 
     Args:
@@ -46,7 +46,7 @@ class Stage:
     Attributes:
         clock: The clock; :meth:`advance` moves it.
         executor: The executor, the same as on a robot.
-        plays: Every run so far, in order.
+        runs: Every run so far, in order.
     """
 
     def __init__(
@@ -63,11 +63,11 @@ class Stage:
         self.library = copied(library) if library is not None else MissionLibrary.load(paths)
         known = declarations if declarations is not None else all_declarations()
         self.declarations: Mapping[str, SkillDeclaration] = self.library.with_declared(known)
-        self.plays: list[Play] = []
+        self.runs: list[TestRun] = []
         self._maps = maps or MissionMaps()
         self._scratch = scratch
         self._board = MockBoard(self.clock, self.declarations, self._find_place, self._run_id)
-        self._by_id: dict[str, Play] = {}
+        self._by_id: dict[str, TestRun] = {}
         self._early: list[tuple[MissionRun, RunEvent]] = []
         self.executor = Executor(
             self.library,
@@ -142,7 +142,7 @@ class Stage:
         priority: int = 0,
         caller: str = "test",
         **more: Any,
-    ) -> Play:
+    ) -> TestRun:
         """Trigger a mission as a caller of the robot would, and do what there is to do at this moment.
 
         Args:
@@ -165,7 +165,7 @@ class Stage:
         self._board.check_patterns(places)
         given = self._readable(name, {**(inputs or {}), **more})
         run = self.executor.trigger(MissionRequest(name, given, caller, wanted, priority))
-        play = Play(
+        test_run = TestRun(
             run,
             places,
             self.declarations,
@@ -173,30 +173,30 @@ class Stage:
             partial(self.executor.render, whole=True),
             self._board.unused,
         )
-        self.plays.append(play)
-        self._by_id[run.run_id] = play
+        self.runs.append(test_run)
+        self._by_id[run.run_id] = test_run
         early, self._early = self._early, []
         for waiting_run, event in early:
             self._on_event(waiting_run, event)
         self.settle()
-        return play
+        return test_run
 
-    def run(self, mission: str | Path, inputs: Mapping[str, Any] | None = None, /, **more: Any) -> Play:
+    def run(self, mission: str | Path, inputs: Mapping[str, Any] | None = None, /, **more: Any) -> TestRun:
         """Trigger a mission and let it run to its end; arguments as of :meth:`start`."""
-        play = self.start(mission, inputs, **more)
-        self.run_until_done(play)
-        return play
+        test_run = self.start(mission, inputs, **more)
+        self.run_until_done(test_run)
+        return test_run
 
     @property
-    def play(self) -> Play:
+    def last_run(self) -> TestRun:
         """The run that was triggered last.
 
         Raises:
             AssertionError: There is none yet.
         """
-        if not self.plays:
+        if not self.runs:
             raise AssertionError("no mission was started yet; florence.start('goto_user') starts one")
-        return self.plays[-1]
+        return self.runs[-1]
 
     @property
     def calls(self) -> list[SkillCall]:
@@ -224,13 +224,13 @@ class Stage:
         """
         self._go_to(self.clock.now() + read_duration(duration))
 
-    def run_until_done(self, play: Play | None = None, *, limit: float | str = LIMIT) -> Play:
+    def run_until_done(self, test_run: TestRun | None = None, *, limit: float | str = LIMIT) -> TestRun:
         """Let time pass until a run has ended, the last one when not given.
 
         Raises:
             AssertionError: It does not end by itself, or not within the limit.
         """
-        wanted = play or self.play
+        wanted = test_run or self.last_run
         self._wait(lambda: wanted.done, wanted, "does not end", limit)
         return wanted
 
@@ -239,22 +239,22 @@ class Stage:
         what: str | Callable[[], object],
         status: str = "RUNNING",
         *,
-        play: Play | None = None,
+        test_run: TestRun | None = None,
         limit: float | str = LIMIT,
-    ) -> Play:
+    ) -> TestRun:
         """Let time pass until a node has a status, or until a function says so.
 
         Args:
             what: A pattern of nodes, or a function that is asked after everything that happens.
             status: RUNNING, SUCCESS, FAILURE or INVALID.
-            play: The run, the last one when not given.
+            test_run: The run, the last one when not given.
             limit: How long at most.
 
         Raises:
             ConfigError: The pattern matches no node; the error lists the closest ones.
             AssertionError: It did not come to that.
         """
-        wanted = play or self.play
+        wanted = test_run or self.last_run
         if callable(what):
             self._wait(lambda: bool(what()), wanted, "did not reach what was waited for", limit)
             return wanted
@@ -271,9 +271,9 @@ class Stage:
 
     # ---- what people do during a run ---------------------------------------------------------------------
 
-    def stop(self, reason: str = "requested by the test", play: Play | None = None) -> None:
+    def stop(self, reason: str = "requested by the test", test_run: TestRun | None = None) -> None:
         """Stop a run, the current one when not given."""
-        self.executor.stop(reason, play.run.run_id if play else None)
+        self.executor.stop(reason, test_run.run.run_id if test_run else None)
         self.settle()
 
     def pause(self, reason: str = "requested by the test") -> None:
@@ -313,7 +313,7 @@ class Stage:
             MockError: One did.
         """
         if self._board.problems:
-            tree = self.plays[-1].report() if self.plays else ""
+            tree = self.runs[-1].report() if self.runs else ""
             raise MockError(f"{self._board.problems[0]}\n\n{tree}".rstrip())
 
     def _mock_missions(self, mission: str) -> None:
@@ -343,7 +343,7 @@ class Stage:
             self.clock.run_next()
         raise AssertionError(f"more than {MAX_EVENTS} events before {seconds_text(when)}")
 
-    def _wait(self, done: Callable[[], bool], play: Play, problem: str, limit: float | str) -> None:
+    def _wait(self, done: Callable[[], bool], test_run: TestRun, problem: str, limit: float | str) -> None:
         end = self.clock.now() + read_limit(limit)
         for _ in range(MAX_EVENTS):
             self.check_mocks()
@@ -351,42 +351,42 @@ class Stage:
                 self.settle()
                 return
             due = self.clock.next_time()
-            if due is None or play.done:
-                play.fail(f"{play.run.mission} {problem}{self._hint(play)}")
+            if due is None or test_run.done:
+                test_run.fail(f"{test_run.run.mission} {problem}{self._hint(test_run)}")
             if due > end:
                 self.clock.advance_to(end)
-                play.fail(f"{play.run.mission} {problem} within {limit}")
+                test_run.fail(f"{test_run.run.mission} {problem} within {limit}")
             self.clock.run_next()
-        play.fail(f"{play.run.mission} {problem}, and more than {MAX_EVENTS} events")
+        test_run.fail(f"{test_run.run.mission} {problem}, and more than {MAX_EVENTS} events")
 
-    def _hint(self, play: Play) -> str:
-        if play.run.status is RunStatus.PAUSED:
+    def _hint(self, test_run: TestRun) -> str:
+        if test_run.run.status is RunStatus.PAUSED:
             return ": it is paused; resume() lets it go on"
-        waiting = [call.place.short for call in play.calls() if call.ended is None]
+        waiting = [call.place.short for call in test_run.calls() if call.ended is None]
         if waiting:
             return f": nothing more will happen: {' and '.join(waiting)} never end by themselves"
-        return "" if play.done else ": nothing more will happen"
+        return "" if test_run.done else ": nothing more will happen"
 
     def _find_place(self, path: str) -> Place:
-        play = self._by_id.get(self._run_id())
-        return play.places.find(path) if play is not None else made_up_place(path)
+        test_run = self._by_id.get(self._run_id())
+        return test_run.places.find(path) if test_run is not None else made_up_place(path)
 
     def _run_id(self) -> str:
         run = self.executor.current
         return run.run_id if run is not None else ""
 
     def _on_tick(self, run: MissionRun) -> None:
-        play = self._by_id.get(run.run_id)
-        if play is not None and play.key_store is None:
-            play.key_store = self.executor.keys()
+        test_run = self._by_id.get(run.run_id)
+        if test_run is not None and test_run.key_store is None:
+            test_run.key_store = self.executor.keys()
 
     def _on_event(self, run: MissionRun, event: RunEvent) -> None:
-        play = self._by_id.get(run.run_id)
-        if play is None:
+        test_run = self._by_id.get(run.run_id)
+        if test_run is None:
             # Inside the trigger, before the run is known here.
             self._early.append((run, event))
         else:
-            play.record.note(event, run.ticks)
+            test_run.record.note(event, run.ticks)
 
     def _write(self, text: str) -> Path:
         match = re.search(r"^mission:\s*([a-z][a-z0-9_]*)\s*(#.*)?$", text, re.MULTILINE)

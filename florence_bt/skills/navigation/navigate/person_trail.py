@@ -14,7 +14,7 @@ _GAP_M = 0.6
 """Between two sights that are further apart nobody knows how they walked: the path begins anew."""
 
 
-class PersonPath:
+class PersonTrail:
     """Remembers where somebody walked. All places are in one frame that does not jump, metres."""
 
     def __init__(self) -> None:

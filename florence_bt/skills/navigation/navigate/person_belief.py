@@ -40,7 +40,7 @@ _ROUND_M, _HERE_M = 1.0, 0.8
 """A place counts with what is round it so far; at one so near the robot is already."""
 
 
-class Whereabouts:
+class PersonBelief:
     """The likelihood of somebody being in each cell of the map, from when they vanished on.
 
     They walk on about as fast as before, round the walls, and are not where the robot has looked since.

@@ -17,7 +17,7 @@ from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.state import RobotState
-from florence_bt.skills.navigation.navigate.trails import CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.vacated_cells import CAMERA_SOURCES
 
 _PERIOD_S = 0.5
 """How often a path is planned: the person walks on."""
@@ -25,7 +25,7 @@ _FORGET_AFTER_S, _FORGET_M = 2.0, 3.0
 """Without a way for so long, the robot forgets what the camera has marked up to so far away."""
 
 
-class PlannedWay:
+class PathFollower:
     """Plans a path to a place that moves, and drives along it.
 
     Attributes:
