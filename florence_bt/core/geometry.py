@@ -8,6 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+Point2 = tuple[float, float]
+"""A point in the plane: x and y in metres."""
+
 MAX_DISTANCE_M = 10_000.0
 """Coordinates, lengths and ranges beyond this are mistakes: farther than any home."""
 MAX_ANGLE_RAD = 1_000 * math.tau

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from florence_bt.core.geometry import Point2
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 
-Place = tuple[float, float]
 
-
-def walked(*places: Place) -> PersonTrail:
+def walked(*places: Point2) -> PersonTrail:
     path = PersonTrail()
     for number, place in enumerate(places):
         path.saw(0.2 * number, place)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
-from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, legs_near, narrow_things
+from florence_bt.skills.navigation.navigate.legs import REACH_M, legs_near, narrow_things
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
@@ -88,7 +88,7 @@ class Approach:
         self._side = 0.0
 
     @property
-    def person(self) -> Place | None:
+    def person(self) -> Point2 | None:
         """Where the person should be, odometry frame, metres; None while nobody knows."""
         if self._target.seen is not None:
             return self._target.at(self._target.seen, 0.0)
@@ -96,7 +96,7 @@ class Approach:
             return None
         return self._start.apply(self._goal.x, self._goal.y)
 
-    def saw(self, stamp: float, people: Sequence[Place]) -> None:
+    def saw(self, stamp: float, people: Sequence[Point2]) -> None:
         """Note that the camera saw people: time in seconds, places in the odometry frame in metres."""
         if self._start is None or not people or stamp < self._began:
             return
@@ -169,7 +169,7 @@ class Approach:
         command = control.command.slowed_to(self._goal.max_linear, self._goal.max_angular)
         return keep_off(state.pose, person, command), feedback, self._no_progress(state, control)
 
-    def _goal_pose(self, person: Place, start: Pose2) -> Pose2:
+    def _goal_pose(self, person: Point2, start: Pose2) -> Pose2:
         """Return where to stand, in the odometry frame."""
         if self._from_person is None:
             self._from_person = math.atan2(start.y - person[1], start.x - person[0])
@@ -190,7 +190,7 @@ class Approach:
         return Feedback(remaining, recoveries=self._contact.back_offs, text=text)
 
 
-def way_round(start: Place, end: Place, person: Place, side: float) -> tuple[NDArray[np.float64], float]:
+def way_round(start: Point2, end: Point2, person: Point2, side: float) -> tuple[NDArray[np.float64], float]:
     """Return the shortest way that keeps away from somebody: straight, or along two tangents and an arc.
 
     Args:
@@ -225,7 +225,7 @@ def _dense(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.interp(at, along, corners[:, axis]) for axis in (0, 1)], axis=1)
 
 
-def _is_empty(place: Place, points: NDArray[np.float64], robot: Pose2) -> bool:
+def _is_empty(place: Point2, points: NDArray[np.float64], robot: Pose2) -> bool:
     """Tell whether the laser sees past a place, and sees nothing there."""
     bearing, away = robot.bearing_to(*place), math.dist(place, (robot.x, robot.y))
     x, y = (points - [robot.x, robot.y]).T

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.following.give_way import GiveWay
@@ -20,7 +20,7 @@ from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
 from florence_bt.skills.navigation.navigate.following.vanished import Vanished
-from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S, Place
+from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
@@ -71,7 +71,7 @@ class Follow:
         return self._planned.path
 
     @property
-    def person(self) -> Place | None:
+    def person(self) -> Point2 | None:
         """Where the person was last, in the odometry frame, metres; None before."""
         return None if self._task.track.seen is None else self._task.track.last
 
@@ -80,7 +80,7 @@ class Follow:
         self._task.track.saw(stamp, x, y)
 
     def saw_scan(
-        self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Place] = ()
+        self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Point2] = ()
     ) -> None:
         """Go on with the legs in a scan while the camera does not see the person.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
@@ -24,8 +24,6 @@ _GAP_M = 0.15
 _MAP_MARGIN_CELLS = 2
 LEGS_ALONE_S = 6.0
 """And no longer than this."""
-
-Place = tuple[float, float]
 
 
 class MapDifference:
@@ -57,7 +55,7 @@ class MapDifference:
         return self._costmap.costs_at(points, self._known) > 0
 
 
-def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, float]) -> Place | None:
+def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, float]) -> Point2 | None:
     """Return where somebody is whose legs are expected at a place, or None.
 
     Args:
@@ -95,7 +93,7 @@ def go_on_with_legs(
         target.saw(stamp, *legs)
 
 
-def all_legs(points: NDArray[np.float64]) -> list[Place]:
+def all_legs(points: NDArray[np.float64]) -> list[Point2]:
     """Return everything that may be one leg or two: the middles, metres. Points as of :func:`legs_near`."""
     return [(float(group[:, 0].mean()), float(group[:, 1].mean())) for group in _narrow_clusters(points)]
 

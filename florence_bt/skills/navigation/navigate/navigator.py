@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
+from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, integrate_twist
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
@@ -22,7 +22,7 @@ from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
-from florence_bt.skills.navigation.navigate.legs import MapDifference, Place
+from florence_bt.skills.navigation.navigate.legs import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.path_drive import PathDrive
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
@@ -136,7 +136,7 @@ class Navigator:
         self._unmapped = MapDifference(self._costmaps)
         self._people = PeopleTracks(self._p.people)
         self._trails = VacatedCells()
-        self._left: list[Place] = []
+        self._left: list[Point2] = []
         self._goal: Goal | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
@@ -158,7 +158,7 @@ class Navigator:
         return self._goal.path if isinstance(self._goal, with_path) else None
 
     @property
-    def person(self) -> Place | None:
+    def person(self) -> Point2 | None:
         """Where the person who is followed or approached was last, in the odometry frame, metres."""
         return self._goal.person if isinstance(self._goal, (Follow, Approach)) else None
 
@@ -402,7 +402,7 @@ class Navigator:
     def start_approach(
         self,
         now: float,
-        person: Place,
+        person: Point2,
         distance: float = 0.0,
         orientations: tuple[float, float] = (0.0, 0.0),
         max_linear: float = 0.0,
@@ -438,7 +438,7 @@ class Navigator:
             )
             self._goal = Approach(goal, self._costmaps, self._p, now)
 
-    def saw_people(self, stamp: float, people: Sequence[Place]) -> None:
+    def saw_people(self, stamp: float, people: Sequence[Point2]) -> None:
         """Note that the camera saw people; one of them may be the one who is approached.
 
         Args:

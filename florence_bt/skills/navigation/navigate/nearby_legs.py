@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2
-from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.core.geometry import Point2, Pose2
 
 _REACH_M = 1.5
 """Legs further away are left to the search."""
@@ -30,7 +29,7 @@ _THING_M = 0.2
 
 @dataclass(slots=True)
 class _Thing:
-    place: Place
+    place: Point2
     first: float
     last: float
 
@@ -41,7 +40,7 @@ class StandingThings:
     def __init__(self) -> None:
         self._things: list[_Thing] = []
 
-    def saw(self, now: float, legs: list[Place], person: Place) -> None:
+    def saw(self, now: float, legs: list[Point2], person: Point2) -> None:
         """Note that something like legs is at these places, and the person at another one, metres."""
         self._things = [thing for thing in self._things if now - thing.last < _KEPT_S]
         for place in legs:
@@ -53,7 +52,7 @@ class StandingThings:
             else:
                 self._things.append(_Thing(place, now, now))
 
-    def places(self) -> list[Place]:
+    def places(self) -> list[Point2]:
         """Return where things stand, metres."""
         return [thing.place for thing in self._things if thing.last - thing.first >= _STOOD_S]
 
@@ -75,12 +74,12 @@ class NearbyLegs:
         since: When what is looked at was chosen, seconds; minus infinity when there was nothing yet.
     """
 
-    def __init__(self, known: list[Place] | None = None) -> None:
+    def __init__(self, known: list[Point2] | None = None) -> None:
         self._known = known or []
-        self._target: Place | None = None
+        self._target: Point2 | None = None
         self.since = self._unclear_since = -math.inf
 
-    def next(self, now: float, robot: Pose2, legs: list[Place]) -> Place | None:
+    def next(self, now: float, robot: Pose2, legs: list[Point2]) -> Point2 | None:
         """Return what may be the person's legs and is to be looked at, metres; None without any.
 
         Args:

@@ -31,7 +31,7 @@ from std_srvs.srv import Empty
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.clock import Timer, call_every
-from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.geometry import STANDSTILL, Point2, Pose2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import OccupancyGrid
@@ -63,7 +63,6 @@ from florence_bt.skills.navigation.navigate.actions.node import (
 )
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan
@@ -464,7 +463,7 @@ class NavigationNode(FlorenceNode):
     def _see_people(self, navigator: Navigator) -> None:
         """Tell where people were seen: the frames of the user tracker say it."""
         buffer = self._frames.buffer
-        seen: list[tuple[float, Place]] = []
+        seen: list[tuple[float, Point2]] = []
         for frame in buffer.frames():
             user_id, stamp = frame.removeprefix(_USER_FRAME), buffer.latest_stamp(frame)
             if user_id == frame or not user_id.isdecimal() or stamp is None:

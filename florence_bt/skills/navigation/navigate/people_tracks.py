@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2
-from florence_bt.skills.navigation.navigate.legs import Place, go_on_with_legs
+from florence_bt.core.geometry import Point2, Pose2
+from florence_bt.skills.navigation.navigate.legs import go_on_with_legs
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.people import People, PeopleParameters
 
@@ -52,7 +52,7 @@ class PeopleTracks:
         for target in self._targets.values():
             go_on_with_legs(target, stamp, unknown, robot, self._p.people_keep_time)
 
-    def sights(self) -> list[tuple[float, int, Place]]:
+    def sights(self) -> list[tuple[float, int, Point2]]:
         """Return when (seconds) camera or laser saw each person last, their id, and where (metres)."""
         return [
             (target.seen, who, target.at(target.seen, 0.0))
@@ -60,7 +60,7 @@ class PeopleTracks:
             if target.seen is not None
         ]
 
-    def people(self, now: float, without: int | None = None, place: Place | None = None) -> People:
+    def people(self, now: float, without: int | None = None, place: Point2 | None = None) -> People:
         """Return where people are now.
 
         Args:

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _VIEW_RAD = 0.42
@@ -53,7 +52,7 @@ class PersonBelief:
         now: When, seconds.
     """
 
-    def __init__(self, costmaps: Costmaps, place: Place, velocity: Place, now: float) -> None:
+    def __init__(self, costmaps: Costmaps, place: Point2, velocity: Point2, now: float) -> None:
         costmap = self._costmap = costmaps.global_costmap
         self._walls = costmaps.static == LETHAL
         rows, columns = costmap.shape
@@ -69,7 +68,7 @@ class PersonBelief:
         self._open, self._shut = np.ones((rows, columns)), np.zeros((rows, columns), bool)
         self._likely, self._all = np.zeros((rows, columns)), 0.0
 
-    def update(self, now: float, robot: Pose2, legs: list[Place]) -> None:
+    def update(self, now: float, robot: Pose2, legs: list[Point2]) -> None:
         """Take what the robot sees now: nobody in view, and perhaps something like legs.
 
         Args:
@@ -93,7 +92,7 @@ class PersonBelief:
         likely = walked * self._ahead * np.where(at_legs, _LEGS_COUNT, 1.0)
         self._likely, self._all = likely * self._open, float(likely.sum())
 
-    def no_way_to(self, place: Place) -> None:
+    def no_way_to(self, place: Point2) -> None:
         """Note that no way leads to a place: it is not proposed again, nor what is round it."""
         self._shut |= np.hypot(self._x[None, :] - place[0], self._y[:, None] - place[1]) <= _ROUND_M / 2.0
 
@@ -113,7 +112,7 @@ class PersonBelief:
         share = min(1.0, float(view[best]) / self._all) if self._all > 0.0 else 0.0
         return float(robot.yaw + _ANGLES[best]), share
 
-    def best_place(self, robot: Pose2) -> Place | None:
+    def best_place(self, robot: Pose2) -> Point2 | None:
         """Return where to drive to: likely, and not far; None when they can be nowhere else than here."""
         ways = self._ways_from((robot.x, robot.y))
         round_it = uniform_filter(self._likely, round(_ROUND_M / self._costmap.resolution))
@@ -123,13 +122,13 @@ class PersonBelief:
             return None
         return float(self._x[column]), float(self._y[row])
 
-    def _how_far_ahead(self, place: Place, velocity: Place) -> NDArray[np.float64]:
+    def _how_far_ahead(self, place: Point2, velocity: Point2) -> NDArray[np.float64]:
         """Rate the direction of each cell from a place by how likely somebody walks that way."""
         bearing = np.arctan2(self._y[:, None] - place[1], self._x[None, :] - place[0])
         turn: NDArray[np.float64] = np.cos(bearing - math.atan2(velocity[1], velocity[0]))
         return _TURNED + (1.0 - _TURNED) * (1.0 + turn) / 2.0
 
-    def _ways_from(self, place: Place) -> NDArray[np.float64]:
+    def _ways_from(self, place: Point2) -> NDArray[np.float64]:
         """Return the metres from a place to each cell round the walls; infinite where no way leads."""
         rows, columns = np.nonzero(self._floor[1:-1, 1:-1] == NEUTRAL)
         start = int(np.argmin((self._x[columns] - place[0]) ** 2 + (self._y[rows] - place[1]) ** 2))

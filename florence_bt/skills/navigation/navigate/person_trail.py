@@ -6,7 +6,7 @@ import itertools
 import math
 from collections import deque
 
-from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.core.geometry import Point2
 
 _SPACING_M, _POINTS = 0.1, 80
 """A point of the path is so far from the one before at least; so many are remembered."""
@@ -18,9 +18,9 @@ class PersonTrail:
     """Remembers where somebody walked. All places are in one frame that does not jump, metres."""
 
     def __init__(self) -> None:
-        self._points: deque[tuple[float, Place]] = deque(maxlen=_POINTS)
+        self._points: deque[tuple[float, Point2]] = deque(maxlen=_POINTS)
 
-    def saw(self, stamp: float, place: Place) -> None:
+    def saw(self, stamp: float, place: Point2) -> None:
         """Note that they were at a place; ``stamp`` in seconds."""
         away = math.dist(self._points[-1][1], place) if self._points else math.inf
         if away > _GAP_M:
@@ -28,7 +28,7 @@ class PersonTrail:
         if away >= _SPACING_M:
             self._points.append((stamp, place))
 
-    def last(self, length: float) -> list[Place]:
+    def last(self, length: float) -> list[Point2]:
         """Return the places not further than so many metres from the last one."""
         places = [place for _, place in self._points]
         return [place for place in places if math.dist(place, places[-1]) <= length]
@@ -38,7 +38,7 @@ class PersonTrail:
         while self._points and self._points[-1][0] > stamp:
             self._points.pop()
 
-    def ahead(self, robot: Place, person: Place) -> list[tuple[Place, float]]:
+    def ahead(self, robot: Point2, person: Point2) -> list[tuple[Point2, float]]:
         """Return the points of the path after the one nearest to the robot.
 
         Args:

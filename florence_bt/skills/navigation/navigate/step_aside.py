@@ -7,10 +7,9 @@ import math
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _BODY_M = 0.5
@@ -21,7 +20,7 @@ _WAY_PER_ROOM = 0.12
 """So many metres more of room are worth one metre more of way."""
 
 
-def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: float) -> Place | None:
+def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Point2, apart: float) -> Point2 | None:
     """Return the place with room to pass that is near, and away from the person.
 
     Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.core.geometry import Point2
 
 BODIES = "people"
 """The source of scans of people who sit or lie, as the user tracker sees them."""
@@ -30,10 +30,10 @@ class VacatedCells:
     """
 
     def __init__(self) -> None:
-        self._trails: dict[int, deque[Place]] = {}
+        self._trails: dict[int, deque[Point2]] = {}
         self._seen: dict[int, float] = {}
 
-    def saw(self, stamp: float, user_id: int, place: Place) -> list[Place]:
+    def saw(self, stamp: float, user_id: int, place: Point2) -> list[Point2]:
         """Note that somebody was seen.
 
         Args:

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.core.geometry import Point2
 
 _STEP_M = 0.3
 """From one scan to the next, legs go no further."""
@@ -19,11 +19,11 @@ into view seems to jump, and then stands."""
 
 @dataclass(slots=True)
 class _Legs:
-    way: deque[tuple[float, Place]] = field(default_factory=deque)
+    way: deque[tuple[float, Point2]] = field(default_factory=deque)
     rejected: bool = False
 
     @property
-    def place(self) -> Place:
+    def place(self) -> Point2:
         return self.way[-1][1]
 
     @property
@@ -39,7 +39,7 @@ class WalkingLegs:
     def __init__(self) -> None:
         self._all: list[_Legs] = []
 
-    def saw(self, stamp: float, legs: list[Place]) -> None:
+    def saw(self, stamp: float, legs: list[Point2]) -> None:
         """Note that something like legs is at these places (metres); ``stamp`` in seconds."""
         known = [each for each in self._all if stamp - each.way[-1][0] <= _GONE_S]
         pairs = sorted(
@@ -61,13 +61,13 @@ class WalkingLegs:
                 each.way.popleft()
         self._all = known
 
-    def places(self, stamp: float) -> list[Place]:
+    def places(self, stamp: float) -> list[Point2]:
         """Return where legs are that walk and are in the scan of that time, but for rejected ones."""
         return [
             each.place for each in self._all if each.way[-1][0] == stamp and each.walk and not each.rejected
         ]
 
-    def reject(self, place: Place) -> None:
+    def reject(self, place: Point2) -> None:
         """Reject the legs at a place: they are those of somebody or something else."""
         for each in self._all:
             if math.dist(each.place, place) <= _STEP_M:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-from florence_bt.core.geometry import STANDSTILL, Twist2
+from florence_bt.core.geometry import STANDSTILL, Point2, Twist2
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
 
@@ -30,9 +29,9 @@ class GiveWay:
         self._way_back = way_back
         self._planned = planned
         self._came_at = -math.inf
-        self._waits: tuple[Place, float] | None = None
+        self._waits: tuple[Point2, float] | None = None
         self._cornered_since: float | None = None
-        self._aside: tuple[Place, Place, float] | None = None
+        self._aside: tuple[Point2, Point2, float] | None = None
 
     @property
     def steps_aside(self) -> bool:
@@ -47,7 +46,7 @@ class GiveWay:
             self._came_at = state.now
         return distance < self._task.goal.distance - (0.0 if comes else self._task.params.follow_give_way)
 
-    def back_off(self, state: RobotState, person: Place, bearing: float) -> Twist2:
+    def back_off(self, state: RobotState, person: Point2, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
         self._waits = person, state.now
         too_near = self._task.goal.distance - math.dist(person, (state.pose.x, state.pose.y))
@@ -61,7 +60,7 @@ class GiveWay:
         """Note that there is nobody before the robot to give way to."""
         self._cornered_since = None
 
-    def let_pass(self, state: RobotState, person: Place, distance: float) -> None:
+    def let_pass(self, state: RobotState, person: Point2, distance: float) -> None:
         """Step aside for who came too near and waits at one place, nearer than wanted, for long."""
         if self._waits is None or distance >= self._task.goal.distance:
             self._waits = None
@@ -89,7 +88,7 @@ class GiveWay:
             return STANDSTILL
         return command
 
-    def _note_way_back(self, state: RobotState, person: Place, *, backing: bool) -> None:
+    def _note_way_back(self, state: RobotState, person: Point2, *, backing: bool) -> None:
         """Look for a place to step aside to when there is no way back for long."""
         walks_past = self._task.track.walks and self._came_at < state.now
         if backing or walks_past or self._cornered_since is None:
@@ -100,7 +99,7 @@ class GiveWay:
             self._cornered_since = state.now
             self._begin_to_step_aside(state, person)
 
-    def _begin_to_step_aside(self, state: RobotState, person: Place) -> None:
+    def _begin_to_step_aside(self, state: RobotState, person: Point2) -> None:
         apart = self._task.goal.distance + _ASIDE_MORE_M
         in_map = state.map_from_odom.apply(*person)
         place = place_to_step_aside(self._task.costmaps, state.map_pose, in_map, apart)

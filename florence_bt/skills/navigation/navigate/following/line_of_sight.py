@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from florence_bt.core.geometry import Point2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import moved_points
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PERSON_M
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 OWN_PLACE_M = 0.2
@@ -19,7 +19,7 @@ _STEP_M = 0.05
 
 
 def is_line_free(
-    task: FollowTask, state: RobotState, place: Place, person: Place, least: int = INSCRIBED
+    task: FollowTask, state: RobotState, place: Point2, person: Point2, least: int = INSCRIBED
 ) -> bool:
     """Tell whether the line to a place is free of costs from ``least`` on; at the person only the map counts.
 
@@ -44,6 +44,6 @@ def is_line_free(
     return not blocked.any()
 
 
-def is_in_sight(task: FollowTask, state: RobotState, place: Place) -> bool:
+def is_in_sight(task: FollowTask, state: RobotState, place: Point2) -> bool:
     """Tell whether nothing that the sensors marked is on the line to somebody at a place."""
     return is_line_free(task, state, place, place, LETHAL)

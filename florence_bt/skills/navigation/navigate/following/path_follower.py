@@ -7,13 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PERSON_M
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.state import RobotState
@@ -50,7 +49,7 @@ class PathFollower:
         """Plan anew at once: the next path leads to another place."""
         self._next_plan = -math.inf
 
-    def drive(self, state: RobotState, place: Place, person: Place | None = None) -> tuple[Twist2, float]:
+    def drive(self, state: RobotState, place: Point2, person: Point2 | None = None) -> tuple[Twist2, float]:
         """Return the velocity, standstill without a path, and the metres that are left, infinite without one.
 
         Args:
@@ -72,7 +71,7 @@ class PathFollower:
         goal = self._task.goal
         return control.command.slowed_to(goal.max_linear, goal.max_angular), control.remaining
 
-    def _plan(self, state: RobotState, place: Place, person: Place | None) -> None:
+    def _plan(self, state: RobotState, place: Point2, person: Point2 | None) -> None:
         here, there = state.map_pose, state.map_from_odom @ Pose2(*place)
         goal = Pose2(there.x, there.y, math.atan2(there.y - here.y, there.x - here.x))
         costs = self._costs_without(there) if person is None else self._costs_round(state, person)
@@ -102,7 +101,7 @@ class PathFollower:
         costs[near] = self._task.costmaps.static[near]
         return costs
 
-    def _costs_round(self, state: RobotState, person: Place) -> NDArray[np.uint8]:
+    def _costs_round(self, state: RobotState, person: Point2) -> NDArray[np.uint8]:
         """Return the global costmap's costs; no way leads nearer to the person than allowed."""
         costmap, here = self._task.costmaps.global_costmap, state.map_pose
         in_map = state.map_from_odom.apply(*person)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Point2, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 _STEP_M, _POINTS = 0.1, 50
@@ -33,7 +32,7 @@ class RetreatPath:
 
     def __init__(self, task: FollowTask) -> None:
         self._task = task
-        self._trail: deque[Place] = deque(maxlen=_POINTS)
+        self._trail: deque[Point2] = deque(maxlen=_POINTS)
         self._until = -math.inf
 
     def remember(self, state: RobotState) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
-from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs
+from florence_bt.skills.navigation.navigate.legs import REACH_M, all_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
@@ -45,7 +45,7 @@ class Search:
         self._made_room = False
         self._looks_at_since: float | None = None
         self._heading: float | None = None
-        self._goal_place: Place | None = None
+        self._goal_place: Point2 | None = None
         self._looks, self._looked_from = 0, state.map_pose
         self._next_choice = state.now
 
@@ -152,7 +152,7 @@ class Search:
             self._planned.plan_anew()
 
 
-def _of_nobody_known(legs: list[Place], state: RobotState) -> list[Place]:
+def _of_nobody_known(legs: list[Point2], state: RobotState) -> list[Point2]:
     """Return the legs without those of people whom the camera sees and knows to be others."""
     others = state.people.rows[:, :2]
     return [each for each in legs if all(math.dist(each, who) > REACH_M for who in others)]

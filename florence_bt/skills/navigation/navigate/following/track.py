@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2
-from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs, go_on_with_legs
+from florence_bt.core.geometry import Point2, Pose2
+from florence_bt.skills.navigation.navigate.legs import REACH_M, all_legs, go_on_with_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import StandingThings
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
@@ -50,7 +50,7 @@ class PersonTrack:
         self.path = PersonTrail()
         self.things = StandingThings()
         self.walking = WalkingLegs()
-        self.others: list[tuple[float, Place]] = []
+        self.others: list[tuple[float, Point2]] = []
         self.unknown, self.scanned = np.empty((0, 2)), -math.inf
 
     def saw(self, stamp: float, x: float, y: float) -> None:
@@ -59,7 +59,7 @@ class PersonTrack:
         self._note_place()
 
     def saw_scan(
-        self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Place]
+        self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Point2]
     ) -> None:
         """Go on with the legs in a scan while the camera does not see the person; see ``Follow.saw_scan``."""
         self.unknown, self.scanned = unknown, stamp
@@ -98,16 +98,16 @@ class PersonTrack:
         return self.seen is not None and now - self.seen <= (self._coast if seconds is None else seconds)
 
     @property
-    def last(self) -> Place:
+    def last(self) -> Point2:
         """Where they were seen last."""
         assert self.seen is not None
         return self._target.at(self.seen, 0.0)
 
-    def at(self, now: float) -> Place:
+    def at(self, now: float) -> Point2:
         """Return where they should be now, walking on for a moment when they are not seen."""
         return self._target.at(now, self._coast)
 
-    def suppose(self, now: float, place: Place) -> None:
+    def suppose(self, now: float, place: Point2) -> None:
         """Suppose that since they were last seen they have walked to a place."""
         self._target.suppose(now, *place)
 
@@ -131,7 +131,7 @@ class PersonTrack:
         (vx, vy), heading = self.velocity, robot.yaw + bearing
         return math.cos(heading) * vx + math.sin(heading) * vy
 
-    def _go_on_with_walking_legs(self, stamp: float, others: Sequence[Place]) -> None:
+    def _go_on_with_walking_legs(self, stamp: float, others: Sequence[Point2]) -> None:
         """Take the nearest legs that walk for those of the person who turned a corner or was hidden."""
         target = self._target
         if target.seen is None or target.recognised is None or stamp - target.recognised > _WALKING_LEGS_S:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from florence_bt.core.geometry import Pose2, Twist2, normalize_angle
+from florence_bt.core.geometry import Point2, Pose2, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.costmap import cost_at_distance
@@ -18,7 +18,6 @@ from florence_bt.skills.navigation.navigate.following.line_of_sight import (
     is_line_free,
 )
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 _ROOM_M = 0.05
@@ -53,7 +52,7 @@ class TrailFollower:
         self.narrow = cost_at_distance(to_turn, footprint.inscribed_radius, task.parameters.costmap)
         """Where it costs so much, the robot could not turn."""
 
-    def drive(self, state: RobotState, person: Place, keep: float) -> tuple[Twist2 | None, float]:
+    def drive(self, state: RobotState, person: Point2, keep: float) -> tuple[Twist2 | None, float]:
         """Return the velocity, None when the way cannot be driven, and the metres that are left.
 
         The robot heads for the furthest point of that way to which the straight line is free; rather for a
@@ -103,7 +102,7 @@ class TrailFollower:
                 return None if command.is_zero() else command, left
         return None, math.inf
 
-    def _freest(self, place: Place) -> Place:
+    def _freest(self, place: Point2) -> Point2:
         """Return where the robot fits best in a narrow place, within the error of a place of the person."""
         costs = self._task.costmaps.local_costmap.costs_at(place + _NEARBY_OFFSETS)
         if costs[0] < self.narrow:
@@ -111,13 +110,13 @@ class TrailFollower:
         x, y = place + _NEARBY_OFFSETS[int(np.argmin(costs))]
         return float(x), float(y)
 
-    def _is_free_after_turning(self, pose: Pose2, place: Place) -> bool:
+    def _is_free_after_turning(self, pose: Pose2, place: Point2) -> bool:
         """Tell whether the robot could drive towards a place if it were turned to it."""
         turned = replace(pose, yaw=pose.yaw + pose.bearing_to(*place))
         free = Clearance(self._task.costmaps.local_costmap, turned, None, None)
         return free.is_free(min(_START_M, math.dist(place, (pose.x, pose.y))), 0.0)
 
 
-def _is_astray(pose: Pose2, place: Place, ahead: float) -> bool:
+def _is_astray(pose: Pose2, place: Point2, ahead: float) -> bool:
     """Tell whether a place is far to the side of a bearing (rad)."""
     return abs(normalize_angle(pose.bearing_to(*place) - ahead)) > _ASTRAY_RAD

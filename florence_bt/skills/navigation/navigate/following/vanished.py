@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
+from florence_bt.core.geometry import Point2
 from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in_sight
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
-from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.vacated_cells import BODY_M, CAMERA_SOURCES
 
@@ -71,7 +71,7 @@ class Vanished:
             self._way_left, self._nearer_at = left, now
         return now - self._nearer_at <= _NO_NEARER_S
 
-    def _is_there(self, state: RobotState, place: Place) -> bool:
+    def _is_there(self, state: RobotState, place: Point2) -> bool:
         """Tell whether the robot is where they vanished, or would see them there: they have walked on."""
         away = math.dist(place, (state.pose.x, state.pose.y))
         in_view = abs(state.pose.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
