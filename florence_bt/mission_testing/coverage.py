@@ -9,7 +9,7 @@ from pathlib import Path
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.plain_yaml import Position
 from florence_bt.mission_testing.mocks.board import SkillCall
-from florence_bt.mission_testing.paths import Place
+from florence_bt.mission_testing.paths import NodeRef
 from florence_bt.mission_testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
 from florence_bt.mission_testing.test_run import TestRun
 from florence_bt.trees.checks.outcomes import Outcomes, possible_outcomes
@@ -131,7 +131,7 @@ class Coverage:
         """Count what runs have shown."""
         for run in runs:
             for path, outcome in run.record.outcomes:
-                self._add(run.places.find(path), outcome)
+                self._add(run.mission_map.find(path), outcome)
             for call in run.calls():
                 self._add_call(call, run.record.outcomes)
 
@@ -151,21 +151,21 @@ class Coverage:
         ]
         return sorted(reports, key=lambda report: (report.name, str(report.file)))
 
-    def _add(self, place: Place, outcome: str) -> None:
-        if place.origin is not None:
-            self.outcomes.setdefault(_key(place.origin.mission, place.origin.node), set()).add(outcome)
+    def _add(self, ref: NodeRef, outcome: str) -> None:
+        if ref.origin is not None:
+            self.outcomes.setdefault(_key(ref.origin.mission, ref.origin.node), set()).add(outcome)
 
     def _add_call(self, call: SkillCall, outcomes: set[tuple[str, str]]) -> None:
-        if call.place.params is None or call.result is None:
+        if call.node.call is None or call.result is None:
             return
-        key = _key(call.place.params.mission, call.place.params.node)
+        key = _key(call.node.call.mission, call.node.call.node)
         if not call.result.succeeded:
             self.codes.setdefault(key, set()).add(call.result.code)
-        if any((call.place.path, outcome) in outcomes for outcome in (SUCCESS, FAILURE, STOPPED)):
+        if any((call.node.path, outcome) in outcomes for outcome in (SUCCESS, FAILURE, STOPPED)):
             return
         # A clean-up beside the tree: no event has the statuses of its nodes.
         ended = SUCCESS if call.result.succeeded else STOPPED if call.cancelled else FAILURE
-        self._add(call.place, ended)
+        self._add(call.node, ended)
 
     def _node(
         self,

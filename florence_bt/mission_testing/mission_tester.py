@@ -15,7 +15,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.mocks.board import Mock, MockBoard, MockError, SkillCall
 from florence_bt.mission_testing.mocks.scripts import Script
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
-from florence_bt.mission_testing.paths import MissionMap, MissionMaps, Place, all_declarations, made_up_place
+from florence_bt.mission_testing.paths import MissionMap, MissionMaps, NodeRef, all_declarations, made_up_node
 from florence_bt.mission_testing.record import STATUSES, seconds_text
 from florence_bt.mission_testing.test_run import TestRun
 from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
@@ -66,7 +66,7 @@ class MissionTester:
         self.runs: list[TestRun] = []
         self._maps = maps or MissionMaps()
         self._scratch = scratch
-        self._board = MockBoard(self.clock, self.declarations, self._find_place, self._run_id)
+        self._board = MockBoard(self.clock, self.declarations, self._find_node, self._run_id)
         self._by_id: dict[str, TestRun] = {}
         self._early: list[tuple[MissionRun, RunEvent]] = []
         self.executor = Executor(
@@ -105,7 +105,7 @@ class MissionTester:
         if (added := self.library.add_file(path)) is None:
             raise next(f for f in self.library.findings if f.file == str(path)).as_error()
         self.library.add_neighbours([added])
-        self.places_of(path.stem)
+        self.mission_map_of(path.stem)
         return path.stem
 
     def mock(self, pattern: str, script: Script = "SUCCESS") -> Mock:
@@ -161,13 +161,13 @@ class MissionTester:
         name = self.load(mission)
         wanted = _policy(policy)
         self._mock_missions(name)
-        places = self.places_of(name)
-        self._board.check_patterns(places)
+        mission_map = self.mission_map_of(name)
+        self._board.check_patterns(mission_map)
         given = self._readable(name, {**(inputs or {}), **more})
         run = self.executor.trigger(MissionRequest(name, given, caller, wanted, priority))
         test_run = TestRun(
             run,
-            places,
+            mission_map,
             self.declarations,
             self._board.calls,
             partial(self.executor.render, whole=True),
@@ -298,7 +298,7 @@ class MissionTester:
 
     # ---- inside ---------------------------------------------------------------------------------------
 
-    def places_of(self, mission: str) -> MissionMap:
+    def mission_map_of(self, mission: str) -> MissionMap:
         """Return the nodes of a mission.
 
         Raises:
@@ -318,7 +318,7 @@ class MissionTester:
 
     def _mock_missions(self, mission: str) -> None:
         """Put stubs for the called missions that mocks name."""
-        names = mocked_missions(self._board.patterns(), self.places_of(mission), self.declarations)
+        names = mocked_missions(self._board.patterns(), self.mission_map_of(mission), self.declarations)
         if names:
             put_stubs(names, self.library, self.declarations)
             self._maps = MissionMaps()
@@ -362,14 +362,14 @@ class MissionTester:
     def _hint(self, test_run: TestRun) -> str:
         if test_run.run.status is RunStatus.PAUSED:
             return ": it is paused; resume() lets it go on"
-        waiting = [call.place.short for call in test_run.calls() if call.ended is None]
+        waiting = [call.node.short for call in test_run.calls() if call.ended is None]
         if waiting:
             return f": nothing more will happen: {' and '.join(waiting)} never end by themselves"
         return "" if test_run.done else ": nothing more will happen"
 
-    def _find_place(self, path: str) -> Place:
+    def _find_node(self, path: str) -> NodeRef:
         test_run = self._by_id.get(self._run_id())
-        return test_run.places.find(path) if test_run is not None else made_up_place(path)
+        return test_run.mission_map.find(path) if test_run is not None else made_up_node(path)
 
     def _run_id(self) -> str:
         run = self.executor.current

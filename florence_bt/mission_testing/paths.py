@@ -43,7 +43,7 @@ Segments = tuple[frozenset[str], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class NodeRef:
     """A node of a mission.
 
     Attributes:
@@ -55,7 +55,7 @@ class Place:
         outputs: The outputs of the skill that the mission uses.
         index: Where it stands in the order of the tree.
         origin: The node of the mission file that it came from, None for parts of one.
-        use: Of a node that runs a skill: the node of the file that says so, also when it is a part of it.
+        call: Of a node that runs a skill: the node of the file that says so, also when it is a part of it.
         leaf: Whether nothing is below it.
     """
 
@@ -67,7 +67,7 @@ class Place:
     outputs: tuple[str, ...]
     index: int
     origin: Origin | None
-    params: Origin | None
+    call: Origin | None
     leaf: bool
 
 
@@ -78,25 +78,25 @@ class MissionMap:
         mission: The name of the mission.
         outputs: What it gives when it succeeds.
         outcomes: What can come of it.
-        places: Every node by path, in the order of the tree.
+        nodes: Every node by path, in the order of the tree.
     """
 
     def __init__(self, mission: Mission, root: Behaviour, outcomes: PossibleOutcomes) -> None:
         self.mission = mission.name
         self.outputs: Mapping[str, Port] = mission.outputs
         self.outcomes = outcomes
-        self.places: dict[str, Place] = {}
+        self.nodes: dict[str, NodeRef] = {}
         head = () if _plain(root.name) == _plain(mission.name) else (frozenset({_plain(mission.name)}),)
         self._add(root, head, "" if not head else mission.name)
         self._shorten()
 
-    def uses(self) -> list[Place]:
+    def uses(self) -> list[NodeRef]:
         """Return the nodes that run a skill."""
-        return [place for place in self.places.values() if place.skill is not None]
+        return [node for node in self.nodes.values() if node.skill is not None]
 
-    def find(self, path: str) -> Place:
+    def find(self, path: str) -> NodeRef:
         """Return the node of a path; one that is not in the tree is made up from its names."""
-        return self.places.get(path) or made_up_place(path)
+        return self.nodes.get(path) or made_up_node(path)
 
     def _add(self, node: Behaviour, above: Segments, shown_above: str, near: Origin | None = None) -> None:
         origin = origin_of(node)
@@ -117,34 +117,34 @@ class MissionMap:
         segments = (*above, frozenset(_plain(name) for name in names))
         shown = f"{shown_above}/{shown}" if shown_above else shown
         path = path_of(node)
-        self.places[path] = Place(
+        self.nodes[path] = NodeRef(
             path=path,
             shown=shown,
             short=shown,
             segments=segments,
             skill=node.skill if isinstance(node, RunSkill) else None,
             outputs=tuple(node.outputs) if isinstance(node, RunSkill) else (),
-            index=len(self.places),
+            index=len(self.nodes),
             origin=origin,
-            params=near if isinstance(node, RunSkill) else None,
+            call=near if isinstance(node, RunSkill) else None,
             leaf=not node.children,
         )
         for child in node.children:
             self._add(child, segments, shown, near)
 
     def _shorten(self) -> None:
-        called = [place.origin.node for place in self.places.values() if place.origin is not None]
+        called = [ref.origin.node for ref in self.nodes.values() if ref.origin is not None]
         missions = {node.mission.text for node in called if isinstance(node, model.CallMission)}
-        wanted = {path: _shorter(place.shown, missions) for path, place in self.places.items()}
+        wanted = {path: _shorter(ref.shown, missions) for path, ref in self.nodes.items()}
         count = Counter(text for texts in wanted.values() for text in texts)
-        for place in self.places.values():
+        for ref in self.nodes.values():
             # The name of its skill alone means a numbered node, too.
-            bare = re.sub(r" \(\d+\)$", "", place.shown)
-            if place.skill is not None and bare != place.shown:
+            bare = re.sub(r" \(\d+\)$", "", ref.shown)
+            if ref.skill is not None and bare != ref.shown:
                 count.update(_shorter(bare, missions))
         for path, texts in wanted.items():
             short = next((text for text in texts if count[text] == 1), texts[-1])
-            self.places[path] = replace(self.places[path], short=short)
+            self.nodes[path] = replace(self.nodes[path], short=short)
 
 
 def _has_twin(node: Behaviour) -> bool:
@@ -165,10 +165,10 @@ def _shorter(shown: str, missions: Collection[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*forms, *(f"{name}/**/{near}" for name in above[1:]), shown]))
 
 
-def made_up_place(path: str) -> Place:
+def made_up_node(path: str) -> NodeRef:
     """Make up a node of which only the path is known."""
     segments = tuple(frozenset({_plain(name)}) for name in path.split("/"))
-    return Place(path, path, path, segments, None, (), MAX_INDEX, None, None, True)
+    return NodeRef(path, path, path, segments, None, (), MAX_INDEX, None, None, True)
 
 
 def map_mission(
@@ -233,9 +233,9 @@ class Pattern:
         names = [name for name in self.text.split("/") if name and name != "**"]
         return sum("*" not in name for name in names), sum(len(name.replace("*", "")) for name in names)
 
-    def matches(self, place: Place) -> bool:
+    def matches(self, node: NodeRef) -> bool:
         """Tell whether the pattern matches a node."""
-        return _matches(self.parts, place.segments)
+        return _matches(self.parts, node.segments)
 
 
 @lru_cache(maxsize=1024)
@@ -256,23 +256,23 @@ def read_pattern(text: str) -> Pattern:
     return Pattern(text.strip(), tuple(parts))
 
 
-def matching(pattern: str, places: Iterable[Place]) -> list[Place]:
+def matching(pattern: str, nodes: Iterable[NodeRef]) -> list[NodeRef]:
     """Return the nodes that a pattern means, in order."""
     read = read_pattern(pattern)
-    return [place for place in places if read.matches(place)]
+    return [node for node in nodes if read.matches(node)]
 
 
-def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
+def closest_paths(pattern: str, nodes: Iterable[NodeRef]) -> list[str]:
     """Return the short forms of paths that resemble a pattern without a match, the closest first."""
-    places = list(places)
+    nodes = list(nodes)
     wanted = [_plain(name) for name in pattern.strip("/").split("/") if "*" not in name] or [""]
 
-    def likeness(place: Place) -> float:
-        names = [max(_alike(name, written) for written in place.segments) for name in wanted]
-        return 2.0 * _alike(wanted[-1], place.segments[-1]) + sum(names) / len(names)
+    def likeness(node: NodeRef) -> float:
+        names = [max(_alike(name, written) for written in node.segments) for name in wanted]
+        return 2.0 * _alike(wanted[-1], node.segments[-1]) + sum(names) / len(names)
 
-    ordered = sorted(places, key=lambda place: (-likeness(place), place.index))
-    return list(dict.fromkeys(place.short for place in ordered))[:MAX_SHOWN]
+    ordered = sorted(nodes, key=lambda node: (-likeness(node), node.index))
+    return list(dict.fromkeys(node.short for node in ordered))[:MAX_SHOWN]
 
 
 def _alike(name: str, written: frozenset[str]) -> float:
@@ -305,23 +305,23 @@ def _plain(name: str) -> str:
 
 
 def unmatched(
-    text: str, places: MissionMap, skills: Collection[str], *, skills_only: bool, what: str = ""
+    text: str, mission_map: MissionMap, skills: Collection[str], *, skills_only: bool, what: str = ""
 ) -> ConfigError:
     """Make the error for a pattern that matches nothing.
 
     Args:
         text: The pattern.
-        places: The nodes of the mission.
+        mission_map: The nodes of the mission.
         skills: The names of all skills.
         skills_only: Whether only nodes that run a skill count.
         what: What the pattern is for, such as ``the mock ``; for messages.
     """
-    candidates = places.uses() if skills_only else list(places.places.values())
+    candidates = mission_map.uses() if skills_only else list(mission_map.nodes.values())
     if text in skills:
-        used = dict.fromkeys(place.skill for place in places.uses() if place.skill)
+        used = dict.fromkeys(node.skill for node in mission_map.uses() if node.skill)
         valid = closest_first(text, used) or ("no skills",)
-        return ConfigError(f"{what}{text!r} is a skill that {places.mission} does not use", valid=valid)
-    others = matching(text, places.places.values()) if skills_only else []
+        return ConfigError(f"{what}{text!r} is a skill that {mission_map.mission} does not use", valid=valid)
+    others = matching(text, mission_map.nodes.values()) if skills_only else []
     if others:
         origin = others[0].origin
         called = isinstance(origin.node, model.CallMission) if origin is not None else False
@@ -334,14 +334,14 @@ def unmatched(
             valid=list(dict.fromkeys(params.short for params in inside))[:MAX_SHOWN],
         )
     kind = "skill" if skills_only else "node"
-    close = dict.fromkeys([*_named_like(text, places), *closest_paths(text, candidates)])
-    message = f"{what}{text!r} matches no {kind} of {places.mission}"
+    close = dict.fromkeys([*_named_like(text, mission_map), *closest_paths(text, candidates)])
+    message = f"{what}{text!r} matches no {kind} of {mission_map.mission}"
     return ConfigError(message, valid=list(close)[:MAX_SHOWN])
 
 
-def _named_like(text: str, places: MissionMap) -> list[str]:
+def _named_like(text: str, mission_map: MissionMap) -> list[str]:
     """Return the skill, or the called mission, whose name looks like this; either may be mocked."""
-    nodes = [place.origin.node for place in places.places.values() if place.origin is not None]
+    nodes = [node.origin.node for node in mission_map.nodes.values() if node.origin is not None]
     missions = [node.mission.text for node in nodes if isinstance(node, model.CallMission)]
-    names = dict.fromkeys([*missions, *(place.skill for place in places.uses() if place.skill)])
+    names = dict.fromkeys([*missions, *(node.skill for node in mission_map.uses() if node.skill)])
     return difflib.get_close_matches(text, names, n=1, cutoff=0.8)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.mission_testing.paths import MissionMap, Place, matching, read_pattern
+from florence_bt.mission_testing.paths import MissionMap, NodeRef, matching, read_pattern
 from florence_bt.mission_testing.values import read_duration
 from florence_bt.runtime.events import EventKind, RunEvent
 
@@ -34,27 +34,27 @@ class StatusChange:
     Attributes:
         time: Seconds from the start of the run.
         tick: The number of the tick, beginning with 1.
-        place: The node.
+        node: The node.
         old: Its status before the tick.
         new: Its status after the tick.
     """
 
     time: float
     tick: int
-    place: Place
+    node: NodeRef
     old: str
     new: str
 
     def __str__(self) -> str:
         """Write the change, such as ``4.2 s  look_for_user: SUCCESS``."""
-        return f"{seconds_text(self.time)}  {self.place.short}: {self.new}"
+        return f"{seconds_text(self.time)}  {self.node.short}: {self.new}"
 
 
 class NodeRecord:
     """Notes the changes of one run.
 
     Args:
-        places: The nodes of the mission.
+        mission_map: The nodes of the mission.
 
     Attributes:
         statuses: The last known status of every node that was reached, by path.
@@ -62,11 +62,11 @@ class NodeRecord:
         broken: The tracebacks of exceptions that came out of the tree.
     """
 
-    def __init__(self, places: MissionMap) -> None:
+    def __init__(self, mission_map: MissionMap) -> None:
         self.statuses: dict[str, str] = {}
         self.outcomes: set[tuple[str, str]] = set()
         self.broken: list[str] = []
-        self._places = places
+        self._mission_map = mission_map
         self._started: float | None = None
         self._changes: list[StatusChange] = []
         self._tick = (0, 0.0)
@@ -117,11 +117,11 @@ class NodeRecord:
         tick, time = self._tick
         since = time - (self._started if self._started is not None else time)
         changed = [
-            StatusChange(since, tick, self._places.find(path), old, new)
+            StatusChange(since, tick, self._mission_map.find(path), old, new)
             for path, (old, new) in self._open.items()
             if old != new
         ]
-        self._changes += sorted(changed, key=lambda change: change.place.index)
+        self._changes += sorted(changed, key=lambda change: change.node.index)
         self._open = {}
 
 
@@ -152,11 +152,11 @@ class TraceLine:
     def fits(self, change: StatusChange) -> bool:
         """Tell whether a change is what the line says."""
         near = abs(change.time - self.seconds) <= _SLACK_S
-        return near and change.new == self.status and read_pattern(self.node).matches(change.place)
+        return near and change.new == self.status and read_pattern(self.node).matches(change.node)
 
-    def shown(self, places: Iterable[Place]) -> str:
+    def shown(self, nodes: Iterable[NodeRef]) -> str:
         """Return the line as a trace would show it, when it means one node; else as it was written."""
-        found = matching(self.node, places)
+        found = matching(self.node, nodes)
         name = found[0].short if len(found) == 1 else self.node
         return f"{seconds_text(self.seconds)}  {name}: {self.status}"
 
@@ -183,16 +183,16 @@ def same_trace(wanted: Sequence[TraceLine], actual: Sequence[StatusChange]) -> b
 
 
 def aligned(
-    wanted: Sequence[TraceLine], actual: Sequence[StatusChange], places: Iterable[Place]
+    wanted: Sequence[TraceLine], actual: Sequence[StatusChange], nodes: Iterable[NodeRef]
 ) -> list[str]:
     """Return the expected lines, written as in the actual trace where they agree, so that a difference shows
     only what differs.
     """
-    places = list(places)
+    nodes = list(nodes)
     lines, rest = [], list(actual)
     for line in wanted:
         found = next((change for change in rest if line.fits(change)), None)
         if found is not None:
             rest = rest[rest.index(found) + 1 :]
-        lines.append(str(found) if found is not None else line.shown(places))
+        lines.append(str(found) if found is not None else line.shown(nodes))
     return lines

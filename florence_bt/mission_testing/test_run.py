@@ -10,7 +10,7 @@ from florence_bt.behaviours.keys import KeyStore, readable
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.mocks.board import SkillCall
-from florence_bt.mission_testing.paths import MissionMap, Place, matching, read_pattern, unmatched
+from florence_bt.mission_testing.paths import MissionMap, NodeRef, matching, read_pattern, unmatched
 from florence_bt.mission_testing.record import (
     INVALID,
     NodeRecord,
@@ -51,7 +51,7 @@ class TestRun:
 
     Attributes:
         run: The run as the executor keeps it.
-        places: The nodes of the mission.
+        mission_map: The nodes of the mission.
         record: What the nodes did.
         key_store: The keys of the run, from its first tick on.
     """
@@ -62,15 +62,15 @@ class TestRun:
     def __init__(
         self,
         run: MissionRun,
-        places: MissionMap,
+        mission_map: MissionMap,
         declarations: Mapping[str, SkillDeclaration],
         all_calls: Sequence[SkillCall],
         render: Callable[[MissionRun], str],
         unused_mocks: Callable[[], Sequence[str]],
     ) -> None:
         self.run = run
-        self.places = places
-        self.record = NodeRecord(places)
+        self.mission_map = mission_map
+        self.record = NodeRecord(mission_map)
         self.key_store: KeyStore | None = None
         self._declarations = declarations
         self._all_calls = all_calls
@@ -107,7 +107,7 @@ class TestRun:
     @property
     def leaf(self) -> str:
         """The path of the node that caused a failure."""
-        return self.places.find(self.run.why.path).shown if self.run.why else ""
+        return self.mission_map.find(self.run.why.path).shown if self.run.why else ""
 
     @property
     def outputs(self) -> dict[str, Any]:
@@ -153,13 +153,13 @@ class TestRun:
         return [
             change
             for change in self.record.changes()
-            if (inner or change.place.leaf) and change.new != INVALID and read.matches(change.place)
+            if (inner or change.node.leaf) and change.new != INVALID and read.matches(change.node)
         ]
 
     def calls(self, pattern: str = "**") -> list[SkillCall]:
         """Return the starts of skills by nodes that a pattern means, in order."""
         read = read_pattern(pattern)
-        return [c for c in self._all_calls if c.run_id == self.run.run_id and read.matches(c.place)]
+        return [c for c in self._all_calls if c.run_id == self.run.run_id and read.matches(c.node)]
 
     def inputs(self, pattern: str = "**") -> list[dict[str, Any]]:
         """Return the inputs of those calls, in SI units."""
@@ -214,18 +214,18 @@ class TestRun:
         if leaf is not None:
             self.check_pattern(leaf)
             path = self.run.why.path if self.run.why else ""
-            if not path or not read_pattern(leaf).matches(self.places.find(path)):
+            if not path or not read_pattern(leaf).matches(self.mission_map.find(path)):
                 self.fail(f"the cause is not {leaf!r} but {self.leaf or 'nothing at all'}")
         return self
 
     def assert_outputs(self, outputs: Mapping[str, Any]) -> Self:
         """Assert that the mission gave these outputs; texts are read with their units."""
-        kinds = {name: port.kind for name, port in self.places.outputs.items()}
+        kinds = {name: port.kind for name, port in self.mission_map.outputs.items()}
         return self._assert_values("output", outputs, self.outputs, kinds)
 
     def assert_keys(self, keys: Mapping[str, Any]) -> Self:
         """Assert that the keys of the mission have these values; texts are read with their units."""
-        return self._assert_values("key", keys, self.keys, self.places.outcomes.kinds)
+        return self._assert_values("key", keys, self.keys, self.mission_map.outcomes.kinds)
 
     def assert_called(
         self,
@@ -307,8 +307,8 @@ class TestRun:
         actual = self.changes(pattern, inner=inner)
         if same_trace(wanted, actual):
             return self
-        places = self.places.places.values()
-        return self._assert_text("trace", aligned(wanted, actual, places), [str(each) for each in actual])
+        nodes = self.mission_map.nodes.values()
+        return self._assert_text("trace", aligned(wanted, actual, nodes), [str(each) for each in actual])
 
     def assert_duration(self, duration: float | str, *, at_most: bool = False) -> Self:
         """Assert that the run took this long (seconds, or e.g. ``3 s``), to the millisecond, or at most."""
@@ -327,14 +327,14 @@ class TestRun:
         """Return the number of the next call that fits; the very next one when there may be no others."""
         read = read_pattern(pattern)
         for number in range(start, min(len(calls), start + 1) if only else len(calls)):
-            if read.matches(calls[number].place) and self.fits(calls[number], inputs):
+            if read.matches(calls[number].node) and self.fits(calls[number], inputs):
                 return number
         return None
 
     def _place_in_order(self, calls: list[SkillCall], number: int, only: bool) -> str:
         if only and number < len(calls):
             return f"as number {number + 1}, but {self.call_text(calls[number]).strip()}"
-        return f"after {calls[number - 1].place.short}" if number else "at all"
+        return f"after {calls[number - 1].node.short}" if number else "at all"
 
     def _state_text(self) -> str:
         why = f": {self.reason} [{self.code}] at {self.leaf}" if self.run.why else ""
@@ -368,16 +368,16 @@ class TestRun:
 
     # ---- helpers --------------------------------------------------------------------------------------
 
-    def check_pattern(self, pattern: str) -> list[Place]:
+    def check_pattern(self, pattern: str) -> list[NodeRef]:
         """Return the nodes that a pattern means.
 
         Raises:
             ConfigError: It means none; the error lists the closest ones.
         """
-        places = self.places.places.values()
-        found = matching(pattern, places)
+        nodes = self.mission_map.nodes.values()
+        found = matching(pattern, nodes)
         if not found and pattern not in self._declarations:
-            raise unmatched(pattern, self.places, self._declarations, skills_only=False)
+            raise unmatched(pattern, self.mission_map, self._declarations, skills_only=False)
         return found
 
     def fits(self, call: SkillCall, wanted: Mapping[str, Any]) -> bool:
@@ -403,8 +403,8 @@ class TestRun:
             code = call.result.code if not call.result.succeeded else "ok"
             end = f"{code} after {seconds_text(call.ended - call.started)}"
         start = seconds_text(call.started - self.started)
-        skill = "" if call.place.short.split(" (")[0].endswith(call.skill) else f": {call.skill}"
-        return f"{start:>10}  {call.place.short}{skill}({inputs}): {end}"
+        skill = "" if call.node.short.split(" (")[0].endswith(call.skill) else f": {call.skill}"
+        return f"{start:>10}  {call.node.short}{skill}({inputs}): {end}"
 
     def report(self) -> str:
         """Write the tree, the calls and what broke, for messages."""

@@ -24,9 +24,9 @@ from florence_bt.mission_testing.mocks.scripts import (
 )
 from florence_bt.mission_testing.paths import (
     MissionMap,
+    NodeRef,
     Pattern,
-    Place,
-    made_up_place,
+    made_up_node,
     read_pattern,
     unmatched,
 )
@@ -43,7 +43,7 @@ class SkillCall:
 
     Attributes:
         skill: The name of the skill.
-        place: The node that started it.
+        node: The node that started it.
         inputs: The complete inputs in SI units.
         run_id: The run of the mission that it belongs to.
         started: When, in seconds on the test's clock.
@@ -53,7 +53,7 @@ class SkillCall:
     """
 
     skill: str
-    place: Place
+    node: NodeRef
     inputs: Mapping[str, Any]
     run_id: str
     started: float
@@ -64,7 +64,7 @@ class SkillCall:
     @property
     def path(self) -> str:
         """The path of the node that started it, with the names of missions and skills."""
-        return self.place.shown
+        return self.node.shown
 
 
 @dataclass(eq=False, slots=True)
@@ -113,7 +113,7 @@ class MockBoard:
     Args:
         clock: Drives the runs.
         declarations: What the real skills say about themselves.
-        find_place: Gives the node of a path.
+        find_node: Gives the node of a path.
         run_id: Gives the ID of the current run of a mission.
 
     Attributes:
@@ -125,12 +125,12 @@ class MockBoard:
         self,
         clock: Clock,
         declarations: Mapping[str, SkillDeclaration],
-        find_place: Callable[[str], Place] = made_up_place,
+        find_node: Callable[[str], NodeRef] = made_up_node,
         run_id: Callable[[], str] = str,
     ) -> None:
         self.calls: list[SkillCall] = []
         self.problems: list[str] = []
-        self._find_place = find_place
+        self._find_node = find_node
         self._run_id = run_id
         self._clock = clock
         self._declarations = declarations
@@ -179,26 +179,26 @@ class MockBoard:
                 matches cannot do what its script says.
         """
         self._chosen.clear()
-        places = mission.uses()
+        nodes = mission.uses()
         for mock in self._mocks:
-            if any(mock.pattern.matches(place) for place in places):
+            if any(mock.pattern.matches(node) for node in nodes):
                 self._used.add(mock.pattern.text)
             elif mock.pattern.text not in self._used and not self._may_be_unused(mock):
                 raise self._unmatched(mock, mission)
-        for place in places:
-            chosen = self.mock_for(place)
+        for node in nodes:
+            chosen = self.mock_for(node)
             if chosen is not None:
-                self._check_replies(chosen, place)
+                self._check_replies(chosen, node)
         self._chosen.clear()
 
-    def mock_for(self, place: Place) -> Mock | None:
+    def mock_for(self, node: NodeRef) -> Mock | None:
         """Return the mock that says most about a node; of equals the one that was added last."""
-        if place.path not in self._chosen:
-            fitting = [mock for mock in self._mocks if mock.pattern.matches(place)]
-            self._chosen[place.path] = max(
+        if node.path not in self._chosen:
+            fitting = [mock for mock in self._mocks if mock.pattern.matches(node)]
+            self._chosen[node.path] = max(
                 reversed(fitting), key=lambda mock: (not mock.default, *mock.pattern.rank), default=None
             )
-        return self._chosen[place.path]
+        return self._chosen[node.path]
 
     def start(self, declaration: SkillDeclaration, path: str, inputs: Inputs) -> SkillRun:
         """Begin the run that the mock of a node says.
@@ -207,25 +207,25 @@ class MockBoard:
             MockError: There is no mock for it, or it cannot be; also noted in :attr:`problems`.
         """
         try:
-            return self._start(declaration, self._find_place(path), inputs)
+            return self._start(declaration, self._find_node(path), inputs)
         except MockError as error:
             self.problems.append(str(error))
             raise
 
-    def _start(self, declaration: SkillDeclaration, place: Place, inputs: Inputs) -> SkillRun:
+    def _start(self, declaration: SkillDeclaration, node: NodeRef, inputs: Inputs) -> SkillRun:
         problems = declaration.problems_with(inputs)
         problems += [f"{name} was not filled in" for name in declaration.inputs if name not in inputs]
         if problems:
-            raise MockError(f"{place.shown} was started with bad inputs: {'; '.join(problems)}")
-        mock = self.mock_for(place)
+            raise MockError(f"{node.shown} was started with bad inputs: {'; '.join(problems)}")
+        mock = self.mock_for(node)
         if mock is None:
-            raise MockError(_how_to_mock(declaration, place))
-        call = SkillCall(declaration.name, place, dict(inputs), self._run_id(), self._clock.now())
+            raise MockError(_how_to_mock(declaration, node))
+        call = SkillCall(declaration.name, node, dict(inputs), self._run_id(), self._clock.now())
         mock.asked = True
         answer = _ask(mock, call) if mock.function is not None else self._next(mock, declaration)
         if mock.function is None and answer is None:
             raise MockError(
-                f"{place.shown} was started, but the mock {mock.pattern.text!r} has answers for only "
+                f"{node.shown} was started, but the mock {mock.pattern.text!r} has answers for only "
                 f"{len(mock.calls)} calls; let its last step have no count, or 'always'"
             )
         self.calls.append(call)
@@ -255,7 +255,7 @@ class MockBoard:
         def settle(said: Any) -> Step:
             try:
                 step = to_step(said, declaration)
-                check_outputs(step, call.place)
+                check_outputs(step, call.node)
             except ConfigError as error:
                 raise MockError(f"the mock of {call.path} does what the skill cannot: {error}") from error
             return step
@@ -293,15 +293,15 @@ class MockBoard:
         """Tell whether a mock may stay unused: a default whose plain name, if any, is that of a skill."""
         return mock.default and (not mock.pattern.plain or mock.pattern.text in self._declarations)
 
-    def _check_replies(self, mock: Mock, place: Place) -> None:
-        if place.skill is None:
+    def _check_replies(self, mock: Mock, node: NodeRef) -> None:
+        if node.skill is None:
             return
         for reply in mock.replies:
             try:
-                check_outputs(to_step(reply, self._declarations[place.skill]), place)
+                check_outputs(to_step(reply, self._declarations[node.skill]), node)
             except ConfigError as error:
                 raise ConfigError(
-                    f"the mock {mock.pattern.text!r} at {place.shown}: {error.problem}", valid=error.valid
+                    f"the mock {mock.pattern.text!r} at {node.shown}: {error.problem}", valid=error.valid
                 ) from error
 
 
@@ -366,7 +366,7 @@ def _ask(mock: Mock, call: SkillCall) -> Any:
         raise MockError(broken_function(call.path, error)) from error
 
 
-def check_outputs(step: Step, place: Place) -> None:
+def check_outputs(step: Step, node: NodeRef) -> None:
     """See that a success gives what the mission reads, or promises when the mission itself is mocked.
 
     Raises:
@@ -374,20 +374,20 @@ def check_outputs(step: Step, place: Place) -> None:
     """
     if step.result is None or not step.result.succeeded:
         return
-    missing = [name for name in place.outputs if name not in step.result.outputs]
+    missing = [name for name in node.outputs if name not in step.result.outputs]
     if missing:
         raise ConfigError(
             f"it succeeds without {' and '.join(missing)}, which it has to give here",
-            valid=[f"SUCCESS ({', '.join(f'{name}=...' for name in place.outputs)})"],
+            valid=[f"SUCCESS ({', '.join(f'{name}=...' for name in node.outputs)})"],
         )
 
 
-def _how_to_mock(declaration: SkillDeclaration, place: Place) -> str:
+def _how_to_mock(declaration: SkillDeclaration, node: NodeRef) -> str:
     outputs = ", ".join(f"{name}={example_of(port.kind)}" for name, port in declaration.outputs.items())
     success = f"SUCCESS ({outputs})" if outputs else "SUCCESS"
     example = success if declaration.instant else f"running 3 s, then {success}"
     return (
-        f"{place.shown} was started, but {declaration.name} has no mock; give it one:\n"
+        f"{node.shown} was started, but {declaration.name} has no mock; give it one:\n"
         f'    in Python: florence.mock("{declaration.name}", "{example}")\n'
         f'    in a scenario, under skills: {declaration.name}: "{example}"'
     )

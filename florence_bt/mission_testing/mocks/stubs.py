@@ -21,24 +21,24 @@ _DEADLINE_S = 1e9
 
 
 def mocked_missions(
-    patterns: Iterable[Pattern], places: MissionMap, skills: Collection[str]
+    patterns: Iterable[Pattern], mission_map: MissionMap, skills: Collection[str]
 ) -> tuple[str, ...]:
     """Return the called missions that mocks name instead of skills.
 
     Args:
         patterns: Whom the mocks are for.
-        places: The nodes of the mission that is tested.
+        mission_map: The nodes of the mission that is tested.
         skills: The names of all skills; a skill goes before a mission of the same name.
     """
-    calls = [place for place in places.places.values() if place.origin is not None]
+    calls = [ref for ref in mission_map.nodes.values() if ref.origin is not None]
     names: dict[str, None] = {}
     for pattern in patterns:
         last = pattern.text.rsplit("/", 1)[-1].strip()
-        if last in skills or any(pattern.matches(params) for params in places.uses()):
+        if last in skills or any(pattern.matches(ref) for ref in mission_map.uses()):
             continue
-        for place in calls:
-            node = place.origin.node if place.origin is not None else None
-            if isinstance(node, model.CallMission) and node.mission.text == last and pattern.matches(place):
+        for ref in calls:
+            node = ref.origin.node if ref.origin is not None else None
+            if isinstance(node, model.CallMission) and node.mission.text == last and pattern.matches(ref):
                 names[last] = None
     return tuple(names)
 

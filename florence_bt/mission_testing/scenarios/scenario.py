@@ -221,38 +221,38 @@ def run_scenario(scenario: Scenario) -> ScenarioResult:
         How it went. Nothing is raised: an error of a mission or of Florence itself is a problem too.
     """
     tester = MissionTester(declarations=scenario.declarations, library=scenario.library, maps=scenario.maps)
-    scene = ScenarioRun(tester)
+    run = ScenarioRun(tester)
     report = ""
-    for position, step in _steps(scenario, scene):
+    for position, step in _steps(scenario, run):
         try:
             step()
             continue
         except ExpectationFailed as error:
-            scene.problems.append((position, error.problem))
+            run.problems.append((position, error.problem))
         except (AssertionError, FlorenceError) as error:
             problem, _, report = str(error).partition("\n\n")
-            scene.problems.append((position, problem))
+            run.problems.append((position, problem))
         except Exception as error:
-            scene.problems.append((position, f"Florence broke: {type(error).__name__}: {error}"))
+            run.problems.append((position, f"Florence broke: {type(error).__name__}: {error}"))
             report = traceback.format_exc()
         break
-    if scene.problems and not report:
+    if run.problems and not report:
         report = "\n\n".join(test_run.report() for test_run in tester.runs)
-    return ScenarioResult(scenario, tuple(scene.problems), report, tuple(tester.runs))
+    return ScenarioResult(scenario, tuple(run.problems), report, tuple(tester.runs))
 
 
-def _steps(scenario: Scenario, scene: ScenarioRun) -> Iterator[tuple[Position, Callable[[], object]]]:
+def _steps(scenario: Scenario, run: ScenarioRun) -> Iterator[tuple[Position, Callable[[], object]]]:
     """Yield what is done, in order, each with its place in the file."""
     for mock in scenario.mocks:
-        yield mock.position, partial(_mock, scene.tester, mock)
+        yield mock.position, partial(_mock, run.tester, mock)
     refused = scenario.trigger.refused is not None
     begin = scenario.trigger.position if refused else scenario.position
-    yield begin, partial(scene.start, scenario.trigger, "")
+    yield begin, partial(run.start, scenario.trigger, "")
     for happening in scenario.when:
-        yield happening.position, partial(happening.act, scene)
-    yield scenario.position, partial(scene.run_to_the_end, scenario.then)
+        yield happening.position, partial(happening.act, run)
+    yield scenario.position, partial(run.run_to_the_end, scenario.then)
     for name, expectation in scenario.then.items():
-        yield scenario.position, partial(scene.expect, expectation, name)
+        yield scenario.position, partial(run.expect, expectation, name)
 
 
 def _mock(tester: MissionTester, mock: MockEntry) -> None:

@@ -35,8 +35,8 @@ from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put
 from florence_bt.mission_testing.paths import (
     MissionMap,
     MissionMaps,
+    NodeRef,
     Pattern,
-    Place,
     all_declarations,
     matching,
     read_pattern,
@@ -100,7 +100,7 @@ _PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
 Assertion = Callable[[TestRun], object]
 Act = Callable[[ScenarioRun], None]
 Entries = Mapping[str, YamlNode]
-Users = list[tuple[SkillDeclaration, Place | None]]
+Users = list[tuple[SkillDeclaration, NodeRef | None]]
 """What a script must fit: declarations, and the nodes that start them."""
 
 
@@ -201,19 +201,24 @@ class SourceReader(WordReader):
         return None
 
     def pattern(
-        self, key: YamlScalar, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
-    ) -> list[Place] | None:
+        self,
+        key: YamlScalar,
+        mission_map: MissionMap | None,
+        *,
+        skills_only: bool = False,
+        unused: bool = False,
+    ) -> list[NodeRef] | None:
         """Return the nodes that a pattern means, None (noted) when it is wrong.
 
         Args:
             key: The pattern.
-            places: The nodes of the mission; None when they are not known.
+            mission_map: The nodes of the mission; None when they are not known.
             skills_only: Whether only nodes that run a skill count.
             unused: Whether the name of a skill that the mission does not use is allowed.
         """
-        if places is None:
+        if mission_map is None:
             return []
-        candidates = places.uses() if skills_only else list(places.places.values())
+        candidates = mission_map.uses() if skills_only else list(mission_map.nodes.values())
         try:
             found = matching(key.text, candidates)
         except ConfigError as error:
@@ -221,7 +226,7 @@ class SourceReader(WordReader):
             return None
         if found or (unused and key.text in self.declarations):
             return found
-        self.wrong(key.position, unmatched(key.text, places, self.declarations, skills_only=skills_only))
+        self.wrong(key.position, unmatched(key.text, mission_map, self.declarations, skills_only=skills_only))
         return None
 
     def quantities(
@@ -407,24 +412,24 @@ def _fill_in_text(
 
 
 def read_mocks(
-    reader: SourceReader, source: YamlNode | None, places: MissionMap | None, *, default: bool
+    reader: SourceReader, source: YamlNode | None, mission_map: MissionMap | None, *, default: bool
 ) -> list[MockEntry]:
     """Read the mocks under ``skills``.
 
     Args:
         reader: Notes what is wrong.
         source: The table.
-        places: The nodes of the mission; None when it is not known, then less is checked.
+        mission_map: The nodes of the mission; None when it is not known, then less is checked.
         default: Whether they are for the whole file, and need not be used by each mission in it.
     """
     entries = []
     for key, value in reader.table(source, "skills"):
         if default and key.text in reader.library and key.text not in reader.declarations:
             continue  # a mission that is mocked whole where it is called; here it is not
-        found = reader.pattern(key, places, skills_only=True, unused=default)
+        found = reader.pattern(key, mission_map, skills_only=True, unused=default)
         if found is None and not default:
             continue
-        users: Users = [(reader.declarations[place.skill], place) for place in found or () if place.skill]
+        users: Users = [(reader.declarations[node.skill], node) for node in found or () if node.skill]
         if "*" in key.text.split("/")[-1]:
             users = []  # other mocks may answer for some of them; the start of the mission decides
         if not users and key.text in reader.declarations:
@@ -458,11 +463,11 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
         return ()
     problems: dict[str, ConfigError] = {}
     for reply in replies:
-        for declaration, place in users:
+        for declaration, node in users:
             try:
                 step = to_step(reply, declaration)
-                if place is not None:
-                    check_outputs(step, place)
+                if node is not None:
+                    check_outputs(step, node)
             except ConfigError as error:
                 problems.setdefault(error.problem, error)
     for problem, found in problems.items():
@@ -536,16 +541,16 @@ class WhenReader:
 
     Args:
         reader: Notes what is wrong.
-        places: The nodes of the scenario's mission; None when it is not known.
+        mission_map: The nodes of the scenario's mission; None when it is not known.
 
     Attributes:
         started: The nodes of the missions that it starts, by the names that ``as`` gives them.
     """
 
-    def __init__(self, reader: SourceReader, places: MissionMap | None) -> None:
+    def __init__(self, reader: SourceReader, mission_map: MissionMap | None) -> None:
         self.started: dict[str, MissionMap] = {}
         self._reader = reader
-        self._places = places
+        self._mission_map = mission_map
 
     def read(self, source: YamlNode | None) -> Iterator[ScenarioStep]:
         """Read what happens, in order."""
@@ -591,17 +596,17 @@ class WhenReader:
 
     def _act(self, table: YamlMapping, kind: str) -> Act | None:
         entries = self._reader.values(table, kind, (kind, *WHEN_KEYS.get(kind, ()), "at"))
-        act: Act | None = (lambda scene: None) if kind == "at" else self._action(kind, entries)
+        act: Act | None = (lambda run: None) if kind == "at" else self._action(kind, entries)
         at = self._reader.duration(entries["at"], "at") if "at" in entries else None
         if at is None or act is None:
             return act
 
-        def wait_then_act(scene: ScenarioRun) -> None:
-            wait = at + scene.test_run.started - scene.tester.now
+        def wait_then_act(run: ScenarioRun) -> None:
+            wait = at + run.test_run.started - run.tester.now
             if wait < -1e-6:
                 raise AssertionError(f"at {at:g} s has passed already")
-            scene.tester.advance(max(0.0, wait))
-            act(scene)
+            run.tester.advance(max(0.0, wait))
+            act(run)
 
         return wait_then_act
 
@@ -609,7 +614,7 @@ class WhenReader:
         match kind:
             case "advance":
                 seconds = self._reader.duration(entries["advance"], "advance")
-                return (lambda scene: scene.tester.advance(seconds)) if seconds is not None else None
+                return (lambda run: run.tester.advance(seconds)) if seconds is not None else None
             case "until":
                 return self._until(entries)
             case "start":
@@ -617,16 +622,16 @@ class WhenReader:
             case "expect":
                 return self._expect(entries["expect"])
             case "resume":
-                return lambda scene: scene.tester.resume()
+                return lambda run: run.tester.resume()
             case "release":
-                return lambda scene: scene.tester.release()
+                return lambda run: run.tester.release()
         source = entries[kind]
         empty = isinstance(source, YamlScalar) and source.empty
         reason = _REASON if empty else self._reader.text(source, "a reason") or _REASON
         do = {"stop": MissionTester.stop, "pause": MissionTester.pause, "override": MissionTester.override}[
             kind
         ]
-        return lambda scene: do(scene.tester, reason)
+        return lambda run: do(run.tester, reason)
 
     def _until(self, entries: Entries) -> Act | None:
         pattern = entries["until"]
@@ -636,18 +641,18 @@ class WhenReader:
             status = self._reader.choice(entries["is"], "status", STATUSES) or ""
         if not isinstance(pattern, YamlScalar) or not name or not status:
             return None
-        if self._reader.pattern(pattern, self._places) is None:
+        if self._reader.pattern(pattern, self._mission_map) is None:
             return None
-        return lambda scene: _wait_for(scene, name, status)
+        return lambda run: _wait_for(run, name, status)
 
     def _expect(self, source: YamlNode) -> Act:
-        expectation = ThenReader(self._reader, self._places).read(source, "expect")
+        expectation = ThenReader(self._reader, self._mission_map).read(source, "expect")
         if (isinstance(source, YamlScalar) and source.empty) or (
             isinstance(source, YamlMapping) and not source.entries
         ):
             valid = ["expect: {status: RUNNING}"]
             self._reader.error(source.position, "nothing is expected here", valid)
-        return lambda scene: scene.expect(expectation)
+        return lambda run: run.expect(expectation)
 
     def _start(self, entries: Entries) -> Act | None:
         reader = self._reader
@@ -663,11 +668,11 @@ class WhenReader:
             reader.error(position, message, [f"as: second_{trigger.mission}"])
         mission = reader.library.get(trigger.mission)
         self.started[name] = reader.maps.of(mission, reader.library, reader.declarations)
-        return lambda scene: scene.start(trigger, name)
+        return lambda run: run.start(trigger, name)
 
 
-def _wait_for(scene: ScenarioRun, pattern: str, status: str) -> None:
-    scene.tester.run_until(pattern, status, test_run=scene.test_run)
+def _wait_for(run: ScenarioRun, pattern: str, status: str) -> None:
+    run.tester.run_until(pattern, status, test_run=run.test_run)
 
 
 # ---- then: what must hold -------------------------------------------------------------------------------
@@ -678,12 +683,12 @@ class ThenReader:
 
     Args:
         reader: Notes what is wrong.
-        places: The nodes of the mission; None when it is not known.
+        mission_map: The nodes of the mission; None when it is not known.
     """
 
-    def __init__(self, reader: SourceReader, places: MissionMap | None) -> None:
+    def __init__(self, reader: SourceReader, mission_map: MissionMap | None) -> None:
         self._reader = reader
-        self._places = places
+        self._mission_map = mission_map
 
     def read(self, source: YamlNode | None, what: str, happens: Collection[str] | None = None) -> Expectation:
         """Read a table.
@@ -703,7 +708,7 @@ class ThenReader:
         for name, (key, value) in entries.items():
             before = reader.count
             assertions = list(self._assertions(name, value))
-            known = self._places is not None  # else an error has been noted already
+            known = self._mission_map is not None  # else an error has been noted already
             if known and not assertions and reader.count == before:
                 reader.error(key.position, f"{name} expects nothing", ["leaving it out"])
             checks += [Check(assertion, key.position) for assertion in assertions]
@@ -717,9 +722,9 @@ class ThenReader:
 
     def _check_code(self, source: YamlNode | None, status: RunStatus | None) -> None:
         """Note a code with which the mission can never end."""
-        if not isinstance(source, YamlScalar) or self._places is None or not source.text:
+        if not isinstance(source, YamlScalar) or self._mission_map is None or not source.text:
             return
-        fails = self._places.outcomes.codes | _RUN_CODES
+        fails = self._mission_map.outcomes.codes | _RUN_CODES
         known = {
             None: {"ok", "stopped", *fails},
             RunStatus.SUCCEEDED: {"ok"},
@@ -730,7 +735,7 @@ class ThenReader:
             return
         word = f"a run that is {status.value}" if status is not None else ""
         if status is None or status is RunStatus.FAILED:
-            word = self._places.mission
+            word = self._mission_map.mission
         message = f"{word} cannot end with the code {source.text!r}"
         self._reader.unknown(source.position, message, source.text, known)
 
@@ -757,7 +762,7 @@ class ThenReader:
             case "outputs":
                 yield from self._outputs(value)
             case "keys":
-                outcomes = self._places.outcomes if self._places is not None else None
+                outcomes = self._mission_map.outcomes if self._mission_map is not None else None
                 if outcomes is not None:
                     kinds = {key: outcomes.kinds.get(key) for key in outcomes.keys}
                     keys = self._reader.quantities(value, "key", self._mission, kinds)
@@ -786,20 +791,20 @@ class ThenReader:
 
     @property
     def _mission(self) -> str:
-        return self._places.mission if self._places is not None else ""
+        return self._mission_map.mission if self._mission_map is not None else ""
 
     def _is_pattern(self, source: YamlNode, what: str, *, skills_only: bool, unused: bool = False) -> bool:
         """Tell whether a source is a pattern that means a node; if not, that is noted."""
         if self._reader.text(source, what) is None or not isinstance(source, YamlScalar):
             return False
-        found = self._reader.pattern(source, self._places, skills_only=skills_only, unused=unused)
+        found = self._reader.pattern(source, self._mission_map, skills_only=skills_only, unused=unused)
         return found is not None
 
     def _outputs(self, value: YamlNode) -> Iterator[Assertion]:
         """Read outputs by name; an empty table stands for none at all."""
-        if self._places is None:
+        if self._mission_map is None:
             return
-        kinds = {name: port.kind for name, port in self._places.outputs.items()}
+        kinds = {name: port.kind for name, port in self._mission_map.outputs.items()}
         outputs = self._reader.quantities(value, "output", self._mission, kinds)
         if isinstance(value, YamlMapping) and not value.entries:
             yield _assert_no_outputs
@@ -819,18 +824,18 @@ class ThenReader:
                 self._reader.error(item.position, "a call is a skill, or a skill and inputs", valid)
                 continue
             for key, inputs in pairs:
-                found = self._reader.pattern(key, self._places, skills_only=True)
+                found = self._reader.pattern(key, self._mission_map, skills_only=True)
                 if found is not None:
                     wanted.append((key.text, self._inputs(inputs, found)))
         if wanted or only:
             yield lambda test_run: test_run.assert_calls(wanted, only=only)
 
-    def _inputs(self, source: YamlNode | None, users: list[Place]) -> dict[str, Any]:
+    def _inputs(self, source: YamlNode | None, users: list[NodeRef]) -> dict[str, Any]:
         """Read the inputs that a call must have, in SI units."""
         wanted: dict[str, Any] = {}
         is_count = isinstance(source, YamlScalar) and source.text.isdigit()
         before = self._reader.count
-        for skill in dict.fromkeys(place.skill for place in users if place.skill):
+        for skill in dict.fromkeys(node.skill for node in users if node.skill):
             kinds = {name: port.kind for name, port in self._reader.declarations[skill].inputs.items()}
             valid = [f"called: {{{skill}: {plain(source)}}}"] if is_count and source is not None else []
             wanted |= self._reader.quantities(source, "input", skill, kinds, valid=valid)
@@ -846,7 +851,7 @@ class ThenReader:
                     yield partial(_assert_called, pattern=plain(item), times=None)
             return
         for key, item in value.entries:
-            users = self._reader.pattern(key, self._places, skills_only=True, unused=True)
+            users = self._reader.pattern(key, self._mission_map, skills_only=True, unused=True)
             if users is None:
                 continue
             inputs: dict[str, Any] = {}
@@ -861,7 +866,7 @@ class ThenReader:
         """Read statuses by pattern: every node that it means has the status."""
         for key, item in self._reader.table(value, "nodes"):
             status = self._reader.choice(item, "status", STATUSES)
-            if status is not None and self._reader.pattern(key, self._places) is not None:
+            if status is not None and self._reader.pattern(key, self._mission_map) is not None:
                 yield partial(_assert_nodes, pattern=key.text, status=status)
 
     def _trace(self, value: YamlNode) -> Iterator[Assertion]:
@@ -891,7 +896,10 @@ class ThenReader:
             except ConfigError as error:
                 self._reader.wrong(item.position, error)
                 continue
-            if self._reader.pattern(YamlScalar(line.node, True, item.position), self._places) is not None:
+            if (
+                self._reader.pattern(YamlScalar(line.node, True, item.position), self._mission_map)
+                is not None
+            ):
                 yield text
 
 
@@ -907,10 +915,10 @@ def _assert_called(
 
 
 def _assert_nodes(test_run: TestRun, pattern: str, status: str) -> None:
-    for place in matching(pattern, test_run.places.places.values()):
-        now = test_run.record.statuses.get(place.path, INVALID)
+    for node in matching(pattern, test_run.mission_map.nodes.values()):
+        now = test_run.record.statuses.get(node.path, INVALID)
         if now != status:
-            test_run.fail(f"{place.short} is {now}, not {status}")
+            test_run.fail(f"{node.short} is {now}, not {status}")
 
 
 # ---- the file -------------------------------------------------------------------------------------------
@@ -1070,14 +1078,14 @@ class _FileReader:
         given = {key: value for key, value in {**merged, "refused": refused}.items() if value is not None}
         trigger = reader.trigger(mission, given, "mission")
         self._use_stubs(trigger.mission if trigger is not None else None, own.get("skills"))
-        places = self._places(trigger.mission) if trigger is not None else None
-        own_mocks = read_mocks(reader, own.get("skills"), places, default=False)
-        mocks = [*self._common_mocks(places), *own_mocks]
+        mission_map = self._map_of(trigger.mission) if trigger is not None else None
+        own_mocks = read_mocks(reader, own.get("skills"), mission_map, default=False)
+        mocks = [*self._common_mocks(mission_map), *own_mocks]
         known = reader.count
-        when = WhenReader(reader, places)
+        when = WhenReader(reader, mission_map)
         happenings = tuple(when.read(entries.get("when")))
         happens = [each.kind for each in happenings] if reader.count == known else None
-        expectations = {"": ThenReader(reader, places).read(then, "then", happens)}
+        expectations = {"": ThenReader(reader, mission_map).read(then, "then", happens)}
         expectations |= self._runs(others, when.started)
         self._check_expecting(item, then, len(expectations) > 1, refused is not None)
         if reader.count > before or trigger is None:
@@ -1123,12 +1131,12 @@ class _FileReader:
         if empty or (then is None and not get_close_matches("then", unknown)):
             self._reader.error(item.position, "the scenario expects nothing", _THEN)
 
-    def _common_mocks(self, places: MissionMap | None) -> list[MockEntry]:
+    def _common_mocks(self, mission_map: MissionMap | None) -> list[MockEntry]:
         """Return the mocks for the whole file, held against each mission once."""
-        key = (places.mission if places is not None else "", self._stubs)
+        key = (mission_map.mission if mission_map is not None else "", self._stubs)
         if key not in self._mocks:
             before = self._reader.count
-            self._mocks[key] = read_mocks(self._reader, self._given.get("skills"), places, default=True)
+            self._mocks[key] = read_mocks(self._reader, self._given.get("skills"), mission_map, default=True)
             if self._reader.count > before:
                 self._not_playable.add(key)
         return self._mocks[key]
@@ -1142,7 +1150,7 @@ class _FileReader:
             return
         tables = [each for each in (self._given.get("skills"), own) if isinstance(each, YamlMapping)]
         patterns = list(_readable_patterns(key.text for table in tables for key, _ in table.entries))
-        self._stubs = mocked_missions(patterns, self._places(mission), reader.declarations)
+        self._stubs = mocked_missions(patterns, self._map_of(mission), reader.declarations)
         if self._stubs not in self._surroundings:
             library = copied(reader.library)
             put_stubs(self._stubs, library, reader.declarations)
@@ -1150,7 +1158,7 @@ class _FileReader:
             self._surroundings[self._stubs] = library, declarations, MissionMaps()
         reader.library, reader.declarations, reader.maps = self._surroundings[self._stubs]
 
-    def _places(self, mission: str) -> MissionMap:
+    def _map_of(self, mission: str) -> MissionMap:
         reader = self._reader
         return reader.maps.of(reader.library.get(mission), reader.library, reader.declarations)
 

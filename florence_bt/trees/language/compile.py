@@ -151,7 +151,7 @@ def compile_mission(
     return CompiledTree(root, mission, context.keys)
 
 
-Place = tuple[int | str, ...]
+CallPath = tuple[int | str, ...]
 """Where a branch begins: the ids of the nodes of mission files that call, and of the last one."""
 
 
@@ -169,7 +169,7 @@ class _WholeTree:
 
     def __init__(self, mission: Mission, parts: _Parts) -> None:
         context = TreeContext(ManualClock(), lambda: None, {}, parts.analysis.declarations)
-        self.branches: dict[Place, Behaviour] = {}
+        self.branches: dict[CallPath, Behaviour] = {}
         builder = _TreeBuilder(mission, parts, context, (mission.name,), made=self.branches)
         self.root = builder.root(mission.name)
 
@@ -260,7 +260,7 @@ class _TreeBuilder:
         parts: What was made of the missions before.
         context: The context with the keys of this call.
         callers: The names of the missions from the outermost to this one.
-        place: Where this one is called.
+        call_path: Where this one is called.
         watch: The condition that is built; None: nobody watches here.
         later: The branches of the whole tree, to be built when they are reached. None: all is built at once.
         made: Takes such branches as they are built.
@@ -270,10 +270,10 @@ class _TreeBuilder:
     parts: _Parts
     context: TreeContext
     callers: tuple[str, ...]
-    place: Place = ()
+    call_path: CallPath = ()
     watch: Watch | None = None
-    later: Mapping[Place, Behaviour] | None = None
-    made: dict[Place, Behaviour] | None = None
+    later: Mapping[CallPath, Behaviour] | None = None
+    made: dict[CallPath, Behaviour] | None = None
 
     def root(self, default_name: str | None = None) -> Behaviour:
         """Build the tree of the mission.
@@ -363,11 +363,11 @@ class _TreeBuilder:
     def _start_guard(
         self, node: Node, start: _Start, guarded: Callable[[], Behaviour], skipped_fails: bool
     ) -> Behaviour:
-        place = (*self.place, id(node), "guarded")
+        path = (*self.call_path, id(node), "guarded")
         conditions = start.conditions
         return StartGuard(
             start.name,
-            self._branch(place, guarded),
+            self._branch(path, guarded),
             self.context,
             conditions.get("when"),
             conditions.get("unless"),
@@ -378,14 +378,14 @@ class _TreeBuilder:
 
     # ---- branches that are built when they are reached ------------------------------------------------
 
-    def _branch(self, place: Place, build: Callable[[], Behaviour]) -> Behaviour | Branch:
+    def _branch(self, path: CallPath, build: Callable[[], Behaviour]) -> Behaviour | Branch:
         """Build what a node does when reached, later; what is watched and a clean-up: at once."""
         # The places of a condition are counted in the order in which its nodes are built.
         if self.later is not None and self.watch is None:
-            return Branch(build, self.later[place])
+            return Branch(build, self.later[path])
         branch = build()
         if self.made is not None:
-            self.made[place] = branch
+            self.made[path] = branch
         return branch
 
     # ---- composites -----------------------------------------------------------------------------------
@@ -472,13 +472,13 @@ class _TreeBuilder:
         keys = KeyStore()
         declared = self.parts.get(mission, "keys", partial(_declared_keys, mission))
         keys.declare(declared, partial(self.parts.analysis.key_kinds, mission))
-        place = (*self.place, id(node))
+        path = (*self.call_path, id(node))
         called_context = self.context.with_keys(keys)
         callers = (*self.callers, called)
-        builder = replace(self, mission=mission, context=called_context, callers=callers, place=place)
+        builder = replace(self, mission=mission, context=called_context, callers=callers, call_path=path)
         return CallMission(
             name,
-            self._branch(place, builder.root),
+            self._branch(path, builder.root),
             self.context,
             keys,
             mission.inputs,

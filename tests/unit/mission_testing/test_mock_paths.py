@@ -64,8 +64,8 @@ def test_everything_is_matched_by_two_stars(goto_user):
 
 
 def test_the_short_form_of_a_path_is_a_pattern_for_it_alone(goto_user):
-    for place in goto_user.places.values():
-        assert matching(place.short, goto_user.places.values()) == [place]
+    for node in goto_user.nodes.values():
+        assert matching(node.short, goto_user.nodes.values()) == [node]
 
 
 def test_a_mission_whose_tree_has_a_name_of_its_own_can_be_named_too():
