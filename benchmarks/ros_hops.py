@@ -1,9 +1,10 @@
 """The other process of ``test_bench_ros``: missions of hops over ROS, and plain rclpy doing the same by hand.
 
-``python benchmarks/ros_hops.py FOLDER``: ``hops`` runs one skill after the other on topics, ``action_hops``
-on an action. Beside them, with the same executor and QoS, an echo answers each message, and a plain action
-client sends a goal as soon as it has the result of the one before. ``python benchmarks/ros_hops.py stock``
-is an echo as everybody writes it, with ``rclpy.spin``. With ``sim`` behind it, either follows ``/clock``.
+``python benchmarks/ros_hops.py FOLDER``: ``hops`` sends and waits for an answer on topics, ``action_hops``
+runs one action after the other. Beside them, with the same executor and QoS, an echo answers each message,
+and a plain action client sends a goal as soon as it has the result of the one before.
+``python benchmarks/ros_hops.py stock`` is an echo as everybody writes it, with ``rclpy.spin``. With ``sim``
+behind it, either follows ``/clock``.
 """
 
 from __future__ import annotations
@@ -21,17 +22,27 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import String
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.outcome import success
+from florence_bt.core.outcome import failure, success
+from florence_bt.core.serving import WaitBinding
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.process import run_nodes
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topic_skill import TopicSkill
+from florence_bt.ros.topic_skill import TopicPublication, TopicWait
 from florence_bt.runtime.node import MissionNode
 
-HOP = SkillDeclaration("hop", "Commanded on a topic", deadline_s=3600.0)
+HOP = SkillDeclaration("hop", "Publishes the start of a hop", deadline_s=3600.0)
+HOPPED = SkillDeclaration("hopped", "Waits for the end of a hop", deadline_s=3600.0)
 ACTION_HOP = SkillDeclaration("action_hop", "Commanded by an action", deadline_s=3600.0)
 LONG = Deadlines(result_s=3600.0)
+WAIT = WaitBinding(
+    skill=HOPPED,
+    interface="std_msgs/msg/String",
+    name="hop/done",
+    result=lambda message: success(),
+    time_limit=lambda inputs: 3600.0,
+    nothing=lambda inputs: failure("timed_out", "no end of a hop within an hour"),
+)
 MISSION = """mission: {name}
 tree:
   repeat: 1000000
@@ -40,20 +51,14 @@ tree:
 {steps}
 """
 STEPS = 20
-"""Skills in a row, before the ``repeat`` begins its next round (which is a tick of its own)."""
+"""Hops in a row, before the ``repeat`` begins its next round (which is a tick of its own)."""
 
 
 def make_skills(node: FlorenceNode) -> dict[str, Any]:
-    """Two skills that do nothing but wait for the other process."""
+    """Make skills that do nothing but send to the other process and wait for it."""
     return {
-        "hop": TopicSkill(
-            node,
-            (String, "hop/start"),
-            (String, "hop/done"),
-            to_command=lambda inputs: String(data="go"),
-            to_result=lambda message: success(),
-            deadlines=LONG,
-        ),
+        "hop": TopicPublication(node, (String, "hop/start"), lambda inputs: String(data="go")),
+        "hopped": TopicWait(node, String, WAIT),
         "action_hop": ActionSkill(
             node,
             Spin,
@@ -104,13 +109,12 @@ def main(folder: Path, *, use_sim_time: bool) -> int:
     """Serve until SIGTERM."""
     missions = folder / "missions"
     missions.mkdir(parents=True)
-    for name, skill in (("hops", "hop"), ("action_hops", "action_hop")):
-        (missions / f"{name}.yaml").write_text(
-            MISSION.format(name=name, steps=STEPS * f"      - {skill}: {{}}\n")
-        )
+    for name, skills in (("hops", ("hop", "hopped")), ("action_hops", ("action_hop",))):
+        hop = "".join(f"      - {skill}: {{}}\n" for skill in skills)
+        (missions / f"{name}.yaml").write_text(MISSION.format(name=name, steps=STEPS * hop))
     parameters: dict[str, Any] = {"runs_folder": str(folder / "runs"), "mission_folders": (str(missions),)}
     parameters["use_sim_time"] = use_sim_time
-    declarations = {"hop": HOP, "action_hop": ACTION_HOP}
+    declarations = {each.name: each for each in (HOP, HOPPED, ACTION_HOP)}
     return run_nodes([lambda: MissionNode(make_skills, declarations, parameters=parameters), Plain])
 
 

@@ -1,9 +1,9 @@
 """Reaction over ROS between two processes, side by side with plain rclpy in one run; and the idle server.
 
-Measured from the message that ends one skill to the arrival of the start of the next one, here, where the
-skills are. The plain echoes take turns with the mission, hop by hop, so that whatever else the machine does
-meets all of them. One echo is served by the very loop that serves the mission (the events executor, which is
-the fastest that rclpy has), the other by ``rclpy.spin`` in a process of its own.
+Measured from the message that ends one skill to the arrival of what the next one sends, here, where the
+other side of the skills is. The plain echoes take turns with the mission, hop by hop, so that whatever else
+the machine does meets all of them. One echo is served by the very loop that serves the mission (the events
+executor, which is the fastest that rclpy has), the other by ``rclpy.spin`` in a process of its own.
 """
 
 from __future__ import annotations

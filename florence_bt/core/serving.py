@@ -60,7 +60,8 @@ class NodeBinding(SkillBinding):
 
     Attributes:
         component: The part of the rig that performs the skill.
-        perform: Given the component and the inputs: the result of a skill that answers at once, else its run.
+        start_in_rig: Given the component and the inputs: the result of a skill that answers at once, else its
+            run.
         request: The fields of the goal or request from the inputs. A :class:`Pose2` becomes a stamped pose in
             the map frame, a ``timedelta`` a duration, a tuple x, y, z a point; a list a list of these.
     """

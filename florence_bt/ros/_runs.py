@@ -1,4 +1,4 @@
-"""Runs that another process performs, as an action, a service or over topics. No ROS in here.
+"""Runs that another process performs, as an action or a service, or hears on a topic. No ROS in here.
 
 What is sent goes through a channel; what comes back is passed to the methods of the run.
 
@@ -64,7 +64,7 @@ class Channel(Protocol):
         """Tell whether the other process has been discovered."""
 
     def send(self) -> None:
-        """Send the goal, request or command; the answer comes later."""
+        """Send the goal, request or message; an answer comes later."""
 
     def stop(self) -> None:
         """Ask for the end of what was sent, or forget it where nothing can be taken back."""
@@ -87,10 +87,8 @@ class RemoteRun(BaseRun):
     """A run in another process: the search for the other process, the state, and the end.
 
     Attributes:
-        sent: Whether the goal, request or command is out.
+        sent: Whether the goal, request or message is out.
     """
-
-    _settle_s = SETTLE_S
 
     def __init__(self, channel: Channel, steady: Clock, label: str, feedback: str) -> None:
         super().__init__(feedback)
@@ -119,7 +117,7 @@ class RemoteRun(BaseRun):
             return
         pause = SEARCH_PERIOD_S
         if not self._channel.server_is_there():
-            self._came_late = self._settle_s > 0.0
+            self._came_late = True
         elif self._may_send():
             if not self._came_late:
                 self._look = None
@@ -127,7 +125,7 @@ class RemoteRun(BaseRun):
                 self._channel.send()
                 return
             self._came_late = False
-            pause = self._settle_s
+            pause = SETTLE_S
         self._look = self._steady.call_at(self._steady.now() + pause, self._search)
 
     def _may_send(self) -> bool:
@@ -200,54 +198,6 @@ class ServiceRun(RemoteRun):
             self._stop_with(self._not_found(self._deadline_s))
             return
         reason = f"{self._label} did not answer within {self._deadline_s:g} s"
-        self._stop_with(failure("timed_out", reason))
-
-
-class TopicRun(RemoteRun):
-    """A run that ends with the first message that says so, a deadline or a cancel.
-
-    A cancel ends it at once, with the stop command on its way: a topic has no confirmation.
-    """
-
-    _settle_s = 0.0
-
-    def __init__(
-        self,
-        clock: Clock,
-        channel: Channel,
-        deadlines: Deadlines,
-        label: str,
-        steady: Clock | None = None,
-    ) -> None:
-        """Begin the run.
-
-        Args:
-            clock: The time of the robot.
-            channel: The way to the server.
-            deadlines: ``accept_s`` limits the search for a subscriber, ``result_s`` the time from the command
-                to the end.
-            label: Names the topics in reasons.
-            steady: The time of this machine; ``clock`` when not given.
-        """
-        super().__init__(channel, steady or clock, label, f"commanding {label}")
-        self._clock = clock
-        self._deadlines = deadlines
-        self._search()
-        if not self.sent:
-            self._set_deadline(self._steady.call_at(self._steady.now() + deadlines.accept_s, self._too_late))
-
-    def _search(self) -> None:
-        super()._search()
-        if self.sent:
-            # After the command: nothing stands between the end of one run and the command of the next.
-            when = self._clock.now() + self._deadlines.result_s
-            self._set_deadline(self._clock.call_at(when, self._too_late))
-
-    def _too_late(self) -> None:
-        if not self.sent:
-            self._stop_with(self._not_found(self._deadlines.accept_s, "subscriber"))
-            return
-        reason = f"{self._label} reported no end within {self._deadlines.result_s:g} s"
         self._stop_with(failure("timed_out", reason))
 
 

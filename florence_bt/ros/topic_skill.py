@@ -1,4 +1,4 @@
-"""Skills over topics: commands with a report, conditions, publications, and waiting for a message."""
+"""Skills over topics: conditions, publications, and waiting for a message."""
 
 from __future__ import annotations
 
@@ -10,69 +10,12 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
 from florence_bt.core.message_skills import MessageCondition, MessageWait
-from florence_bt.core.outcome import Result, cancelled
+from florence_bt.core.outcome import Result
 from florence_bt.core.serving import WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun
+from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-
-
-class TopicSkill(RemoteSkill):
-    """A skill whose runs are commands on a topic; one at a time, because a message names no run."""
-
-    def __init__(
-        self,
-        node: FlorenceNode,
-        command: tuple[Any, str],
-        status: tuple[Any, str],
-        *,
-        to_command: Callable[[Inputs], Any],
-        to_result: Callable[[Any], Result | None],
-        stop_command: Any = None,
-        deadlines: Deadlines | None = None,
-        qos: QoSProfile = RELIABLE,
-    ) -> None:
-        """Make a publisher and a subscription.
-
-        Args:
-            node: The node that talks to the other node.
-            command: Message type and topic of the commands.
-            status: Message type and topic on which the other node reports.
-            to_command: The command from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
-                when they do not fit.
-            to_result: The end that a status message reports, None when the run goes on.
-            stop_command: The message that takes a command back; None when there is none.
-            deadlines: ``accept_s`` for the search for a subscriber, ``result_s`` from the command to the end.
-            qos: Of both topics.
-        """
-        self._node = node
-        self._to_result = to_result
-        self._stop_command = stop_command
-        self._deadlines = deadlines or Deadlines()
-        self._commands = node.create_publisher(command[0], command[1], qos)
-        super().__init__(f"topic {self._commands.topic_name}", "command", to_command)
-        self._run: TopicRun | None = None
-        node.create_subscription(status[0], status[1], self._on_status, qos)
-
-    def server_is_there(self) -> bool:
-        """Tell whether the commands have a subscriber."""
-        return bool(self._commands.get_subscription_count() > 0)
-
-    def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        """Send the command; a run that goes on is replaced."""
-        if self._run is not None and self._run.poll() is None:
-            self._run.finished(cancelled("replaced by a newer command"))
-        channel = _Channel(self._commands, message, self._stop_command)
-        self._run = TopicRun(self._node.timebase, channel, self._deadlines, self.label, self._node.steady)
-        return self._run
-
-    def _on_status(self, message: Any) -> None:
-        run = self._run
-        if run is not None and run.sent and run.poll() is None:
-            result = self._to_result(message)
-            if result is not None:
-                run.finished(result)
 
 
 class TopicCondition(MessageCondition):
@@ -140,7 +83,7 @@ class TopicPublication(RemoteSkill):
         return bool(self._publisher.get_subscription_count() > 0)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        channel = _Channel(self._publisher, message, None)
+        channel = _Channel(self._publisher, message)
         return PublicationRun(self._node.steady, channel, Deadlines().accept_s, self.label)
 
 
@@ -173,18 +116,16 @@ class TopicWait(MessageWait):
 
 @dataclass(frozen=True, slots=True)
 class _Channel:
-    """The way of one command."""
+    """The way of one message."""
 
     publisher: Publisher
-    command: Any
-    stop_command: Any
+    message: Any
 
     def server_is_there(self) -> bool:
         return bool(self.publisher.get_subscription_count() > 0)
 
     def send(self) -> None:
-        self.publisher.publish(self.command)
+        self.publisher.publish(self.message)
 
     def stop(self) -> None:
-        if self.stop_command is not None:
-            self.publisher.publish(self.stop_command)
+        """Do nothing: what was published is out."""

@@ -8,7 +8,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.paths import (
     all_declarations,
     closest_paths,
-    made_up_place,
+    made_up_node,
     map_mission,
     matching,
     read_pattern,
@@ -110,5 +110,5 @@ def test_matching_is_that_of_a_plain_reference(path, pattern):
         return bool(rest) and parts[0].replace("_", " ") in ("*", rest[0]) and reference(parts[1:], rest[1:])
 
     text = "/" + "/".join(pattern)
-    assert read_pattern(text).matches(made_up_place("/".join(path))) == reference(pattern, path)
-    assert read_pattern(text[1:]).matches(made_up_place("/".join(path))) == reference(["**", *pattern], path)
+    assert read_pattern(text).matches(made_up_node("/".join(path))) == reference(pattern, path)
+    assert read_pattern(text[1:]).matches(made_up_node("/".join(path))) == reference(["**", *pattern], path)
