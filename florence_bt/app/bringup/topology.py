@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial
 from math import inf
 from pathlib import Path
@@ -15,6 +16,7 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
+from florence_bt.skills.robot_description.room import RoomParameters
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -155,6 +157,12 @@ class _Settings:
         saved = {"save_folder": str(Path(self.options.folder).resolve() / "maps")}
         return saved | self.of("map_server", map_file=str(self.map_file))
 
+    def of_approach(self) -> Parameters:
+        """Return the parameters of the approach; where the robot fits is what navigation is told."""
+        shared = {field.name for field in fields(RoomParameters)}
+        told = {name: value for name, value in self.of("navigate").items() if name in shared}
+        return told | self.of("approach_user")
+
     def with_timeout(self, node: str, name: str, default_s: float) -> Parameters:
         """Return the parameters of a node with a time-out that notices a silent process or device.
 
@@ -268,7 +276,7 @@ def _people(settings: _Settings) -> list[Factory]:
     return [
         partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
         _locator(settings),
-        partial(ApproachNode, parameters=settings.of("approach_user")),
+        partial(ApproachNode, parameters=settings.of_approach()),
         *_home_sensors(settings),
     ]
 

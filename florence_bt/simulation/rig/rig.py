@@ -33,6 +33,7 @@ from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
+from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
@@ -44,6 +45,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
 )
 from florence_bt.skills.people.user_tracker.rejected_places import view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
+from florence_bt.skills.robot_description.room import RoomParameters
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -120,12 +122,15 @@ class Rig:
         self._people.on_users = self._saw_users
         self._people.on_bodies = partial(self._base.on_scan, BODIES)
         self.topics: dict[str, RigTopic] = {}
+        room = parameters_of(RoomParameters, setting.config, "navigate")
         skills = rig_skills(
             {
                 "base": self._base,
                 "people": self._people,
                 "locator": self.locator,
-                "costmap": self._base.global_grid,
+                "approach": lambda **inputs: propose_approach(
+                    **inputs, costmap=self._base.global_grid(), room=room
+                ),
             },
             self.topics,
             self.clock,

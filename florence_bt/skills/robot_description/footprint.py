@@ -6,11 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from florence_bt.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 FLORENCE_FOOTPRINT = (-0.16, -0.16, -0.16, 0.16, 0.19, 0.16, 0.24, 0.0, 0.19, -0.16)
 """x, y of each corner in metres (document, section 3.3.2)."""
@@ -72,11 +74,15 @@ class Footprint:
 
     def corner_array(self) -> NDArray[np.float64]:
         """Return the corners, shape (n, 2)."""
+        import numpy as np
+
         return np.array(self.corners)
 
 
 @lru_cache(maxsize=16)
 def _outline(corners: Corners, spacing: float) -> NDArray[np.float64]:
+    import numpy as np
+
     points = []
     for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
         count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))

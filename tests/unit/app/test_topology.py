@@ -46,6 +46,21 @@ def test_only_a_real_robot_that_is_given_no_start_goes_on_where_it_was(tmp_path)
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize(
+    ("own", "clearance"), [("", 0.2), ("approach_user: {start_clearance: 0.3}\n", 0.3)], ids=["", "its own"]
+)
+def test_the_approach_is_told_where_navigation_fits(tmp_path, own, clearance):
+    pytest.importorskip("rclpy")
+    file = tmp_path / "robot.yaml"
+    file.write_text("navigate: {footprint_padding: 0.03, start_clearance: 0.2, max_vel_x: 0.3}\n" + own)
+    made = factories("people", BringUp(folder=str(tmp_path), config_file=str(file)))
+    (approach,) = (part for part in made if part.func.__name__ == "ApproachNode")
+    given = approach.keywords["parameters"]
+    assert (given["footprint_padding"], given["start_clearance"]) == (0.03, clearance)
+    assert "max_vel_x" not in given, "not a parameter of its own"
+
+
+@pytest.mark.ros
 @pytest.mark.parametrize(("nav", "without"), [("own", ()), ("nav2", NOT_OF_NAV2)])
 @pytest.mark.parametrize("again", [False, True])
 def test_a_mission_server_that_is_started_again_recovers_runs_of_any_age(

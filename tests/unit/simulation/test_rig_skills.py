@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.simulation.rig.skills import ComponentRun, ComponentSkill, ExclusiveComponent, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 
 
 class Component:
@@ -108,7 +110,7 @@ def test_a_skill_is_the_function_that_starts_it():
 
 
 def skills_of(**components):
-    none = {"base": None, "people": None, "locator": None, "costmap": None}
+    none = {"base": None, "people": None, "locator": None, "approach": None}
     return rig_skills(none | components, {}, ManualClock())
 
 
@@ -132,12 +134,13 @@ def test_the_locator_as_skills():
 def test_proposals_look_at_the_costmap():
     inputs = {"user": Pose2(2.0, 0.0), "robot": Pose2(), "trial": 1, "safe_distance": 0.5}
     grid = OccupancyGrid(0.05, Pose2(-2.0, -2.0), np.zeros((120, 120), np.int8))
-    free = skills_of(costmap=lambda: grid)["propose_approach_pose"].start(inputs).poll()
+    skill = skills_of(approach=partial(propose_approach, costmap=grid))["propose_approach_pose"]
+    free = skill.start(inputs).poll()
     assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
-    nearest = skills_of(costmap=lambda: grid)["propose_approach_pose"].start(inputs | {"trial": 4}).poll()
+    nearest = skill.start(inputs | {"trial": 4}).poll()
     assert nearest.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5, abs=0.05)
     grid.cells[:] = 100
-    full = skills_of(costmap=lambda: grid)["propose_approach_pose"].start(inputs).poll()
+    full = skill.start(inputs).poll()
     assert full.code == "pose_occupied"
 
 

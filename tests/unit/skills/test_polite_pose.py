@@ -14,6 +14,7 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
 from florence_bt.skills.people.approach_user.declaration import PROPOSE_APPROACH_POSE
 from florence_bt.skills.people.approach_user.polite_pose import RESERVE, polite_pose, propose_approach
+from florence_bt.skills.robot_description.room import RoomParameters
 
 USER, ROBOT = Pose2(3.0, 2.0), Pose2(1.0, 2.0)
 
@@ -262,3 +263,12 @@ def test_a_robot_that_stands_well_already_stays(nearer: float, stays: bool) -> N
     pose = propose_approach(USER, robot, 4, 0.5, grid).outputs["pose"]
     assert (pose.distance_to(robot) < 1e-9) is stays
     assert abs(pose.bearing_to(USER.x, USER.y)) < 0.05
+
+
+def test_a_larger_robot_stands_further_from_a_sofa() -> None:
+    grid = costmap({})
+    block(grid, (2.6, 3.4), (1.0, 3.0))
+    large = RoomParameters(footprint=(-0.3, -0.3, -0.3, 0.3, 0.3, 0.3, 0.3, -0.3))
+    ours = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    theirs = propose_approach(USER, ROBOT, 4, 0.5, grid, large).outputs["pose"]
+    assert theirs.distance_to(USER) > ours.distance_to(USER) + 0.1

@@ -21,6 +21,7 @@ from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTAC
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, People
+from florence_bt.skills.robot_description.room import BLOCKED_XY_TOLERANCE_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +87,7 @@ class ControllerParameters(CheckedParameters):
     xy_goal_tolerance: Positive = 0.05
     latch_xy_goal_tolerance: bool = False
     yaw_goal_tolerance: Positive = 0.08
-    blocked_xy_tolerance: NotNegative = 0.12
+    blocked_xy_tolerance: NotNegative = BLOCKED_XY_TOLERANCE_M
     trans_stopped_velocity: Positive = 0.02
     rot_stopped_velocity: Positive = 0.04
 

@@ -26,6 +26,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import (
 from florence_bt.skills.navigation.navigate._ray_kernels import beam_ends, move_points, to_cells
 from florence_bt.skills.navigation.navigate.proxemics import add_proxemics
 from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
+from florence_bt.skills.robot_description.room import FOOTPRINT_PADDING_M
 
 FREE_COST = 0
 
@@ -81,7 +82,7 @@ class CostmapParameters(CheckedParameters):
     """
 
     footprint: tuple[float, ...] = FLORENCE_FOOTPRINT
-    footprint_padding: NotNegative = 0.01
+    footprint_padding: NotNegative = FOOTPRINT_PADDING_M
     obstacle_range: Positive = 2.5
     raytrace_range: Positive = 3.0
     inflation_radius: Positive = 0.40

@@ -22,6 +22,7 @@ from florence_bt.skills.navigation.navigate._wave_kernels import (
 )
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
+from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,7 @@ class PlannerParameters(CheckedParameters):
     allow_unknown: bool = True
     neutral_cost: Annotated[int, Limits(1, OBSTACLE - 2)] = NEUTRAL
     cost_factor: NotNegative = 3.0
-    start_clearance: NotNegative = 0.35
+    start_clearance: NotNegative = START_CLEARANCE_M
     use_astar: bool = True
 
 

@@ -14,9 +14,8 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.planner import Plan
+from florence_bt.skills.robot_description.room import RUN_UPS_M
 
-RUN_UPS_M = (0.35, 0.45, 0.25)
-"""How far before the goal to line up, the best first."""
 _STEP_M = 0.05
 _HEADINGS = tuple(math.radians(15.0 * step) for step in range(24))
 _BESIDE_M = 0.04

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ServiceBinding
 from florence_bt.core.skill import Inputs
-
-if TYPE_CHECKING:
-    from florence_bt.core.sensing import OccupancyGrid
 
 PROPOSE_APPROACH_POSE = SkillDeclaration(
     name="propose_approach_pose",
@@ -56,14 +52,6 @@ def _proposed(message: Any) -> Result:
     return success(pose=Pose2(message.x, message.y, message.phi))
 
 
-def _propose(costmap: Callable[[], OccupancyGrid], inputs: Inputs) -> Result:
-    from florence_bt.skills.people.approach_user.polite_pose import propose_approach  # loads scipy
-
-    return propose_approach(
-        inputs["user"], inputs["robot"], inputs["trial"], inputs["safe_distance"], costmap()
-    )
-
-
 BINDINGS = (
     ServiceBinding(
         skill=PROPOSE_APPROACH_POSE,
@@ -71,7 +59,7 @@ BINDINGS = (
         name="approach_user/propose",
         request=_request,
         result=_proposed,
-        component="costmap",
-        start_in_rig=_propose,
+        component="approach",
+        start_in_rig=lambda propose, inputs: propose(**inputs),
     ),
 )

@@ -21,6 +21,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
 from florence_bt.skills.people.approach_user.polite_pose import DEFAULT_SAFE_DISTANCE, propose_approach
+from florence_bt.skills.robot_description.room import RoomParameters
 
 UNCHECKED = "unchecked: no costmap was received yet"
 
@@ -45,11 +46,12 @@ class ApproachNode(FlorenceNode):
         parameters: Overrides of the node's parameters.
     """
 
-    parameter_classes = (ApproachNodeParameters,)
+    parameter_classes = (ApproachNodeParameters, RoomParameters)
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("approach_user", parameters=parameters)
         self._params = self.read_parameters(ApproachNodeParameters)
+        self._room = self.read_parameters(RoomParameters)
         self._costmap: OccupancyGrid | None = None
         self._status = ApproachStatus()
         self._timer: Timer | None = None
@@ -73,6 +75,7 @@ class ApproachNode(FlorenceNode):
             request.trial,
             request.safe_distance or self._params.safe_distance,
             self._costmap,
+            self._room,
         )
         response.valid, response.message = result.succeeded, result.reason
         if result.succeeded and self._costmap is None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.robot_description.room import DEFAULT_ROOM, RUN_UPS_M, RoomParameters
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,23 +28,14 @@ TRIALS = POLITE_TRIALS + NEAREST_TRIALS
 MINIMUM_SAFE_DISTANCE, MAXIMUM_SAFE_DISTANCE = 0.3, 2.0
 LETHAL_COST = 99
 """Occupancy value (0..100) from which the robot would touch something; costmap value 253, REFERENCE 12.8."""
-TURNING_RADIUS = 0.2625
-"""Metres: circumscribed radius of the padded footprint; REFERENCE 7.4."""
 RESERVE = 0.06
 """Metres: by so much what stands there may be nearer on arrival: half a cell and what the localisation errs.
 With half a cell alone the robot often stood at the place without room to turn to the person."""
-LEAVE_RADIUS = 0.35
-"""Metres: so far the robot gets away from what it stands too near to; ``start_clearance`` of navigation."""
-PADDING = 0.01
-"""Metres around the footprint; REFERENCE 7.4."""
-SPARE = 0.12
-"""Metres: so much before the goal is near enough when something stands there; ``blocked_xy_tolerance`` of
-navigation."""
 SHORT = 0.1
 """The share of the safe distance by which the robot may stop before a place at that distance."""
-_STOPS = (0.0, 0.04, 0.08)
-"""Metres before a place at which the robot may have to stop, and ``SPARE``."""
-RUN_UP = 0.35
+_STOPS = (0.0, 1 / 3, 2 / 3)
+"""Where before a place the robot may have to stop, as parts of ``blocked_xy_tolerance``, and at all of it."""
+RUN_UP = RUN_UPS_M[0]
 """Metres: a place without room to turn is entered straight, from one with room so far before it."""
 FARTHEST = 2.5
 """Metres; further away is not in front of a person."""
@@ -110,18 +102,16 @@ class _Surroundings:
         robot: Where the robot is, map frame.
         safe_distance: Metres.
         costmap: 99 and more where the robot would touch something, 100 where something stands.
+        room: What the robot needs on the floor.
     """
 
-    def __init__(self, user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid) -> None:
+    def __init__(
+        self, user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid, room: RoomParameters
+    ) -> None:
         import numpy as np
         from scipy import ndimage
 
         from florence_bt.core.sensing import OCCUPIED
-        from florence_bt.skills.robot_description.footprint import (
-            FLORENCE_FOOTPRINT,
-            Footprint,
-            corners_from_flat,
-        )
 
         rows, columns = costmap.cells.shape
         self.x = costmap.origin.x + (np.arange(columns) + 0.5) * costmap.resolution
@@ -131,12 +121,14 @@ class _Surroundings:
         )
         self._costmap, self._user, self._robot = costmap, user, robot
         self._free = costmap.cells < OCCUPIED
-        footprint = Footprint.from_corners(corners_from_flat(FLORENCE_FOOTPRINT), PADDING)
+        self._spare = room.blocked_xy_tolerance
+        footprint = room.make_footprint()
         self._outline = footprint.outline(costmap.resolution / 2.0)
         distances = ndimage.distance_transform_edt(np.pad(self._free, 1))
-        self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS + RESERVE
+        turning = footprint.circumscribed_radius + RESERVE
+        self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= turning
         around = self.from_user <= _farthest_way(user, robot, safe_distance)
-        leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
+        leaving = self._free & (self.from_robot <= room.start_clearance)
         free = costmap.cells < LETHAL_COST
         self.reached: NDArray[np.bool_] = self._connected(around & (free | leaving)) & free
         """Cells to which the robot gets without leaving the surroundings of the person."""
@@ -211,8 +203,12 @@ class _Surroundings:
         return Pose2(here.x, here.y, math.atan2(user.y - here.y, user.x - here.x))
 
     def stops_before(self, pose: Pose2) -> float:
-        """Return how far before a pose, entered straight, the robot has to stop, metres, to ``SPARE``."""
-        return next((back for back in _STOPS if self._fits(pose @ Pose2(-back, 0.0, 0.0))), SPARE)
+        """Return how far before a pose, entered straight, the robot has to stop, metres.
+
+        At most ``blocked_xy_tolerance``.
+        """
+        stops = (self._spare * part for part in _STOPS)
+        return next((back for back in stops if self._fits(pose @ Pose2(-back, 0.0, 0.0))), self._spare)
 
     def can_enter(self, pose: Pose2) -> bool:
         """Tell whether the robot can turn at a pose, or drive straight into it."""
@@ -224,11 +220,17 @@ class _Surroundings:
         lined_up = -2.0 * RUN_UP <= behind.x <= 0.0 and abs(behind.y) <= _BESIDE
         if not lined_up and (start is None or not (self.has_room_to_turn & self.reached)[start]):
             return False
-        return all(self._fits(pose @ Pose2(-back, 0.0, 0.0)) for back in (SPARE, (SPARE + RUN_UP) / 2))
+        backs = (self._spare, (self._spare + RUN_UP) / 2)
+        return all(self._fits(pose @ Pose2(-back, 0.0, 0.0)) for back in backs)
 
 
 def nearest_pose(
-    user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid, number: int = 1
+    user: Pose2,
+    robot: Pose2,
+    safe_distance: float,
+    costmap: OccupancyGrid,
+    number: int = 1,
+    room: RoomParameters = DEFAULT_ROOM,
 ) -> Pose2 | None:
     """Return a place as near to a person as the robot gets, at the safe distance or more.
 
@@ -241,13 +243,14 @@ def nearest_pose(
         safe_distance: Metres.
         costmap: 99 and more where the robot would touch something, 100 where something stands.
         number: 1 for the best place, 2 for the best one ``PLACES_APART`` from it, and so on.
+        room: What the robot needs on the floor.
 
     Returns:
         The pose, which faces the person; None when there is no such place within ``FARTHEST``.
     """
     import numpy as np
 
-    near = _Surroundings(user, robot, safe_distance, costmap)
+    near = _Surroundings(user, robot, safe_distance, costmap, room)
     apart = near.from_user
     places = near.reached & (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
     # Of places about equally near to the person, the one with the shortest way.
@@ -282,6 +285,7 @@ def propose_approach(
     trial: int,
     safe_distance: float = DEFAULT_SAFE_DISTANCE,
     costmap: OccupancyGrid | None = None,
+    room: RoomParameters = DEFAULT_ROOM,
 ) -> Result:
     """Propose a pose and check that it is free.
 
@@ -291,6 +295,7 @@ def propose_approach(
         trial: The first are the proposals of :func:`polite_pose`, the last those of :func:`nearest_pose`.
         safe_distance: Metres.
         costmap: None when there is none yet: the proposals of :func:`polite_pose` then pass unchecked.
+        room: What the robot needs on the floor, as navigation has it.
 
     Returns:
         Success with the output ``pose``; or ``pose_occupied``, with the pose as well if there is one; or
@@ -301,23 +306,24 @@ def propose_approach(
         return failure("bad_input", problem)
     if trial > POLITE_TRIALS:
         number = trial - POLITE_TRIALS
-        nearest = nearest_pose(user, robot, safe_distance, costmap, number) if costmap is not None else None
+        nearest = None
+        if costmap is not None:
+            nearest = nearest_pose(user, robot, safe_distance, costmap, number, room)
         if nearest is None:
             other = "no place" if number == 1 else "no other place"
             within = min(FARTHEST, _farthest_way(user, robot, safe_distance))
             return failure("pose_occupied", f"{other} within {within:.1f} m of the person can be reached")
         return success(pose=nearest)
     pose = polite_pose(user, robot, trial, safe_distance)
-    problem = (
-        _Surroundings(user, robot, safe_distance, costmap).problem_with(pose) if costmap is not None else ""
-    )
+    if costmap is not None:
+        problem = _Surroundings(user, robot, safe_distance, costmap, room).problem_with(pose)
     if problem:
         reason = f"the place ({pose.x:.2f}, {pose.y:.2f}) of trial {trial} {problem}"
         return failure("pose_occupied", reason, pose=pose)
     return success(pose=pose)
 
 
-def _problem_with(user: Pose2, robot: Pose2, trial: int, safe_distance: float) -> str | None:
+def _problem_with(user: Pose2, robot: Pose2, trial: int, safe_distance: float) -> str:
     if not (user.is_finite() and robot.is_finite()):
         return f"the positions must be finite: user {user}, robot {robot}"
     if not 1 <= trial <= TRIALS:
@@ -325,4 +331,4 @@ def _problem_with(user: Pose2, robot: Pose2, trial: int, safe_distance: float) -
     if not MINIMUM_SAFE_DISTANCE <= safe_distance <= MAXIMUM_SAFE_DISTANCE:
         limits = f"{MINIMUM_SAFE_DISTANCE} to {MAXIMUM_SAFE_DISTANCE} m"
         return f"safe_distance is {safe_distance} m, it must be {limits}"
-    return None
+    return ""
