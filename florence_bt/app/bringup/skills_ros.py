@@ -56,12 +56,11 @@ def make_skills(
 
 def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping]) -> dict[str, Skill]:
     """Make the skills of files; one that cannot be made leaves the others in place."""
-    skills: dict[str, Skill] = {}
-    for name, mapping in mappings.items():
-        what = f"{mapping.way} {mapping.name} ({mapping.interface})"
-        skills[name] = skill = _attempt(partial(_of_file, node, mapping), what)
-        if isinstance(skill, MissingSkill):
-            node.get_logger().error(f"the skill {name!r} is missing: {skill.reason}")
+    skills = {
+        name: _attempt(partial(_of_file, node, each), f"{each.way} {each.name} ({each.interface})")
+        for name, each in mappings.items()
+    }
+    _log_missing(node, skills)
     return skills
 
 
@@ -119,9 +118,9 @@ def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[st
     skills: dict[str, Skill] = {}
     packages = ThirdParty()
     for owner, module in packages.skill_modules():
-        for name, skill in skills_of_module(module, node).items():
-            if isinstance(skill, MissingSkill):
-                log.error(f"{owner}: the skill {name!r} is missing: {skill.reason}")
+        made = skills_of_module(module, node)
+        _log_missing(node, made, f"{owner}: ")
+        for name, skill in made.items():
             if name in own or name in skills:
                 log.warning(f"{owner}: its skill {name!r} is ignored: the name is taken")
             else:
@@ -150,6 +149,13 @@ def skills_of_module(module: ModuleType, node: FlorenceNode) -> dict[str, Skill]
         skills[name] = skill if is_made else _attempt(skill, f"its factory in {module.__name__}")
     nothing = MissingSkill(f"make_skills of {module.__name__} does not make it")
     return {**dict.fromkeys(declared, nothing), **skills}
+
+
+def _log_missing(node: FlorenceNode, skills: Mapping[str, Skill], owner: str = "") -> None:
+    """Tell of each skill that could not be made; ``owner`` goes before it."""
+    for name, skill in skills.items():
+        if isinstance(skill, MissingSkill):
+            node.get_logger().error(f"{owner}the skill {name!r} is missing: {skill.reason}")
 
 
 def _attempt(make: Callable[[], Any], what: str) -> Any:

@@ -27,7 +27,7 @@ from florence_bt.simulation.home.free_space import (
 from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
 from florence_bt.simulation.home.person import Aid, Load, PersonSpec, Posture, half_width
 
-_BODY_M, _LEANING_M, _AID_M = 0.27, (0.42, 0.6), 0.42
+_STANDING_M, _LEANING_M, _AID_M = 0.27, (0.42, 0.6), 0.42
 """Free metres around somebody who stands, who bends forward to something (least and most), and around a
 rollator or a wheelchair."""
 
@@ -91,7 +91,7 @@ def standing(flat: Flat, rng: Random) -> PersonSpec:
     """Place a person standing anywhere free, one in four leaning on something."""
     space = free_space_of(flat)
     if rng.random() >= 0.25:
-        x, y = _free_place(flat, space, rng, _BODY_M)
+        x, y = _free_place(flat, space, rng, _STANDING_M)
         return _person(rng, Pose2(x, y, float(rng.uniform(-math.pi, math.pi))), "standing")
     x, y = _free_place(flat, space, rng, *_LEANING_M)
     headings = np.linspace(-math.pi, math.pi, 16, endpoint=False).tolist()
@@ -130,7 +130,7 @@ def lying(flat: Flat, rng: Random) -> PersonSpec:
         return _person(rng, place.pose, "lying", surface=place.height)
     space = free_space_of(flat)
     for _ in range(_TRIES):
-        x, y = _free_place(flat, space, rng, _BODY_M)
+        x, y = _free_place(flat, space, rng, _STANDING_M)
         pose = Pose2(x, y, float(rng.uniform(-math.pi, math.pi)))
         spec = _person(rng, pose, "lying")
         body = [pose.apply(float(along), 0.0) for along in np.linspace(-0.5, 0.5, 7) * spec.height]

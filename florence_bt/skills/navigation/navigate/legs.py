@@ -17,8 +17,8 @@ REACH_M = 0.4
 _WIDEST_M = 0.6
 """What is wider is not a pair of legs (REFERENCE 12.7)."""
 _FEWEST_POINTS = 3
-_BODY_M = 0.06
-"""The laser sees the front of the legs; the middle of the person is this much behind it."""
+_LEG_RADIUS_M = 0.06
+"""The laser sees the front of the legs; the middle of the person is this much behind it. Chosen."""
 _GAP_M = 0.15
 """Points of a scan that are further apart belong to different things."""
 _MAP_MARGIN_CELLS = 2
@@ -67,8 +67,8 @@ def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, 
     if len(near) < _FEWEST_POINTS or np.ptp(near, axis=0).max() > _WIDEST_M:
         return None
     x, y = near.mean(axis=0)
-    away = max(float(np.hypot(x - robot.x, y - robot.y)), _BODY_M)
-    behind = 1.0 + _BODY_M / away
+    away = max(float(np.hypot(x - robot.x, y - robot.y)), _LEG_RADIUS_M)
+    behind = 1.0 + _LEG_RADIUS_M / away
     return float(robot.x + (x - robot.x) * behind), float(robot.y + (y - robot.y) * behind)
 
 

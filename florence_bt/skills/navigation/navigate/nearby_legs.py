@@ -16,7 +16,7 @@ _SAME_M = 0.3
 """What is so near to a place was looked at there; a person who walks is soon somewhere else."""
 _STEP_M = 0.4
 """Legs go no further from one scan to the next."""
-_VIEW_RAD, TOO_NEAR_M = 0.35, 0.55
+VIEW_RAD, TOO_NEAR_M = 0.35, 0.55
 """So near to the middle of the image, and not nearer to the robot, the camera would see who it is ..."""
 _LOOK_S, _TRY_S = 1.0, 5.0
 """... within this time. What the robot cannot look at for so long is left."""
@@ -103,7 +103,7 @@ class NearbyLegs:
             self.since = self._unclear_since = now
         else:
             self._target = min(near, key=lambda each: math.dist(each, old))
-        in_view = abs(robot.bearing_to(*self._target)) < _VIEW_RAD
+        in_view = abs(robot.bearing_to(*self._target)) < VIEW_RAD
         if not in_view or math.dist(self._target, here) < TOO_NEAR_M:
             self._unclear_since = now
         if now - self._unclear_since > _LOOK_S or now - self.since > _TRY_S:

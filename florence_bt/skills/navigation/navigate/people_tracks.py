@@ -11,9 +11,10 @@ from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate.legs import go_on_with_legs
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.people import People, PeopleParameters
+from florence_bt.skills.navigation.navigate.vacated_cells import FASTEST_MPS
 
-_STANDING_MPS, _FASTEST_MPS = 0.2, 2.0
-"""A person who seems to walk slower may stand; nobody in a home walks faster."""
+_STANDING_MPS = 0.2
+"""A person who seems to walk slower may stand. Chosen."""
 _SAME_M = 0.3
 """Two people are not so near to each other."""
 _REMEMBERED_S = 30.0
@@ -83,7 +84,7 @@ class PeopleTracks:
     def _row(self, target: MovingTarget, now: float) -> tuple[float, ...]:
         assert target.seen is not None
         (x, y), speed = target.at(now, 0.0), math.hypot(*target.velocity)
-        share = min(1.0, _FASTEST_MPS / speed) if speed >= _STANDING_MPS else 0.0
+        share = min(1.0, FASTEST_MPS / speed) if speed >= _STANDING_MPS else 0.0
         vx, vy = (share * part for part in target.velocity)
         age = max(0.0, now - target.seen)
         return x + vx * age, y + vy * age, vx, vy, self._p.people_distance

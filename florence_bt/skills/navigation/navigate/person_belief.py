@@ -13,15 +13,17 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETH
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
-_VIEW_RAD = 0.42
-"""Half the breadth of the camera's view in which somebody is seen whole."""
+_SEEN_WHOLE_RAD = 0.42
+"""Half the breadth of the camera's view in which somebody is seen whole; chosen, of 28.5 degrees (document,
+section 3.7.3)."""
 _NEAREST_M, _FARTHEST_M = 0.5, 3.2
 """Between these distances the camera sees that nobody is there."""
 _RAYS, _STEP_M = 120, 0.1
 _ANGLES = np.linspace(-math.pi, math.pi, _RAYS, endpoint=False)
 _DISTANCES = np.arange(_STEP_M, _FARTHEST_M, _STEP_M)
 """Looking round: directions from the robot's heading, and steps along them."""
-_SLOWEST_MPS, _FASTEST_MPS = 0.25, 1.0
+_SLOWEST_MPS, _BRISK_MPS = 0.25, 1.0
+"""Between these somebody who left goes on, whatever their last speed seemed to be. Chosen."""
 _WALKING_MPS, _TURNED = 0.1, 0.2
 """How likely it is that somebody who walked turns back; slower, the direction means nothing."""
 _SPREAD_M, _SPREAD_MPS = 0.7, 0.3
@@ -62,7 +64,7 @@ class PersonBelief:
         self._y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
         self._away = self._ways_from(place)
         speed = math.hypot(*velocity)
-        self._speed = min(_FASTEST_MPS, max(_SLOWEST_MPS, speed))
+        self._speed = min(_BRISK_MPS, max(_SLOWEST_MPS, speed))
         self._ahead = self._how_far_ahead(place, velocity) if speed >= _WALKING_MPS else np.ones(1)
         self._since = self._updated = now
         self._open, self._shut = np.ones((rows, columns)), np.zeros((rows, columns), bool)
@@ -82,13 +84,13 @@ class PersonBelief:
         rows, columns, seen = self._rays(robot)
         self._open = np.minimum(1.0, self._open + (now - self._updated) / _FORGOTTEN_S)
         laser = seen & (np.abs(_ANGLES) <= _LASER_RAD)[:, None] & ~at_legs[rows, columns]
-        camera = seen & (np.abs(_ANGLES) <= _VIEW_RAD)[:, None] & (_DISTANCES >= _NEAREST_M)
+        camera = seen & (np.abs(_ANGLES) <= _SEEN_WHOLE_RAD)[:, None] & (_DISTANCES >= _NEAREST_M)
         for inside, most in ((laser, _LEGLESS), (camera, 0.0)):
             cells = rows[inside], columns[inside]
             self._open[cells] = np.minimum(self._open[cells], most)
         unseen, self._updated = now - self._since, now
         error = np.abs(self._away - self._speed * unseen) / (_SPREAD_M + _SPREAD_MPS * unseen)
-        walked = np.exp(-error) * (self._away <= _SPREAD_M + _FASTEST_MPS * unseen)
+        walked = np.exp(-error) * (self._away <= _SPREAD_M + _BRISK_MPS * unseen)
         likely = walked * self._ahead * np.where(at_legs, _LEGS_COUNT, 1.0)
         self._likely, self._all = likely * self._open, float(likely.sum())
 
@@ -106,7 +108,7 @@ class PersonBelief:
         cells = (_DISTANCES * math.tau / _RAYS * _STEP_M) / self._costmap.resolution**2
         inside = seen & (_DISTANCES >= _NEAREST_M)
         along = (self._likely[rows, columns] * inside * cells).sum(axis=1)
-        half = round(_VIEW_RAD / math.tau * _RAYS)
+        half = round(_SEEN_WHOLE_RAD / math.tau * _RAYS)
         view = sum(np.roll(along, shift) for shift in range(-half, half + 1))
         best = int(np.argmax(view))
         share = min(1.0, float(view[best]) / self._all) if self._all > 0.0 else 0.0

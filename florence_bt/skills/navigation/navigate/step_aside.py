@@ -12,8 +12,9 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETH
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
-_BODY_M = 0.5
-"""The robot does not come so near to the middle of the person."""
+_KEEP_OFF_M = 0.5
+"""The robot does not come so near to the middle of the person. Chosen: the safe distance of document, table
+13."""
 _LEAST_ROOM_M, _ENOUGH_ROOM_M = 0.35, 0.9
 """Where nothing is so near the robot can turn, and somebody passes on either side."""
 _WAY_PER_ROOM = 0.12
@@ -39,7 +40,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Point2, apart:
     floor = np.full((rows + 2, columns + 2), OBSTACLE, np.uint8)
     # The robot can leave where it stands, but not towards the person.
     free = (costs < INSCRIBED) | (from_robot < 2.0 * resolution)
-    floor[1:-1, 1:-1][free & ((from_person > _BODY_M) | (from_person > from_robot))] = NEUTRAL
+    floor[1:-1, 1:-1][free & ((from_person > _KEEP_OFF_M) | (from_person > from_robot))] = NEUTRAL
     start = costmap.cell_of(robot.x, robot.y)
     if start is None:
         return None
@@ -47,7 +48,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Point2, apart:
     potential = spread_wave(floor.ravel(), columns + 2, first, -1, 2.0 * NEUTRAL)
     way = potential.reshape(floor.shape)[1:-1, 1:-1]
     # The marks around the person are the person.
-    solid = (costmaps.static == LETHAL) | ((costs == LETHAL) & (from_person > _BODY_M))
+    solid = (costmaps.static == LETHAL) | ((costs == LETHAL) & (from_person > _KEEP_OFF_M))
     room = distance_transform_edt(~solid) * resolution
     worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
     worth[(way >= UNVISITED) | (from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf

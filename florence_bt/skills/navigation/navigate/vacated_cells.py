@@ -13,12 +13,12 @@ CAMERA_SOURCES = "depth", "overhangs", BODIES
 """The sources of scans whose marks of somebody stay when the camera looks elsewhere, or is too near."""
 BODY_M = 0.35
 """What was marked so near to the middle of somebody was that person: shoulders and arms, and the error of
-where they were seen."""
+where they were seen. Chosen."""
 _LEFT_M = 0.6
 """Somebody so far away has left a place: body and a step."""
 _STEP_M = 0.1
-_FASTEST_MPS = 2.0
-"""Nobody in a home walks faster; a sighting further away is of somebody else, or a mistake."""
+FASTEST_MPS = 2.0
+"""Nobody in a home walks faster; a sighting further away is of somebody else, or a mistake. Chosen."""
 _KEPT_S = 60.0
 """Of a person who was not seen for so long, nothing is known any more."""
 
@@ -48,7 +48,7 @@ class VacatedCells:
         trail = self._trails.setdefault(user_id, deque())
         passed = stamp - self._seen.get(user_id, stamp)
         self._seen[user_id] = stamp
-        if trail and math.dist(trail[-1], place) > _LEFT_M + _FASTEST_MPS * passed:
+        if trail and math.dist(trail[-1], place) > _LEFT_M + FASTEST_MPS * passed:
             trail.clear()
         if not trail or math.dist(trail[-1], place) >= _STEP_M:
             trail.append(place)

@@ -10,7 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from florence_bt.core.sensing import TrackedUser
 from florence_bt.ros.conversions import stamp_to_ros
 
-BODY_M, LYING_M = 0.4, 1.2
+WIDTH_M, LYING_WIDTH_M = 0.4, 1.2
 """Width of a body, and of a disc for who lies, metres."""
 UNKNOWN_HEIGHT_M = 1.6
 TEXT_M = 0.2
@@ -39,7 +39,7 @@ def _markers(user: TrackedUser, header: object) -> tuple[Marker, Marker]:
     body = Marker(
         header=header, ns="user", id=user.user_id, type=Marker.CYLINDER, color=_LYING if lying else _BODY
     )
-    body.scale.x = body.scale.y = LYING_M if lying else BODY_M
+    body.scale.x = body.scale.y = LYING_WIDTH_M if lying else WIDTH_M
     body.scale.z = height
     text = Marker(header=header, ns="user_text", id=user.user_id, type=Marker.TEXT_VIEW_FACING, color=_TEXT)
     text.text = f"{user.user_id} {user.posture}"

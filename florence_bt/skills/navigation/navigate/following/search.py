@@ -9,10 +9,10 @@ from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
+from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M
 from florence_bt.skills.navigation.navigate.legs import REACH_M, all_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
-from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
+from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, VIEW_RAD, NearbyLegs
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import RobotState
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate.legs import REACH_M, all_legs, go_on_with_legs
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
-from florence_bt.skills.navigation.navigate.nearby_legs import StandingThings
+from florence_bt.skills.navigation.navigate.nearby_legs import VIEW_RAD, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
@@ -20,8 +20,8 @@ PERSON_M = 0.6
 """What the sensors have marked so near to the person is the person."""
 _WALKING_MPS = 0.1
 """Slower, the direction in which somebody walks means nothing."""
-VIEW_RAD, VIEW_M = 0.35, (0.9, 3.5)
-"""Somebody there is in the middle of the camera's picture, and seen whole."""
+VIEW_M = (0.9, 3.5)
+"""Somebody there, in the middle of the camera's picture, is seen whole."""
 UNCLEAR_S = 1.5
 """Whom the camera does not know there for so long is somebody or something else."""
 _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6

@@ -9,8 +9,9 @@ from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M, VIEW_RAD
+from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
+from florence_bt.skills.navigation.navigate.nearby_legs import VIEW_RAD
 from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.vacated_cells import BODY_M, CAMERA_SOURCES
 
