@@ -8,14 +8,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from florence_bt.behaviours.keys import is_source
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import parse_yaml
-from florence_bt.trees.language.model import ListItems, Mission, PoseParts, Value
+from florence_bt.trees.language.literals import read_literal
+from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import example_of, out_of_range, read_value
-from florence_bt.trees.language.reader import Reader
-from florence_bt.trees.language.values import tree_value
 
 
 def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -87,13 +85,4 @@ def _read_poses(text: str, kind: Kind) -> Any:
         source = parse_yaml(text.encode(), Path("input"))
     except ConfigError:
         return read_value(text, kind)
-    reader = Reader(Path("input"))
-    value: Value | None = reader.value(source, "the input")
-    if reader.findings:
-        raise ConfigError(reader.findings[0].message, valid=reader.findings[0].valid)
-    if not isinstance(value, PoseParts | ListItems):
-        return read_value(text, kind)
-    pose = tree_value(value, kind)
-    if is_source(pose):
-        raise ConfigError("an input from outside cannot refer to keys", valid=[example_of(kind)])
-    return pose
+    return read_literal(source, kind)

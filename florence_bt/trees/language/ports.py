@@ -7,12 +7,11 @@ from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
 from florence_bt.trees.language import quantities
+from florence_bt.trees.language.literals import read_literal
 from florence_bt.trees.language.model import default_of
 from florence_bt.trees.language.reader import Reader
-from florence_bt.trees.language.values import tree_value
 from florence_bt.trees.language.vocabulary import KEY_KEYS, by_spelling
 
 _OTHER_KINDS = by_spelling(
@@ -130,35 +129,9 @@ def _limit(reader: Reader, fields: YamlMapping, key: str, kind: Kind) -> Any:
 
 
 def _literal(reader: Reader, source: YamlNode, kind: Kind, what: str) -> Any:
-    if kind is Kind.POSE and isinstance(source, YamlMapping):
-        return _pose(reader, source, what)
-    if kind.item is not None and isinstance(source, YamlSequence):
-        items = [_literal(reader, item, kind.item, f"an item of {what}") for item in source.items]
-        return tuple(items) if None not in items else None
-    empty = isinstance(source, YamlScalar) and source.empty and not source.quoted
-    if kind.item is not None and empty:
-        reader.error(source.position, f"{what} has no value", ["[]", quantities.example_of(kind)])
-        return None
-    if not isinstance(source, YamlScalar) or (source.empty and kind is not Kind.TEXT and kind.item is None):
-        reader.error(source.position, f"{what} must be a single {kind.value}", [quantities.example_of(kind)])
-        return None
     try:
-        return quantities.read_value(source.text, kind)
+        return read_literal(source, kind)
     except ConfigError as error:
-        reader.error(source.position, f"{what}: {error.problem}", error.valid)
+        position = Position(error.line or 1, error.column or 1)
+        reader.error(position, f"{what}: {error.problem}", error.valid)
         return None
-
-
-def _pose(reader: Reader, source: YamlMapping, what: str) -> Pose2 | None:
-    value = reader.value(source, what)
-    if value is None:
-        return None
-    try:
-        pose = tree_value(value, Kind.POSE)
-    except ConfigError as error:
-        reader.error(source.position, f"{what}: {error.problem}", error.valid)
-        return None
-    if isinstance(pose, Pose2):
-        return pose
-    reader.error(source.position, f"{what} cannot refer to keys", [quantities.example_of(Kind.POSE)])
-    return None

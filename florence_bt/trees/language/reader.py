@@ -24,7 +24,7 @@ from florence_bt.trees.language.model import (
     Value,
 )
 from florence_bt.trees.language.quantities import read_value
-from florence_bt.trees.language.vocabulary import IDENTIFIER
+from florence_bt.trees.language.vocabulary import IDENTIFIER, OTHER_YAWS
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -40,8 +40,6 @@ _BOOLEAN_WORDS = {
     "false": "false",
 }
 """What people write for true and false."""
-_OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
-"""What others call the heading of a pose."""
 
 
 class WordReader(FindingList):
@@ -230,7 +228,7 @@ class Reader(WordReader):
     def _pose(self, mapping: YamlMapping, what: str) -> PoseParts | None:
         parts: dict[str, Value] = {}
         for key, item in mapping.entries:
-            if key.text in _OTHER_YAWS and mapping.key("yaw") is None:
+            if key.text in OTHER_YAWS and mapping.key("yaw") is None:
                 self.error(key.position, f"unknown part of a pose {key.text!r}", ["yaw"])
             elif key.text not in ("x", "y", "yaw"):
                 self.unknown(
@@ -239,7 +237,7 @@ class Reader(WordReader):
             elif (value := self.value(item, f"{key.text} of the pose")) is not None:
                 parts[key.text] = value
         missing = [name for name in ("x", "y", "yaw") if mapping.key(name) is None]
-        other = next((key for key, _ in mapping.entries if key.text in _OTHER_YAWS), None)
+        other = next((key for key, _ in mapping.entries if key.text in OTHER_YAWS), None)
         if missing and not (missing == ["yaw"] and other is not None):
             self.error(
                 mapping.position,

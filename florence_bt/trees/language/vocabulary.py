@@ -143,6 +143,9 @@ TREE_CODES: dict[str, str] = {
 }
 """Codes that the tree itself gives -> what they mean."""
 
+OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
+"""What others call the heading of a pose."""
+
 
 def by_spelling(spellings: Mapping[str, Iterable[str]]) -> dict[str, str]:
     """Invert a table from each word to what others call it."""

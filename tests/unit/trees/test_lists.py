@@ -276,10 +276,10 @@ def test_what_the_check_says(workshop, tree, line):
         ("{type: list of text, default: [a, b], min: 1}", "a list of text has no min"),
         (
             "{type: list of length, default: [1 m, 2]}",
-            "an item of the default of 'l': a length needs a unit: '2'",
+            "2:51 error the default of 'l': a length needs a unit: '2'",
         ),
         ("{type: list of pose, default: [{x: 1 m, y: 1 m, yaw: 0}]}", ""),
-        ("{type: list of text, default: }", "the default of 'l' has no value | [], [kitchen, hall]"),
+        ("{type: list of text, default: }", "the default of 'l': it has no value | [], [kitchen, hall]"),
     ],
 )
 def test_declared_lists(workshop, declared, line):

@@ -112,9 +112,9 @@ def test_declared_keys():
 def test_a_pose_can_be_a_default():
     mission = parse("{work: }", "inputs: {p: {type: pose, default: {x: 1 m, y: 50 cm, yaw: 0}}}")
     assert mission.findings == () and mission.inputs["p"].default == Pose2(1.0, 0.5, 0.0)
-    for wrong in ("{x: $a, y: 0, yaw: 0}", "{x: 1, y: 0, yaw: 0}", "{x: 1 m}"):
+    for wrong, column in (("{x: $a, y: 0, yaw: 0}", 37), ("{x: 1, y: 0, yaw: 0}", 37), ("{x: 1 m}", 33)):
         (finding,) = parse("{work: }", f"keys: {{p: {{type: pose, default: {wrong}}}}}").findings
-        assert (finding.line, finding.column) == (2, 33) and "the default of 'p'" in finding.message
+        assert (finding.line, finding.column) == (2, column) and "the default of 'p'" in finding.message
 
 
 @pytest.mark.parametrize(
