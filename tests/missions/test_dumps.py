@@ -34,7 +34,7 @@ RUNNING = """\
                                     [+] set reached -- reached = 1
                             [-] look for user
                     [>] look round (sequence)
-                        [+] set views -- views = 1
+                        [+] set places_done -- places_done = 1
                         [>] run detect_user
                             [>] sequence
                                 [+] set way, turned -- way = 45 deg, turned = 0
