@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from types import TracebackType
 from typing import Any
 
 import rclpy
@@ -27,6 +26,7 @@ from std_msgs.msg import String
 
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.bringup.signals import held_back
+from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
@@ -56,7 +56,7 @@ class SystemNotThere(FlorenceError):
     """No running system answers."""
 
 
-class MissionClient:
+class MissionClient(Closing):
     """A client of the mission server. Use as a context manager.
 
     Args:
@@ -76,16 +76,6 @@ class MissionClient:
         self.truth: Mapping[str, Any] = {}
         self.node.create_subscription(String, "florence_bt/tree", self._on_tree, LATCHED)
         self.node.create_subscription(RunState, "florence_bt/run_state", self._on_state, LATCHED)
-
-    def __enter__(self) -> MissionClient:
-        """Return the client itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Leave ROS."""
-        self.close()
 
     def close(self) -> None:
         """Leave ROS."""

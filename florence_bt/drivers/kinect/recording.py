@@ -12,12 +12,11 @@ import json
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core.closing import Closing
 from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
@@ -32,7 +31,7 @@ _READING = struct.Struct("<hhhbxi")
 """Accelerations x, y, z (819 a g), tilt in half degrees, status: the C structure of libfreenect."""
 
 
-class RecordingWriter:
+class RecordingWriter(Closing):
     """Writes a recording; use it in a ``with``. Whenever it ends, what was written can be played.
 
     Args:
@@ -58,14 +57,6 @@ class RecordingWriter:
             raise ConfigError(f"{folder} cannot be written to: {error}", valid=["another folder"]) from error
         self._ticks = 0
         self.depth_images = self.colour_images = 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def add(self, frame: Frame, moment: float) -> None:
         """Write an image.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeVar
 
+from florence_bt.core.closing import Closing
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal.rows import (
     EVENT_COLUMNS,
@@ -36,7 +36,7 @@ BUSY_S = 2.0
 _NOT_WRITABLE = frozenset({sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM})
 
 
-class JournalReader:
+class JournalReader(Closing):
     """Reads the journal of a folder of runs. Use as a context manager.
 
     Args:
@@ -67,16 +67,6 @@ class JournalReader:
                 raise
             self.path = own
             self._connection = self._open()
-
-    def __enter__(self) -> JournalReader:
-        """Return the reader itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the file."""
-        self.close()
 
     def close(self) -> None:
         """Close the file."""
