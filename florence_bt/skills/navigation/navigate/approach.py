@@ -120,7 +120,7 @@ class Approach:
             return
         legs = legs_near(narrow_things(points), robot, expected)
         if legs is not None:
-            gain = self._params.approach_me_laser_gain
+            gain = self._params.approach_person_laser_gain
             x, y = (old + gain * (new - old) for old, new in zip(expected, legs, strict=True))
             target.saw(stamp, x, y)
         if target.seen is not None and not _is_empty(expected, points, robot):
@@ -142,11 +142,11 @@ class Approach:
 
     def _failure(self, now: float) -> Result | None:
         params = self._params
-        if now - self._there > params.approach_me_patience:
-            reason = f"for {params.approach_me_patience:g} s nobody was where the person should be"
+        if now - self._there > params.approach_person_patience:
+            reason = f"for {params.approach_person_patience:g} s nobody was where the person should be"
             return failure("user_lost", reason)
-        if now - self._began > params.approach_me_limit:
-            return failure("timed_out", f"the robot was not there after {params.approach_me_limit:g} s")
+        if now - self._began > params.approach_person_limit:
+            return failure("timed_out", f"the robot was not there after {params.approach_person_limit:g} s")
         return None
 
     def _drive(self, state: RobotState, start: Pose2) -> tuple[Twist2, Feedback, Result | None]:

@@ -431,10 +431,10 @@ class Navigator:
             params = self._p.approach
             goal = ApproachGoal(
                 *person,
-                distance or params.approach_me_distance,
+                distance or params.approach_person_distance,
                 *orientations,
-                max_linear or params.approach_me_max_lin_speed,
-                max_angular or params.approach_me_max_ang_speed,
+                max_linear or params.approach_person_max_lin_speed,
+                max_angular or params.approach_person_max_ang_speed,
             )
             self._goal = Approach(goal, self._costmaps, self._p, now)
 

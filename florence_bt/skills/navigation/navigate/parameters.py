@@ -153,23 +153,23 @@ class ApproachParameters(CheckedParameters):
     """The parameters of approaching somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
-        approach_me_distance: Where to stand, between the middles, in metres.
-        approach_me_max_lin_speed: m/s; never more than what the controller allows.
-        approach_me_max_ang_speed: rad/s; the same.
-        approach_me_laser_gain: The person is moved by this share of the way to where the laser sees legs.
-        approach_me_patience: When for so many seconds nobody is where the person should be: lost.
-        approach_me_limit: Seconds until it gives up.
+        approach_person_distance: Where to stand, between the middles, in metres.
+        approach_person_max_lin_speed: m/s; never more than what the controller allows.
+        approach_person_max_ang_speed: rad/s; the same.
+        approach_person_laser_gain: The person is moved by this share of the way to where the laser sees legs.
+        approach_person_patience: When for so many seconds nobody is where the person should be: lost.
+        approach_person_limit: Seconds until it gives up.
 
     Source:
         REFERENCE 12.7; document, section 4.3.
     """
 
-    approach_me_distance: Positive = 0.8
-    approach_me_max_lin_speed: Positive = 0.5
-    approach_me_max_ang_speed: Positive = 1.0
-    approach_me_laser_gain: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.3
-    approach_me_patience: Positive = 5.0
-    approach_me_limit: Positive = 60.0
+    approach_person_distance: Positive = 0.8
+    approach_person_max_lin_speed: Positive = 0.5
+    approach_person_max_ang_speed: Positive = 1.0
+    approach_person_laser_gain: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.3
+    approach_person_patience: Positive = 5.0
+    approach_person_limit: Positive = 60.0
 
 
 @dataclass(frozen=True, slots=True)
