@@ -194,8 +194,8 @@ class SkillDeclaration:
         deadline_s: Seconds after which a run is ended with the code ``timed_out``.
         instant: Whether a run is over as soon as it starts (a condition or a look-up). A composite without
             memory asks such a skill again every second, or as often as the mission says.
-        wakes: Whether the skill reports changes of its answer (:class:`florence_bt.core.skill.WakingSkill`),
-            so that it is asked again then and at no other time.
+        reports_changes: Whether the skill reports changes of its answer
+            (:class:`florence_bt.core.skill.WakingSkill`), so that it is asked again then and only then.
         deprecated: What missions should use instead, when the skill is deprecated; empty otherwise.
         server_codes: Error number of the skill's ROS server -> one of the codes above or of the common codes.
         groups: What its codes have in common with those of other skills.

@@ -21,7 +21,7 @@ from florence_bt.ros.qos import RELIABLE
 class TopicCondition(MessageCondition):
     """A skill that answers at once from the last message of a topic, and reports changes of the answer.
 
-    Its declaration says ``instant=True, wakes=True``.
+    Its declaration says ``instant=True, reports_changes=True``.
     """
 
     def __init__(

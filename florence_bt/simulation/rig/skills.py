@@ -69,7 +69,7 @@ class ComponentSkill:
     """A skill that a component performs.
 
     Args:
-        perform: Gives the result of a skill that answers at once, else its run.
+        start_in_rig: Gives the result of a skill that answers at once, else its run.
     """
 
     def __init__(self, start_in_rig: Callable[[Inputs], Result | SkillRun]) -> None:

@@ -42,7 +42,7 @@ class Overhangs:
 
     Args:
         parameters: Of the fake laser that sees the whole band.
-        use: Of this one; its height band is not empty.
+        params: Of this one; its height band is not empty.
     """
 
     @staticmethod

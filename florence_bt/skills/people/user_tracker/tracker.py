@@ -33,7 +33,7 @@ class _Track:
     Args:
         detection: How it was seen first.
         now: When, seconds.
-        use: How people are followed.
+        params: How people are followed.
         number: Of the track.
         waits_s: It waits this long for the verifier, seconds.
         resting: Where people lie.
