@@ -160,10 +160,12 @@ def runs(
     limit: Annotated[int, typer.Option(help="Show at most this many, the latest first.")] = 20,
     folder: Annotated[
         Path | None,
-        typer.Option(help="Folder of the runs.", show_default="the one used last below ./runs"),
+        typer.Option(
+            help="Folder of the runs.", show_default="the running system's, or the one used last below ./runs"
+        ),
     ] = None,
 ) -> None:
-    """List recorded runs, the latest first; no system needs to be up."""
+    """List recorded runs, the latest first: of the running system, or of the last one when none is up."""
     from florence_bt.app.runs.journal_view import runs_table
 
     for line in runs_table(folder, mission=mission, state=state, limit=limit):
