@@ -108,11 +108,6 @@ def test_the_whole_tree_is_asked_for_elsewhere():
     assert (kind, name, options) == ("MissionStatus", "florence_bt/whole_status", {"repeat": True})
 
 
-def test_the_whole_tree_is_not_watched():
-    with pytest.raises(ConfigError, match="not watched"):
-        remote.show_status("", Console(), watch=True, whole=True)
-
-
 @pytest.fixture
 def answering(monkeypatch):
     def install(**answer):
