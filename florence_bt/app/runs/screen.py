@@ -134,14 +134,8 @@ def way_to(rows: Sequence[TreeRow], place: int) -> list[str]:
     return names[::-1]
 
 
-def choose(lines: Sequence[_Line], rows: Sequence[TreeRow], room: int) -> tuple[list[_Line], int]:
-    """Choose the lines that matter most when there is not room for all.
-
-    Returns:
-        The lines in order, and how many are left out.
-    """
-    if len(lines) <= room:
-        return list(lines), 0
+def choose(lines: Sequence[_Line], rows: Sequence[TreeRow], room: int) -> list[_Line]:
+    """Choose the lines that matter most when there is not room for all, and return them in order."""
     parents = parents_of(rows)
     ways, leaves = ways_to_what_runs(rows, parents), set(running_leaves(rows))
 
@@ -152,8 +146,7 @@ def choose(lines: Sequence[_Line], rows: Sequence[TreeRow], room: int) -> tuple[
             return 1, -line.row.depth
         return (2 if line.row.status is Status.FAILURE else 3), -line.place
 
-    kept = sorted(sorted(lines, key=importance)[: max(room, 1)])
-    return kept, len(lines) - len(kept)
+    return sorted(sorted(lines, key=importance)[:room])
 
 
 class Failure(NamedTuple):
@@ -345,9 +338,9 @@ class Screen:
             drawn += _labelled("where", [self.where], columns, 1 + rich)
         if leaves:
             drawn += _labelled("now", [_one_line(leaf) for leaf in leaves[: 1 + rich]], columns, 1 + rich)
-        failures = [self._failure(each) for each in self._failures.last(1 + rich)]
-        if failures:
-            drawn += _labelled("failed", failures, columns, 1 + rich, "red")
+        for place, failure in enumerate(self._failures.last(1 + rich // 2)):
+            label, most = ("failed", min(rich + 1, 2)) if place == 0 else ("", 1)
+            drawn += _labelled(label, [self._failure(failure)], columns, most, "red")
         for result in self.status.results[-1 - rich :]:
             drawn += [Text(line) for line in _wrapped(result, columns)[: 1 + rich]]
         if self.said:
@@ -372,10 +365,11 @@ class Screen:
 
     def _rule(self) -> Text:
         lines, starts = self._tree_lines()
+        room = self._room_for_tree()
         if self.view.top is None and self.view.detail is None:
-            title = " follows what runs "
+            more = len(lines) - room
+            title = f" follows what runs{f'; {more} more lines: ↑' if more > 0 else ''} "
         else:
-            room = self._room_for_tree()
             top = self._top(len(lines), starts, room)
             title = f" lines {top + 1} to {min(top + room, len(lines))} of {len(lines)} "
         return Text(f"──{title}{'─' * max(self._size[0] - len(title) - 2, 0)}", "dim")
@@ -410,11 +404,8 @@ class Screen:
     def _body(self, room: int) -> list[Text]:
         rows, view = self.status.rows, self.view
         if view.top is None and view.detail is None:
-            chosen, left_out = choose(lines_of(rows, self._detail()), rows, room)
+            chosen = choose(lines_of(rows, self._detail()), rows, room)
             drawn = []
-            if left_out and room > 1:
-                chosen = choose(chosen, rows, room - 1)[0]
-                drawn.append(Text(f"⋮ {left_out + 1} more lines: ↑ and PgUp show them", "dim"))
             # How long a node has run that waits for those below says little.
             inner = ways_to_what_runs(rows, parents_of(rows)).difference(running_leaves(rows))
             for place, row in chosen:

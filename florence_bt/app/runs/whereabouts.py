@@ -26,6 +26,8 @@ ROOM_PERIOD_S = 1.0
 """Wall seconds between two questions for the robot's room."""
 FRESH_S = 3.0
 """Wall seconds without feedback after which the robot is not on its way any more."""
+ARRIVED_M = 0.05
+"""Metres left that are not worth telling."""
 
 
 class Whereabouts:
@@ -62,14 +64,12 @@ class Whereabouts:
         for way in self._drives:
             for message in way.take():
                 self._drive, self._drove_at, self._to_goal = message.feedback, now, way is self._drives[0]
-        if self._drive is None or now - self._drove_at > FRESH_S:
+        drive, fresh = self._drive, now - self._drove_at <= FRESH_S
+        if drive is None or not fresh or drive.distance_remaining < ARRIVED_M:
             return where_text(self._room)
-        return where_text(
-            self._room,
-            self._destination() if self._to_goal else "",
-            float(self._drive.distance_remaining),
-            duration_from_ros(self._drive.estimated_time_remaining),
-        )
+        destination = self._destination() if self._to_goal else ""
+        seconds = duration_from_ros(drive.estimated_time_remaining)
+        return where_text(self._room, destination, float(drive.distance_remaining), seconds)
 
     def _ask_for_room(self, now: float) -> None:
         if self._question is not None and self._question.done():

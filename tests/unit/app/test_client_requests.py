@@ -16,7 +16,6 @@ import florence_bt
 from florence_bt.app.runs import remote
 from florence_bt.app.runs.client import RELOAD_BUDGET_S, MissionClient
 from florence_bt.cli.application import app
-from florence_bt.core.errors import ConfigError
 
 
 class Recording(MissionClient):
