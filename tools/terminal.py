@@ -28,7 +28,7 @@ _ALTERNATE_SCREEN = 1049
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "runtime.md"
 DEMO = ("-m", "florence_bt.cli", "demo", "--person", "absent", "--seed", "4", "--out", "runs/terminal")
 MOMENTS = {
-    "driving": r"(?s)drives to .*now +go there \(\d+ s\) -- driving.*\[>\] go there",
+    "driving": r"(?s)drives to .*now +go there \([2-9] s\) -- driving.*\[>\] go there",
     "second attempt": r"(?s)now +turn .*attempt 2 of 8.*\[>\] turn ",
 }
 """Screens of the page, by what is seen on them."""
@@ -83,7 +83,13 @@ class Terminal:
             os.kill(self.pid, signal.SIGCONT)
             os.kill(self.pid, signal.SIGKILL)
             os.waitpid(self.pid, 0)
-        os.close(self._master)
+        self.hang_up()
+
+    def hang_up(self) -> None:
+        """Close the terminal under the command."""
+        if self._master >= 0:
+            os.close(self._master)
+            self._master = -1
 
     def resize(self, columns: int, lines: int) -> None:
         """Give the terminal another size."""

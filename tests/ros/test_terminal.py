@@ -32,6 +32,12 @@ def in_terminal(bench_of):
     return bench, run, seen
 
 
+def ended(terminal):
+    """Wait for the end of the command; the time-out of the test limits it."""
+    while terminal.code is None:
+        terminal.look()
+
+
 def test_ctrl_c_stops_the_mission_and_shows_how_it_ended(in_terminal):
     bench, run, seen = in_terminal
     with run("run", "drive_once", "way=2 m") as terminal:
@@ -40,9 +46,17 @@ def test_ctrl_c_stops_the_mission_and_shows_how_it_ended(in_terminal):
         terminal.press("\x03")
         screen = seen(terminal, r"(?s)STOPPED.*interrupted")
         assert "Ctrl-C at florence run" in screen and "[-] drive" in screen
-        seen(terminal, "") if terminal.code is not None else terminal.look(5.0)
+        ended(terminal)
         assert terminal.code == 130
     bench.wait("STOPPED")
+
+
+def test_a_terminal_that_is_closed_stops_its_mission(in_terminal):
+    bench, run, seen = in_terminal
+    with run("run", "drive_once") as terminal:
+        seen(terminal, r"(?m)^now +drive ")
+        terminal.hang_up()
+        assert "Ctrl-C at florence run" in bench.wait("STOPPED").reason
 
 
 def test_q_leaves_the_mission_running_and_the_end_is_told_with_its_reason(in_terminal):
@@ -51,7 +65,7 @@ def test_q_leaves_the_mission_running_and_the_end_is_told_with_its_reason(in_ter
         seen(terminal, r"(?m)^now +drive ")
         terminal.press("q")
         seen(terminal, "the mission goes on")
-        terminal.look(5.0)
+        ended(terminal)
         assert terminal.code == 0
     assert bench.status().state == "RUNNING"
     with run("status", "--watch") as terminal:
@@ -61,8 +75,7 @@ def test_q_leaves_the_mission_running_and_the_end_is_told_with_its_reason(in_ter
         screen = seen(terminal, "FAILED")
         assert "a chair is in the way" in screen
         terminal.press("q")
-        while terminal.code is None:
-            terminal.look()
+        ended(terminal)
         assert terminal.code == 0
 
 

@@ -15,7 +15,7 @@ from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
 from florence_bt.app.runs.client import RunWatch
 from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display
-from florence_bt.app.runs.screen import print_status
+from florence_bt.app.runs.screen import KEYS_OF_DEMO, print_status
 from florence_bt.app.runs.watching import RunFeed
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
@@ -64,7 +64,7 @@ def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResul
     Raises:
         FlorenceError: The system did not come up, or a process died.
     """
-    display = make_display(console, headless=headless, keys="q, Ctrl-C stop and end all")
+    display = make_display(console, headless=headless, keys=KEYS_OF_DEMO)
     with closing(display), System(options, display.say) as system:
         seconds = system.wait_ready()
         display.say(f"ready after {seconds:.1f} s; calling the mission service for {MISSION}")

@@ -7,6 +7,7 @@ import re
 import select
 import sys
 import termios
+from contextlib import suppress
 from types import TracebackType
 from typing import Any
 
@@ -70,7 +71,8 @@ class Keyboard:
         """Put the terminal back; harmless when that was done already."""
         before, self._before = self._before, []
         if before:
-            termios.tcsetattr(self._descriptor, termios.TCSANOW, before)
+            with suppress(termios.error):  # the terminal was closed
+                termios.tcsetattr(self._descriptor, termios.TCSANOW, before)
 
     def read(self, wake: int, timeout_s: float) -> list[str]:
         """Wait for keys.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from contextlib import suppress
 
 from py_trees.common import Status
 from rich.console import Console, Group
@@ -12,6 +13,7 @@ from rich.live import Live
 
 from florence_bt.app.runs.keyboard import Keyboard
 from florence_bt.app.runs.screen import (
+    KEYS_OF_STATUS,
     LEAST_COLUMNS,
     LEAST_LINES,
     Detail,
@@ -44,7 +46,7 @@ class LiveDisplay:
         left: Whether ``q`` was pressed.
     """
 
-    def __init__(self, console: Console, keys: str = "q, Ctrl-C leave") -> None:
+    def __init__(self, console: Console, keys: str = KEYS_OF_STATUS) -> None:
         self.left = False
         self._console = console
         self._screen = Screen(keys)
@@ -97,22 +99,24 @@ class LiveDisplay:
                 return
         os.close(self._wake)
         os.close(self._waker)
-        for line in self._said:
-            _print(self._console, line)
+        with suppress(OSError):  # the terminal was closed
+            for line in self._said:
+                _print(self._console, line)
 
     def _run(self) -> None:
-        with (
-            self._keyboard,
-            Live(console=self._console, screen=True, auto_refresh=False, redirect_stdout=False) as live,
-        ):
+        live = Live(console=self._console, screen=True, auto_refresh=False, redirect_stdout=False)
+        with suppress(OSError), self._keyboard, live:  # the terminal may be closed
             while not self._closing:
-                columns, lines = self._console.size
-                with self._lock:
-                    drawn = self._screen.draw(columns, lines)
-                live.update(Group(*drawn), refresh=True)
+                self._draw(live)
                 time.sleep(FRAME_S)
                 for key in self._keyboard.read(self._wake, SIZE_S - FRAME_S):
                     self._press(key)
+
+    def _draw(self, live: Live) -> None:
+        columns, lines = self._console.size
+        with self._lock:
+            drawn = self._screen.draw(columns, lines)
+        live.update(Group(*drawn), refresh=True)
 
     def _press(self, key: str) -> None:
         with self._lock:
@@ -170,9 +174,7 @@ def _print(console: Console, line: str) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-def make_display(
-    console: Console, *, headless: bool, keys: str = "q, Ctrl-C leave"
-) -> LiveDisplay | LogDisplay:
+def make_display(console: Console, *, headless: bool, keys: str = KEYS_OF_STATUS) -> LiveDisplay | LogDisplay:
     """Make a screen on a terminal that is large enough, log lines elsewhere or when asked for."""
     fits = console.width >= LEAST_COLUMNS and console.height >= LEAST_LINES
     if headless or not console.is_terminal or console.is_dumb_terminal or not fits:

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 FOREVER_S = float("inf")
-KEYS_OF_RUN = "q leave  Ctrl-C stop the mission"
-KEYS_OF_STATUS = "q leave"
-"""What ``q`` and Ctrl-C do, for the line at the bottom of the screen."""
 STOP_BUDGET_S = 20.0
 """Wall seconds to wait for the end of a run that was stopped; skills may take some to end."""
 
@@ -49,7 +46,7 @@ def run_mission(
             _say(f"{answer.message}{name}", console)
             if not answer.accepted or detach:
                 return bool(answer.accepted)
-            status = _watch(client, answer.run_id, console, headless=headless, keys=KEYS_OF_RUN)
+            status = _watch(client, answer.run_id, console, headless=headless)
         except KeyboardInterrupt:
             if answer is not None and answer.accepted and not detach:
                 _stop(client, answer.run_id, console, whole=whole)
@@ -63,15 +60,16 @@ def run_mission(
 
 def _stop(client: MissionClient, run_id: str, console: Console, *, whole: bool) -> None:
     """Stop a run that is watched and show how it ended; a second Ctrl-C leaves it to end by itself."""
-    _say("stopping the mission; another Ctrl-C does not wait for its end", console)
     client.stop("Ctrl-C at florence run", run_id)
+    # Not before: a terminal that was closed takes no words.
+    _say("the mission stops; another Ctrl-C does not wait for its end", console)
     watch = RunWatch(client, run_id)
     if client.spin_until(watch.over, STOP_BUDGET_S):
         _print_status(watch.result().tree, console, whole=whole)
 
 
 def _watch(
-    client: MissionClient, run_id: str, console: Console, *, headless: bool, keys: str, whole: bool = False
+    client: MissionClient, run_id: str, console: Console, *, headless: bool, whole: bool = False
 ) -> Any:
     """Show a run until it is over, or without an id what runs until Ctrl-C.
 
@@ -79,9 +77,10 @@ def _watch(
         Its status; None when the person at the keyboard left before its end.
     """
     from florence_bt.app.runs.live import make_display
+    from florence_bt.app.runs.screen import KEYS_OF_RUN, KEYS_OF_STATUS
     from florence_bt.app.runs.watching import RunFeed
 
-    watch = RunWatch(client, run_id)
+    watch, keys = RunWatch(client, run_id), KEYS_OF_RUN if run_id else KEYS_OF_STATUS
     with closing(make_display(console, headless=headless, keys=keys)) as display:
         feed = RunFeed(client, display, run_id, whole=whole)
         client.spin_until(lambda: display.left or watch.over(), FOREVER_S, watch=feed.look)
@@ -98,7 +97,7 @@ def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = Fal
                 _say(line, console)
             return bool(status.found or not run_id)
         client.tree = status.tree
-        _watch(client, "", console, headless=False, keys=KEYS_OF_STATUS, whole=whole)
+        _watch(client, "", console, headless=False, whole=whole)
     return True
 
 

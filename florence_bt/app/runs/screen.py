@@ -26,6 +26,9 @@ _INDENT = 2
 """Columns a level: a deep tree must fit into 80."""
 _LABEL = 8
 """Columns of the words at the beginning of the lines at the top."""
+KEYS_OF_RUN, KEYS_OF_STATUS = "q leave  Ctrl-C stop the mission", "q leave"
+KEYS_OF_DEMO = "q, Ctrl-C stop and end all"
+"""What ``q`` and Ctrl-C do, for the line at the bottom."""
 LEAST_COLUMNS, LEAST_LINES = 60, 12
 """In a smaller terminal there are plain lines."""
 
@@ -232,7 +235,7 @@ class Screen:
         view: What is wanted.
     """
 
-    keys: str = "q leave"
+    keys: str = KEYS_OF_STATUS
     status: ShownStatus = field(default_factory=lambda: ShownStatus(""))
     where: str = ""
     said: str = ""

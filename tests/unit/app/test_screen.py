@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import re
+from pathlib import Path
 
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from florence_bt.app.runs.screen import Screen, print_status, read_status
+from florence_bt.app.runs.screen import KEYS_OF_DEMO, Screen, print_status, read_status
 from florence_bt.trees.drawings.ascii import draw_rows
 
 HEAD = "goto_user: RUNNING · 21.4 s · run 20261127T131931Z-001-goto_user · asked by florence demo"
@@ -142,3 +143,15 @@ def test_a_status_that_is_printed_once_is_laid_out_for_its_terminal(whole):
     pipe = Console(file=io.StringIO(), width=60)
     print_status(STATUS, pipe)
     assert pipe.file.getvalue().rstrip("\n") == STATUS
+
+
+@pytest.mark.parametrize("name", ["driving", "second attempt"])
+def test_the_screens_of_the_page_are_those_of_a_terminal(name):
+    page = (Path(__file__).parents[3] / "docs" / "runtime.md").read_text(encoding="utf-8")
+    lines = page.partition(f"<!-- screen: {name} -->\n```\n")[2].partition("\n```\n")[0].splitlines()
+    assert len(lines) == 24 and all(cell_len(line) <= 80 for line in lines)
+    assert (
+        lines[0].startswith("goto_user: RUNNING")
+        and lines[-1] == seen(STATUS, screen=Screen(KEYS_OF_DEMO))[-1]
+    )
+    assert any(line.startswith("where ") for line in lines) and any(line.startswith("now ") for line in lines)
