@@ -75,14 +75,14 @@ class Detail(enum.IntEnum):
     ALL = 2
 
 
-class _Line(NamedTuple):
+class _ShownNode(NamedTuple):
     """A node that is shown: its place among all, and what stands behind its name."""
 
     place: int
     row: TreeRow
 
 
-def lines_of(rows: Sequence[TreeRow], detail: Detail) -> list[_Line]:
+def lines_of(rows: Sequence[TreeRow], detail: Detail) -> list[_ShownNode]:
     """Choose the nodes of a tree that are shown."""
     parents = parents_of(rows)
     ways = ways_to_what_runs(rows, parents)
@@ -96,7 +96,7 @@ def lines_of(rows: Sequence[TreeRow], detail: Detail) -> list[_Line]:
             row = _folded(rows, place)
             end = _end(rows, place)
             hidden.update(range(place + 1, end))
-        shown.append(_Line(place, row))
+        shown.append(_ShownNode(place, row))
     return [line for line in shown if line.place not in hidden]
 
 
@@ -137,12 +137,12 @@ def way_to(rows: Sequence[TreeRow], place: int) -> list[str]:
     return names[::-1]
 
 
-def choose(lines: Sequence[_Line], rows: Sequence[TreeRow], room: int) -> list[_Line]:
+def choose(lines: Sequence[_ShownNode], rows: Sequence[TreeRow], room: int) -> list[_ShownNode]:
     """Choose the lines that matter most when there is not room for all, and return them in order."""
     parents = parents_of(rows)
     ways, leaves = ways_to_what_runs(rows, parents), set(running_leaves(rows))
 
-    def importance(line: _Line) -> tuple[int, int]:
+    def importance(line: _ShownNode) -> tuple[int, int]:
         if line.place in leaves:
             return 0, line.place
         if line.place in ways:
@@ -207,7 +207,7 @@ class Failures:
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class ScreenView:
     """What the person at the keyboard wants to see.
 
     Attributes:
@@ -239,7 +239,7 @@ class Screen:
     status: ShownStatus = field(default_factory=lambda: ShownStatus(""))
     where: str = ""
     said: str = ""
-    view: View = field(default_factory=View)
+    view: ScreenView = field(default_factory=ScreenView)
     _failures: Failures = field(default_factory=Failures)
     _size: tuple[int, int] = (80, 24)
     _run: str = ""
@@ -263,7 +263,7 @@ class Screen:
         elif key in _MOVES:
             self.view = replace(view, top=self._moved(key))
         elif key == "f":
-            self.view = View(detail=view.detail)
+            self.view = ScreenView(detail=view.detail)
         elif key in ("u", "enter"):
             unfolded = view.detail is not None and view.detail >= Detail.VISITED
             self.view = replace(view, detail=None if unfolded else Detail.VISITED)
@@ -276,7 +276,7 @@ class Screen:
         elif key in ("n", "N") and view.search:
             self.view = self._found(1 if key == "n" else -1)
 
-    def _typed(self, key: str) -> View:
+    def _typed(self, key: str) -> ScreenView:
         view = self.view
         if key == "enter":
             self.view = replace(view, typing=False, detail=max(view.detail or Detail.VISITED, Detail.VISITED))
@@ -287,7 +287,7 @@ class Screen:
             return replace(view, search=view.search[:-1])
         return replace(view, search=view.search + key) if len(key) == 1 else view
 
-    def _found(self, step: int) -> View:
+    def _found(self, step: int) -> ScreenView:
         lines, starts = self._tree_lines()
         hits = [place for place, line in enumerate(lines) if self.view.search.lower() in line.plain.lower()]
         if not self.view.search or not hits:
