@@ -29,7 +29,7 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "runtime.md"
 DEMO = ("-m", "florence_bt.cli", "demo", "--person", "absent", "--seed", "4", "--out", "runs/terminal")
 MOMENTS = {
     "driving": r"(?s)drives to .*now +go there \([2-9] s\) -- driving.*\[>\] go there",
-    "second attempt": r"(?s)now +turn .*attempt 2 of 8.*\[>\] turn ",
+    "looking round": r"(?s)now +turn .*attempt 2 of 8.*\[>\] turn ",
 }
 """Screens of the page, by what is seen on them."""
 

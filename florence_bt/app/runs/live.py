@@ -19,6 +19,7 @@ from florence_bt.app.runs.screen import (
     Detail,
     Failures,
     Screen,
+    ScreenView,
     read_status,
     running_leaves,
 )
@@ -41,15 +42,16 @@ class LiveDisplay:
     Args:
         console: The terminal.
         keys: What the keys ``q`` and Ctrl-C do, for the line at the bottom.
+        whole: Whether every node is shown from the start.
 
     Attributes:
         left: Whether ``q`` was pressed.
     """
 
-    def __init__(self, console: Console, keys: str = KEYS_OF_STATUS) -> None:
+    def __init__(self, console: Console, keys: str = KEYS_OF_STATUS, *, whole: bool = False) -> None:
         self.left = False
         self._console = console
-        self._screen = Screen(keys)
+        self._screen = Screen(keys, view=ScreenView(Detail.ALL if whole else None))
         self._keyboard = Keyboard()
         self._said: list[str] = []
         self._lock = threading.Lock()
@@ -174,9 +176,11 @@ def _print(console: Console, line: str) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-def make_display(console: Console, *, headless: bool, keys: str = KEYS_OF_STATUS) -> LiveDisplay | LogDisplay:
+def make_display(
+    console: Console, *, headless: bool, keys: str = KEYS_OF_STATUS, whole: bool = False
+) -> LiveDisplay | LogDisplay:
     """Make a screen on a terminal that is large enough, log lines elsewhere or when asked for."""
     fits = console.width >= LEAST_COLUMNS and console.height >= LEAST_LINES
     if headless or not console.is_terminal or console.is_dumb_terminal or not fits:
         return LogDisplay(console)
-    return LiveDisplay(console, keys)
+    return LiveDisplay(console, keys, whole=whole)

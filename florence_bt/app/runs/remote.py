@@ -81,8 +81,8 @@ def _watch(
     from florence_bt.app.runs.watching import RunFeed
 
     watch, keys = RunWatch(client, run_id), KEYS_OF_RUN if run_id else KEYS_OF_STATUS
-    with closing(make_display(console, headless=headless, keys=keys)) as display:
-        feed = RunFeed(client, display, run_id, whole=whole)
+    with closing(make_display(console, headless=headless, keys=keys, whole=whole)) as display:
+        feed = RunFeed(client, display, run_id)
         client.spin_until(lambda: display.left or watch.over(), FOREVER_S, watch=feed.look)
     return None if display.left else watch.result()
 

@@ -371,7 +371,8 @@ class Screen:
         room = self._room_for_tree()
         if self.view.top is None and self.view.detail is None:
             more = len(lines) - room
-            title = f" follows what runs{f'; {more} more lines: ↑' if more > 0 else ''} "
+            further = f"; {more} more {'line' if more == 1 else 'lines'}: ↑" if more > 0 else ""
+            title = f" follows what runs{further} "
         else:
             top = self._top(len(lines), starts, room)
             title = f" lines {top + 1} to {min(top + room, len(lines))} of {len(lines)} "

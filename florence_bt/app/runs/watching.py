@@ -27,21 +27,12 @@ class RunFeed:
         client: The client that is spun meanwhile.
         display: Where to show the run.
         run_id: The run; empty for whatever runs.
-        whole: Whether every node is asked for.
     """
 
-    def __init__(
-        self,
-        client: MissionClient,
-        display: LiveDisplay | LogDisplay,
-        run_id: str = "",
-        *,
-        whole: bool = False,
-    ) -> None:
+    def __init__(self, client: MissionClient, display: LiveDisplay | LogDisplay, run_id: str = "") -> None:
         self._client = client
         self._display = display
         self._run_id = run_id
-        self._whole = whole
         self._where = Whereabouts(client) if isinstance(display, LiveDisplay) else None
         self._question: Any = None
         self._asked_at = float("-inf")
@@ -59,7 +50,7 @@ class RunFeed:
         self._display.show(self._status or tree, where, latest=tree)
 
     def _ask(self, tree: str) -> None:
-        now, wanted = time.monotonic(), (tree, self._whole or self._display.wants_all)
+        now, wanted = time.monotonic(), (tree, self._display.wants_all)
         if self._question is not None and self._question.done():
             answer = self._question.result()
             if answer is not None and answer.found:

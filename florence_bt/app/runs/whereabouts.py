@@ -84,8 +84,8 @@ class Whereabouts:
     def _destination(self) -> str:
         if self._goal is None:
             return ""
-        room = self._hotspots.room_of(*self._goal)
-        return f"{f'the {room} ' if room else ''}({self._goal[0]:.1f}, {self._goal[1]:.1f})"
+        room, place = self._hotspots.room_of(*self._goal), f"({self._goal[0]:.1f}, {self._goal[1]:.1f})"
+        return f"the {room}" if room and room != self._room else place
 
     def _on_goal(self, message: PoseStamped) -> None:
         self._goal = (message.pose.position.x, message.pose.position.y)
