@@ -32,8 +32,14 @@ def run(
     priority: Annotated[int, typer.Option(help="Higher goes before lower.")] = 0,
     headless: Annotated[bool, typer.Option(help="Plain log lines instead of the live tree.")] = False,
     detach: Annotated[bool, typer.Option(help="Return once the mission is accepted.")] = False,
+    whole: Annotated[
+        bool, typer.Option("--all", help="In the final tree also the nodes that were not reached.")
+    ] = False,
 ) -> None:
-    """Trigger a mission on the running system and watch it to its end."""
+    """Trigger a mission on the running system and watch it to its end.
+
+    Ctrl-C stops the mission (exit code 130); q leaves it running (exit code 0).
+    """
     from rich.console import Console
 
     from florence_bt.app.runs.remote import run_mission
@@ -48,6 +54,7 @@ def run(
             console=Console(),
             headless=headless,
             detach=detach,
+            whole=whole,
         )
         else FAILED
     )
@@ -62,7 +69,10 @@ def status(
     run_id: Annotated[
         str, typer.Option("--run", help="A run's id.", show_default="the current or last run")
     ] = "",
-    watch: Annotated[bool, typer.Option("--watch", help="Keep showing until Ctrl-C.")] = False,
+    watch: Annotated[
+        bool,
+        typer.Option("--watch", help="Keep showing until q or Ctrl-C; the screen says which keys there are."),
+    ] = False,
     whole: Annotated[
         bool, typer.Option("--all", help="With all nodes of called missions, which are folded otherwise.")
     ] = False,
@@ -160,10 +170,12 @@ def runs(
     limit: Annotated[int, typer.Option(help="Show at most this many, the latest first.")] = 20,
     folder: Annotated[
         Path | None,
-        typer.Option(help="Folder of the runs.", show_default="the one used last below ./runs"),
+        typer.Option(
+            help="Folder of the runs.", show_default="the running system's, or the one used last below ./runs"
+        ),
     ] = None,
 ) -> None:
-    """List recorded runs, the latest first; no system needs to be up."""
+    """List recorded runs, the latest first: of the running system, or of the last one when none is up."""
     from florence_bt.app.runs.journal_view import runs_table
 
     for line in runs_table(folder, mission=mission, state=state, limit=limit):

@@ -42,12 +42,15 @@ def demo(
     speed: SpeedOption = 1.0,
     out: Annotated[Path, typer.Option(help="Folder for the logs and the run.")] = Path("runs/demo"),
     headless: Annotated[bool, typer.Option(help="Plain log lines instead of the live tree.")] = False,
+    whole: Annotated[
+        bool, typer.Option("--all", help="In the final tree also the nodes that were not reached.")
+    ] = False,
 ) -> None:
     """Show the main job in the simulated flat: find the person and approach to a polite distance.
 
     Brings up all nodes on ROS 2 over simulated hardware, calls the mission service for goto_user, shows the
     tree live, and ends with the final tree, the reason, the distance to the person, the time and the folder
-    of the run.
+    of the run. q and Ctrl-C stop the mission and end all.
     """
     from rich.console import Console
 
@@ -64,7 +67,7 @@ def demo(
         speed=speed,
     )
     result = run_demo(options, console, headless=headless)
-    print_result(result, console)
+    print_result(result, console, whole=whole)
     raise typer.Exit(OK if result.succeeded else FAILED)
 
 

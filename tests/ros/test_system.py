@@ -231,6 +231,8 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
 
         done = florence("run", "goto_user", "--headless")
         assert done.returncode == 0 and "goto_user: SUCCEEDED" in done.stdout, done.stdout + done.stderr
+        assert "[ ]" not in done.stdout, "what was not reached is listed only when asked for"
+        assert "goto_user" in florence("runs").stdout, "the folder of the running system is found"
     finally:
         plain.close()
 

@@ -14,6 +14,8 @@ NAVIGATIONS = ("own", "nav2")
 """Whose navigation: Florence's, or a Nav2 that is already running."""
 BASES = ("own", "running")
 """Whose drivers of base and sensors: Florence's, or others that run already."""
+FILE = "options.json"
+"""Its name in the folder of a bring-up."""
 ABSENT = "absent"
 """The value of ``person`` that means nobody is at home."""
 
@@ -101,6 +103,11 @@ class BringUp:
         return Path(self.folder) / "runs"
 
     @property
+    def hotspots(self) -> Path:
+        """The file with the hotspots; of those of the package a copy, because ``setHotspot`` writes to it."""
+        return Path(self.hotspots_file or Path(self.folder) / "hotspots.yaml")
+
+    @property
     def start_pose(self) -> Pose2 | None:
         """The start as a pose."""
         return Pose2(*self.start) if self.start else None
@@ -115,7 +122,7 @@ class BringUp:
         Raises:
             ConfigError: The folder cannot be made or written to.
         """
-        file = Path(self.folder) / "options.json"
+        file = Path(self.folder) / FILE
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
@@ -125,6 +132,11 @@ class BringUp:
                 valid=["a folder that can be written to, with --out"],
             ) from error
         return file
+
+    @staticmethod
+    def in_folder(folder: Path) -> BringUp:
+        """Read what :meth:`write` wrote into the folder of a bring-up."""
+        return BringUp.read(folder / FILE)
 
     @staticmethod
     def read(file: Path) -> BringUp:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.bringup.config import Parameters, check_config, load_config, section
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.rehearsal import TOO_SLOW_ADVICE
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
@@ -140,13 +141,11 @@ class _Settings:
 
     @property
     def hotspots_file(self) -> Path:
-        """The hotspots; of those of the package a copy, because ``setHotspot`` writes to its file."""
-        if self.options.hotspots_file:
-            return Path(self.options.hotspots_file)
-        copy = Path(self.options.folder) / "hotspots.yaml"
-        if not copy.exists():
-            copy.write_bytes(find_data("hotspots", "flat.yaml").read_bytes())
-        return copy
+        """The hotspots; the copy of those of the package is made here."""
+        file = self.options.hotspots
+        if self.options.hotspots_file is None and not file.exists():
+            file.write_bytes(find_data("hotspots", "flat.yaml").read_bytes())
+        return file
 
     def of(self, node: str, **overrides: Any) -> Parameters:
         """Return the parameters of a node; simulated ones follow the simulated time."""
@@ -258,6 +257,8 @@ def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.skills.navigation.navigate.parameters import CycleParameters
 
     navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
+    if settings.options.emulated:
+        navigate.setdefault("silence_advice", f"is the simulated world too slow here? {TOO_SLOW_ADVICE}")
     start = start_of(settings.options)
     initial: dict[str, Any] = {"pose_file": str(Path(settings.options.folder) / "pose.json")}
     if start is not None:

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from florence_bt.app.bringup.missing_servers import MissingServers
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.rehearsal import RehearsalPace
 from florence_bt.app.bringup.system import System
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.app.runs.journal_view import left_runs, outcomes_of
@@ -55,9 +56,15 @@ def run_up(options: BringUp) -> None:
         mission = "MISSION" if options.missions_only else "goto_user"
         say(f"in another terminal: florence run {mission}, florence status, florence stop; Ctrl-C ends all")
         missing = MissingServers(system.client.node, map(Path, options.mission_folders), say)
+        pace = RehearsalPace()
+        if options.emulated:
+            system.client.follow_truth()
 
         def watch() -> None:
             system.keep_up()
             missing.look()
+            too_slow = pace.look(system.client.truth) if options.emulated else ""
+            if too_slow:
+                say(too_slow)
 
         system.client.spin_until(lambda: False, FOREVER_S, watch=watch)

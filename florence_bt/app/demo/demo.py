@@ -14,7 +14,9 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
 from florence_bt.app.runs.client import RunWatch
-from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display, styled
+from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display
+from florence_bt.app.runs.screen import KEYS_OF_DEMO, print_status
+from florence_bt.app.runs.watching import RunFeed
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.closeness import Closeness, closeness, closeness_text
@@ -62,7 +64,7 @@ def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResul
     Raises:
         FlorenceError: The system did not come up, or a process died.
     """
-    display = make_display(console, headless=headless)
+    display = make_display(console, headless=headless, keys=KEYS_OF_DEMO)
     with closing(display), System(options, display.say) as system:
         seconds = system.wait_ready()
         display.say(f"ready after {seconds:.1f} s; calling the mission service for {MISSION}")
@@ -80,9 +82,13 @@ def _run_mission(system: System, display: LiveDisplay | LogDisplay) -> DemoResul
     if not answer.accepted:
         raise DeviceTimeout(f"{MISSION} was refused: {answer.message}")
 
+    feed = RunFeed(client, display, answer.run_id)
+
     def watch() -> None:
         system.check()
-        display.show(client.tree_of(answer.run_id))
+        feed.look()
+        if display.left:
+            raise KeyboardInterrupt
 
     wall_budget = MISSION_BUDGET_S / min(system.options.speed, 1.0)
     if not client.spin_until(RunWatch(client, answer.run_id).over, wall_budget, watch=watch):
@@ -110,10 +116,10 @@ def _closeness(truth: Mapping[str, Any]) -> Closeness | None:
     return closeness(Pose2(*truth["robot"]), Pose2(*people[0])) if people else None
 
 
-def print_result(result: DemoResult, console: Console) -> None:
-    """Print how it ended, for people."""
+def print_result(result: DemoResult, console: Console, *, whole: bool = False) -> None:
+    """Print how it ended, for people; with ``whole`` also the nodes that were not reached."""
     console.print()
-    console.print(styled(result.tree), soft_wrap=True)
+    print_status(result.tree, console, whole=whole)
     console.print()
     word = "[green]succeeded[/]" if result.succeeded else "[red]failed[/]"
     console.print(f"The mission {word} after {result.duration:.0f} s.", highlight=False)

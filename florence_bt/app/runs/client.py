@@ -233,13 +233,17 @@ class MissionClient(Closing):
             durations: Whether the tree's text says how long nodes took.
             whole: Whether called missions are shown with all their nodes, and not folded.
         """
-        service = "florence_bt/whole_status" if whole else "florence_bt/status"
         question = MissionStatus.Request(run_id=run_id, durations=durations)
-        return self.call(MissionStatus, service, question, repeat=True)
+        return self.call(MissionStatus, _status_service(whole), question, repeat=True)
 
-    def ask_status(self) -> Any:
-        """Ask for the status without waiting; the answer comes in the future that is returned."""
-        return self._client(MissionStatus, "florence_bt/status").call_async(MissionStatus.Request())
+    def ask_status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
+        """Ask as :meth:`status` does, without waiting; the answer comes in the future that is returned."""
+        question = MissionStatus.Request(run_id=run_id, durations=durations)
+        return self.ask(MissionStatus, _status_service(whole), question)
+
+    def ask(self, service_type: Any, name: str, request: Any) -> Any:
+        """Call a service without waiting; the answer comes in the future that is returned."""
+        return self._client(service_type, name).call_async(request)
 
     def stop(self, reason: str, run_id: str = "") -> Any:
         """Stop a run, or the current one."""
@@ -275,6 +279,10 @@ class MissionClient(Closing):
 
     def _on_truth(self, message: String) -> None:
         self.truth = json.loads(message.data)
+
+
+def _status_service(whole: bool) -> str:
+    return "florence_bt/whole_status" if whole else "florence_bt/status"
 
 
 ASK_PERIOD_S = 2.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from florence_bt.app.bringup.locks import running_folder
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline
@@ -13,14 +14,14 @@ from florence_bt.runtime.status import duration_text, outputs_text
 from florence_bt.trees.language.declarations import collect_declarations
 
 RUNS = Path("runs")
-"""Where the verbs leave their runs when no folder is given."""
+"""Where the verbs leave their runs when no folder is given, and where a bring-up has them in its folder."""
 
 
 def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> list[str]:
     """List the latest runs, a line each, under a head line.
 
     Args:
-        folder: The folder of the journal; the one used last below ``runs`` when not given.
+        folder: The folder of the journal; that of :func:`journal_folder` when not given.
         mission: Only runs of this mission.
         state: Only runs in this state.
         limit: At most this many.
@@ -49,7 +50,7 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
     """Describe one recorded run: where it stands or how it ended, its tree, and what happened when.
 
     Args:
-        folder: The folder of the journal; the one used last below ``runs`` when not given.
+        folder: The folder of the journal; that of :func:`journal_folder` when not given.
         run_id: The run; the latest one when empty.
         events: Whether to add the timeline.
 
@@ -101,18 +102,23 @@ def outcomes_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
 
 
 def journal_folder(folder: Path | None) -> Path:
-    """Return the folder whose journal is meant.
+    """Return the folder whose journal is meant: the one given, that of the running system, or the one used
+    last below ``runs``.
 
     Raises:
-        ConfigError: None was given and there is none below ``runs``.
+        ConfigError: None was given, no system runs and there is no journal below ``runs``.
     """
     if folder is not None:
         return folder
+    running = running_folder()
+    if running is not None:
+        return running / RUNS
     found = [*RUNS.glob(f"*/{JOURNAL_FILE}"), *RUNS.glob(f"*/*/{JOURNAL_FILE}")]
     found += [path for path in (RUNS / JOURNAL_FILE,) if path.is_file()]
     if not found:
         raise ConfigError(
-            f"there is no journal below {str(RUNS)!r}", valid=[f"--folder FOLDER with a file {JOURNAL_FILE}"]
+            f"no system runs here, and there is no journal below {str(RUNS)!r}",
+            valid=[f"--folder FOLDER with a file {JOURNAL_FILE}"],
         )
     return max(found, key=_last_written).parent
 

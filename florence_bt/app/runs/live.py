@@ -1,122 +1,186 @@
-"""Shows a running mission in the terminal: a live tree, or plain log lines where there is no terminal."""
+"""Shows a running mission in the terminal: a screen with keys, or plain log lines where there is none."""
 
 from __future__ import annotations
 
-import re
+import os
+import threading
+import time
+from contextlib import suppress
 
 from py_trees.common import Status
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
-from rich.panel import Panel
-from rich.text import Text
 
-from florence_bt.trees.drawings.ascii import MARKS
+from florence_bt.app.runs.keyboard import Keyboard
+from florence_bt.app.runs.screen import (
+    KEYS_OF_STATUS,
+    LEAST_COLUMNS,
+    LEAST_LINES,
+    Detail,
+    Failures,
+    Screen,
+    ScreenView,
+    read_status,
+    running_leaves,
+)
+from florence_bt.trees.drawings.ascii import MARKS, TreeRow
 
-STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
-
-_FRAME = (4, 2)
-"""Columns and lines that the border of a panel takes."""
-
-
-def styled(tree: str) -> Text:
-    """Colour each mark of the ASCII tree."""
-    text = Text(tree)
-    for status, style in STYLES.items():
-        text.highlight_regex(rf"(?m)^ *{re.escape(MARKS[status])}", style)
-    return text
-
-
-def around_what_runs(tree: str, lines: int, columns: int) -> str:
-    """Return the head line of a status and the lines down to the last one that runs, moved left where needed.
-
-    Args:
-        tree: A status with more lines than there is room for.
-        lines: How many lines there is room for.
-        columns: How wide they may be: every node that runs begins in the left half.
-    """
-    head, *below = tree.splitlines()
-    running = [line.lstrip().startswith(MARKS[Status.RUNNING]) for line in below]
-    end = max([lines - 1, *(place for place, runs in enumerate(running, 1) if runs)])
-    part = slice(end - lines + 1, end)
-    deepest = max(
-        (_depth(line) for line, runs in zip(below[part], running[part], strict=True) if runs), default=0
-    )
-    shift = max(deepest - columns // 2, 0)
-    return "\n".join([head, *(line[min(_depth(line), shift) :] for line in below[part])])
+FRAME_S = 0.1
+"""Seconds between two pictures."""
+SIZE_S = 0.3
+"""Seconds between two looks whether the terminal has another size."""
+END_S = 2.0
+"""Seconds that a terminal gets to take the last picture; one that was stopped with Ctrl-S takes none."""
 
 
 class LiveDisplay:
-    """A panel that is redrawn in place; of a status that is too long for the terminal it has what runs."""
+    """The whole terminal, with keys to scroll, unfold and search; what was there comes back at the end.
 
-    def __init__(self, console: Console) -> None:
-        """Start drawing."""
-        self._live = Live(console=console, refresh_per_second=8, transient=True)
-        self._live.start()
+    It draws on a thread of its own, so that a terminal that takes nothing holds nobody up: what comes
+    meanwhile is not shown. The screen begins with the first tree.
+
+    Args:
+        console: The terminal.
+        keys: What the keys ``q`` and Ctrl-C do, for the line at the bottom.
+        whole: Whether every node is shown from the start.
+
+    Attributes:
+        left: Whether ``q`` was pressed.
+    """
+
+    def __init__(self, console: Console, keys: str = KEYS_OF_STATUS, *, whole: bool = False) -> None:
+        self.left = False
+        self._console = console
+        self._screen = Screen(keys, view=ScreenView(Detail.ALL if whole else None))
+        self._keyboard = Keyboard()
+        self._said: list[str] = []
+        self._lock = threading.Lock()
+        self._wake, self._waker = os.pipe()
+        self._closing = False
+        self._thread: threading.Thread | None = None
+
+    @property
+    def wants_all(self) -> bool:
+        """Whether every node is to be shown, also those of called missions."""
+        return self._screen.view.detail is Detail.ALL
 
     def say(self, line: str) -> None:
-        """Print above the panel."""
-        self._live.console.print(line, highlight=False, markup=False, soft_wrap=True)
+        """Print a line; while the screen is there, it shows the last one and all are printed afterwards."""
+        with self._lock:
+            if self._thread is not None:
+                self._said.append(line)
+                self._screen.said = line
+                return
+        _print(self._console, line)
 
-    def show(self, tree: str) -> None:
-        """Redraw the panel."""
-        console, text = self._live.console, styled(tree)
-        columns, lines = console.width - _FRAME[0], max(console.height - _FRAME[1], 2)
-        if len(text.wrap(console, columns)) > lines:
-            text = styled(around_what_runs(tree, lines, columns))
-            text.no_wrap, text.overflow = True, "ellipsis"
-        self._live.update(Panel(text, title="mission", border_style="dim"))
+    def show(self, status: str, where: str = "", latest: str = "") -> None:
+        """Show a status from now on.
+
+        Args:
+            status: The status; an empty one changes nothing.
+            where: Where the robot is, empty when nobody knows.
+            latest: A status that is newer or folded otherwise, whose failures count; the same when empty.
+        """
+        if not status:
+            return
+        with self._lock:
+            self._screen.show(status, latest or status)
+            self._screen.where = where
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
+                self._thread.start()
 
     def close(self) -> None:
-        """Remove the panel."""
-        self._live.stop()
+        """Give the terminal back, and print what was said meanwhile."""
+        self._closing = True
+        os.write(self._waker, b"\0")
+        if self._thread is not None:
+            self._thread.join(END_S)
+            if self._thread.is_alive():
+                self._keyboard.release()
+                return
+        os.close(self._wake)
+        os.close(self._waker)
+        with suppress(OSError):  # the terminal was closed
+            for line in self._said:
+                _print(self._console, line)
+
+    def _run(self) -> None:
+        live = Live(console=self._console, screen=True, auto_refresh=False, redirect_stdout=False)
+        with suppress(OSError), self._keyboard, live:  # the terminal may be closed
+            while not self._closing:
+                self._draw(live)
+                time.sleep(FRAME_S)
+                for key in self._keyboard.read(self._wake, SIZE_S - FRAME_S):
+                    self._press(key)
+
+    def _draw(self, live: Live) -> None:
+        columns, lines = self._console.size
+        with self._lock:
+            drawn = self._screen.draw(columns, lines)
+        live.update(Group(*drawn), refresh=True)
+
+    def _press(self, key: str) -> None:
+        with self._lock:
+            if key == "q" and not self._screen.view.typing:
+                self.left = True
+            else:
+                self._screen.press(key)
 
 
 class LogDisplay:
-    """A plain line whenever another leaf runs, and one for each new failure of a leaf."""
+    """A plain line whenever a leaf begins or says something else, and one for each new failure of a leaf.
+
+    Args:
+        console: Where to print.
+
+    Attributes:
+        left: False: nothing is read from a keyboard.
+        wants_all: False.
+    """
+
+    left = False
+    wants_all = False
 
     def __init__(self, console: Console) -> None:
-        """Store the console."""
         self._console = console
-        self._running: set[str] = set()
-        self._failures: set[str] = set()
+        self._running: set[tuple[str, str]] = set()
+        self._failures = Failures()
 
     def say(self, line: str) -> None:
         """Print the line."""
-        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
+        _print(self._console, line)
 
-    def show(self, tree: str) -> None:
-        """Print the names of the leaves that run when one was not there before, and each failure once."""
-        leaves = _leaves(tree)
-        failed = [leaf for leaf in leaves if leaf.startswith(MARKS[Status.FAILURE])]
-        for leaf in dict.fromkeys(failed):
-            if leaf not in self._failures:
-                self._failures.add(leaf)
-                self.say(f"  {leaf}")
-        mark = MARKS[Status.RUNNING]
-        names = [leaf.partition(" -- ")[0].removeprefix(mark) for leaf in leaves if leaf.startswith(mark)]
-        if not self._running.issuperset(names):
-            self._running = set(names)
-            self.say(f"  {mark}{','.join(dict.fromkeys(names))}")
+    def show(self, status: str) -> None:
+        """Print what is new in a status."""
+        shown = read_status(status)
+        when = f"{shown.elapsed:>8}  " if shown.elapsed else "  "
+        for failure in self._failures.look(shown):
+            self._say_row(when, TreeRow(0, Status.FAILURE, failure.title, failure.says))
+        leaves = [shown.rows[place] for place in running_leaves(shown.rows)]
+        running = {(leaf.title, leaf.says): leaf for leaf in leaves if not leaf.left}
+        for key, leaf in running.items():
+            if key not in self._running:
+                self._say_row(when, leaf)
+        if running:
+            self._running = set(running)
+
+    def _say_row(self, when: str, row: TreeRow) -> None:
+        self.say(f"{when}{MARKS[row.status]} {row.title}{f' -- {row.says}' if row.says else ''}")
 
     def close(self) -> None:
         """Do nothing: there is nothing to clean."""
 
 
-def _leaves(tree: str) -> list[str]:
-    """Return the lines of a tree below which none is further to the right."""
-    lines = [line for line in tree.splitlines() if line.lstrip().startswith("[")]
-    below = [*lines[1:], ""]
-    return [
-        line.strip()
-        for line, next_line in zip(lines, below, strict=False)
-        if _depth(next_line) <= _depth(line)
-    ]
+def _print(console: Console, line: str) -> None:
+    console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-def _depth(line: str) -> int:
-    return len(line) - len(line.lstrip())
-
-
-def make_display(console: Console, *, headless: bool) -> LiveDisplay | LogDisplay:
-    """Make a live display on a terminal, log lines elsewhere or when asked for."""
-    return LogDisplay(console) if headless or not console.is_terminal else LiveDisplay(console)
+def make_display(
+    console: Console, *, headless: bool, keys: str = KEYS_OF_STATUS, whole: bool = False
+) -> LiveDisplay | LogDisplay:
+    """Make a screen on a terminal that is large enough, log lines elsewhere or when asked for."""
+    fits = console.width >= LEAST_COLUMNS and console.height >= LEAST_LINES
+    if headless or not console.is_terminal or console.is_dumb_terminal or not fits:
+        return LogDisplay(console)
+    return LiveDisplay(console, keys, whole=whole)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.app.runs.client import MissionClient, RunWatch
-from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,11 +29,12 @@ def run_mission(
     console: Console,
     headless: bool,
     detach: bool,
+    whole: bool = False,
 ) -> bool:
-    """Trigger a mission and watch it; Ctrl-C stops the mission.
+    """Trigger a mission and watch it; Ctrl-C stops the mission, ``q`` leaves it to itself.
 
     Returns:
-        Whether it succeeded, or was accepted when detached.
+        Whether it succeeded, or goes on when detached or left.
     """
     with MissionClient() as client:
         answer: Any = None
@@ -43,53 +43,73 @@ def run_mission(
             with held_back():
                 answer = client.run(mission, inputs, caller="florence run", policy=policy, priority=priority)
             name = f" (run {answer.run_id})" if answer.accepted else ""
-            console.print(f"{answer.message}{name}", highlight=False, markup=False, soft_wrap=True)
+            _say(f"{answer.message}{name}", console)
             if not answer.accepted or detach:
                 return bool(answer.accepted)
             status = _watch(client, answer.run_id, console, headless=headless)
         except KeyboardInterrupt:
             if answer is not None and answer.accepted and not detach:
-                client.stop("Ctrl-C at florence run", answer.run_id)
-                client.spin_until(RunWatch(client, answer.run_id).over, STOP_BUDGET_S)
+                _stop(client, answer.run_id, console, whole=whole)
             raise
-        _print_tree(status.tree, console)
+        if status is None:
+            _say("the mission goes on; florence status shows it, florence stop stops it", console)
+            return True
+        _print_status(status.tree, console, whole=whole)
         return bool(status.state == "SUCCEEDED")
 
 
-def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bool) -> Any:
-    """Show a run until it is over, or without an id what runs until Ctrl-C; gives its status."""
-    from florence_bt.app.runs.live import make_display
-
+def _stop(client: MissionClient, run_id: str, console: Console, *, whole: bool) -> None:
+    """Stop a run that is watched and show how it ended; a second Ctrl-C leaves it to end by itself."""
+    client.stop("Ctrl-C at florence run", run_id)
+    # Not before: a terminal that was closed takes no words.
+    _say("the mission stops; another Ctrl-C does not wait for its end", console)
     watch = RunWatch(client, run_id)
-    with closing(make_display(console, headless=headless)) as display:
-        client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree_of(run_id)))
-    return watch.result()
+    if client.spin_until(watch.over, STOP_BUDGET_S):
+        _print_status(watch.result().tree, console, whole=whole)
+
+
+def _watch(
+    client: MissionClient, run_id: str, console: Console, *, headless: bool, whole: bool = False
+) -> Any:
+    """Show a run until it is over, or without an id what runs until Ctrl-C.
+
+    Returns:
+        Its status; None when the person at the keyboard left before its end.
+    """
+    from florence_bt.app.runs.live import make_display
+    from florence_bt.app.runs.screen import KEYS_OF_RUN, KEYS_OF_STATUS
+    from florence_bt.app.runs.watching import RunFeed
+
+    watch, keys = RunWatch(client, run_id), KEYS_OF_RUN if run_id else KEYS_OF_STATUS
+    with closing(make_display(console, headless=headless, keys=keys, whole=whole)) as display:
+        feed = RunFeed(client, display, run_id)
+        client.spin_until(lambda: display.left or watch.over(), FOREVER_S, watch=feed.look)
+    return None if display.left else watch.result()
 
 
 def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = False) -> bool:
-    """Print the status of a run, once or until Ctrl-C. False when no such run is known.
-
-    Raises:
-        ConfigError: The whole tree is to be watched.
-    """
-    if watch and whole:
-        raise ConfigError("the whole tree is shown once, not watched", valid=["--all", "--watch"])
+    """Print the status of a run, once or until Ctrl-C. False when no such run is known."""
     with MissionClient() as client:
         status = client.status(run_id, durations=True, whole=whole)
         if not watch:
-            _print_tree(status.tree, console)
+            _print_status(status.tree, console)
             for line in _waiting_lines(status):
-                console.print(line, highlight=False, markup=False, soft_wrap=True)
+                _say(line, console)
             return bool(status.found or not run_id)
         client.tree = status.tree
-        _watch(client, "", console, headless=False)
+        _watch(client, "", console, headless=False, whole=whole)
     return True
 
 
-def _print_tree(tree: str, console: Console) -> None:
-    from florence_bt.app.runs.live import styled
+def _print_status(tree: str, console: Console, *, whole: bool = True) -> None:
+    """Print a status; without ``whole`` what was not reached is left out."""
+    from florence_bt.app.runs.screen import print_status
 
-    console.print(styled(tree), soft_wrap=True)
+    print_status(tree, console, whole=whole)
+
+
+def _say(line: str, console: Console) -> None:
+    console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def _waiting_lines(status: Any) -> list[str]:

@@ -86,6 +86,15 @@ class Hotspots:
         """Return the hotspots that are rooms."""
         return tuple(hotspot for hotspot in self if hotspot.kind == "room")
 
+    def room_of(self, x: float, y: float) -> str:
+        """Return a point's room: the polygon that contains it, else the nearest room hotspot, else empty."""
+        rooms = self.rooms()
+        for room in rooms:
+            if room.contains(x, y):
+                return room.label
+        here = Pose2(x, y)
+        return min(rooms, key=lambda room: here.distance_to(room.pose)).label if rooms else ""
+
     def get(self, label: str) -> Hotspot | None:
         """Return the hotspot with this label, or None."""
         return self._by_label.get(label)

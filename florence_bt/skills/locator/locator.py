@@ -107,13 +107,8 @@ class Locator:
                 raise ConfigError(f"{INITIAL_ROOM}: {result.reason}")
 
     def room_of(self, x: float, y: float) -> str:
-        """Return a point's room: the polygon that contains it, else the nearest room hotspot, else empty."""
-        rooms = self.hotspots.rooms()
-        for room in rooms:
-            if room.contains(x, y):
-                return room.label
-        here = Pose2(x, y)
-        return min(rooms, key=lambda room: here.distance_to(room.pose)).label if rooms else ""
+        """Return a point's room (``Hotspots.room_of``)."""
+        return self.hotspots.room_of(x, y)
 
     def room_of_pose(self, pose: Pose2 | None) -> str:
         """Do as :meth:`room_of`; empty when there is no pose."""

@@ -22,8 +22,8 @@ def fold_calls(rows: Sequence[TreeRow]) -> tuple[TreeRow, ...]:
     Returns:
         The rows that stay, unchanged and in order.
     """
-    parents = _parents(rows)
-    ways = _ways_to_what_runs(rows, parents)
+    parents = parents_of(rows)
+    ways = ways_to_what_runs(rows, parents)
     between = ways.difference(parents[place] for place in ways)
     called: set[int] = set()
     shown: list[TreeRow] = []
@@ -39,7 +39,7 @@ def fold_calls(rows: Sequence[TreeRow]) -> tuple[TreeRow, ...]:
     return tuple(shown)
 
 
-def _parents(rows: Sequence[TreeRow]) -> list[int | None]:
+def parents_of(rows: Sequence[TreeRow]) -> list[int | None]:
     """Return the place of the row above each row, None for the root."""
     parents: list[int | None] = []
     way: list[int] = []
@@ -50,7 +50,7 @@ def _parents(rows: Sequence[TreeRow]) -> list[int | None]:
     return parents
 
 
-def _ways_to_what_runs(rows: Sequence[TreeRow], parents: Sequence[int | None]) -> set[int]:
+def ways_to_what_runs(rows: Sequence[TreeRow], parents: Sequence[int | None]) -> set[int]:
     """Return the places of the rows that run and of all above them.
 
     What is above need not run: a clean-up goes on below nodes that were stopped. When the whole run was

@@ -16,7 +16,6 @@ import florence_bt
 from florence_bt.app.runs import remote
 from florence_bt.app.runs.client import RELOAD_BUDGET_S, MissionClient
 from florence_bt.cli.application import app
-from florence_bt.core.errors import ConfigError
 
 
 class Recording(MissionClient):
@@ -106,11 +105,6 @@ def test_the_whole_tree_is_asked_for_elsewhere():
     client.status("R-1", whole=True)
     ((kind, name, _, options),) = client.calls
     assert (kind, name, options) == ("MissionStatus", "florence_bt/whole_status", {"repeat": True})
-
-
-def test_the_whole_tree_is_not_watched():
-    with pytest.raises(ConfigError, match="not watched"):
-        remote.show_status("", Console(), watch=True, whole=True)
 
 
 @pytest.fixture

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from contextlib import closing
 
 import pytest
 from typer.testing import CliRunner
 
+from florence_bt.app.bringup.locks import lock_domain
 from florence_bt.behaviours.why import Why
 from florence_bt.cli.application import app
 from florence_bt.runtime.events import EventKind, RunEvent
@@ -15,7 +17,9 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
 
 @pytest.fixture
-def florence():
+def florence(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))  # where no system has its lock
+
     def call(*arguments):
         return CliRunner().invoke(app, [str(argument) for argument in arguments], catch_exceptions=False)
 
@@ -66,6 +70,16 @@ def test_the_outputs_of_a_run_are_told(florence, tmp_path):
     for events in ([], ["--events"]):
         shown = florence("status", "--folder", tmp_path, "--run", run_id, *events).output.splitlines()
         assert f"outputs {told}" in shown
+
+
+def test_the_runs_of_the_running_system_are_found_wherever_they_are(florence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    record(tmp_path / "runs" / "up" / "runs", 1)
+    elsewhere = record(tmp_path / "elsewhere" / "runs", 2, "goto_room")
+    with closing(lock_domain(tmp_path / "elsewhere")):
+        assert elsewhere in florence("runs").output and "goto_user" not in florence("runs").output
+        assert elsewhere in florence("status", "--events").output
+    assert "goto_user" in florence("runs").output
 
 
 def test_runs_are_listed_the_latest_first(florence, runs):

@@ -1,25 +1,34 @@
+"""The live display on a real pseudo-terminal, and the log lines where there is none."""
+
 from __future__ import annotations
 
+import fcntl
 import io
+import os
+import pty
+import struct
+import termios
+import time
+from contextlib import closing
 
 import pytest
-from rich.console import Console
+from rich.console import Console, ConsoleDimensions
 
-from florence_bt.app.runs.live import LiveDisplay, LogDisplay, around_what_runs, make_display, styled
+from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display
 
 TREE = "goto: RUNNING\n[>] goto (sequence)\n    [+] find room\n    [>] navigate to -- driving [/bold] on\n"
 
 
 @pytest.fixture
 def screen():
-    return Console(file=io.StringIO(), width=40)
+    return Console(file=io.StringIO(), width=60)
 
 
 def lines(console):
     return console.file.getvalue().splitlines()
 
 
-def test_a_line_comes_when_another_leaf_runs_and_only_then(screen):
+def test_a_line_comes_when_a_leaf_begins_or_says_something_else(screen):
     display = LogDisplay(screen)
     display.show("")
     display.show("[+] all is over\n[-] or stopped")
@@ -27,15 +36,12 @@ def test_a_line_comes_when_another_leaf_runs_and_only_then(screen):
     display.show(TREE)
     display.show(TREE)
     display.show(TREE.replace("find", "seek"))
-    display.show(TREE.replace("driving", "turning"))
-    assert lines(screen) == ["  [>] navigate to"]
-    display.show(f"{TREE}    [>] look\n    [>] look\n")
-    display.show(TREE)
+    assert lines(screen) == ["  [>] navigate to -- driving [/bold] on"]
+    display.show(TREE.replace("RUNNING", "RUNNING · 7.5 s · run T-1").replace("driving", "turning"))
+    assert lines(screen)[1:] == ["   7.5 s  [>] navigate to -- turning [/bold] on"]
     display.show(f"{TREE}    [>] look\n")
-    assert lines(screen)[1:] == ["  [>] navigate to, look"]
-    display.show("[>] goto\n    [>] stop")
     display.show(TREE)
-    assert lines(screen)[2:] == ["  [>] stop", "  [>] navigate to"]
+    assert lines(screen)[2:] == ["  [>] navigate to -- driving [/bold] on", "  [>] look"]
     display.close()
 
 
@@ -43,12 +49,11 @@ def test_each_new_failure_of_a_leaf_has_a_line(screen):
     display = LogDisplay(screen)
     first = TREE.replace("[+] find room", "[x] find room -- no [b] answer")
     display.show(first)
-    display.show(TREE)
     display.show(first)
-    display.show("[x] goto -- no way\n    [x] drive -- too far")
+    display.show("[x] goto\n    [x] drive -- too far")
     assert lines(screen) == [
         "  [x] find room -- no [b] answer",
-        "  [>] navigate to",
+        "  [>] navigate to -- driving [/bold] on",
         "  [x] drive -- too far",
     ]
 
@@ -58,44 +63,129 @@ def test_what_looks_like_markup_is_printed_as_it_is(screen, display_class):
     display = display_class(screen)
     text = "a [/bold] [red]word[/] " + "and a long tail " * 5
     display.say(text)
-    display.show(TREE)
     display.close()
     assert text.rstrip() in screen.file.getvalue()
 
 
-def test_without_a_terminal_there_is_no_live_picture():
-    assert isinstance(make_display(Console(file=io.StringIO()), headless=False), LogDisplay)
-    terminal = Console(file=io.StringIO(), force_terminal=True)
-    assert isinstance(make_display(terminal, headless=True), LogDisplay)
-    display = make_display(terminal, headless=False)
-    display.show(TREE)
-    display.close()
-    assert isinstance(display, LiveDisplay)
-
-
-def test_marks_have_colours_and_the_text_stays(screen):
-    text = styled(TREE)
-    assert text.plain == TREE
-    assert {"green", "bold cyan"} <= {str(span.style) for span in text.spans}
-
-
-LONG = "goto: RUNNING\n[>] goto (sequence)\n" + "".join(
-    f"{'    ' * depth}{mark} node {depth}\n"
-    for depth, mark in enumerate("[>]" if i < 30 else "[ ]" for i in range(40))
+@pytest.mark.parametrize(
+    ("terminal", "columns", "term", "headless", "kind"),
+    [
+        (True, 80, "xterm", False, LiveDisplay),
+        (True, 60, "xterm", False, LiveDisplay),
+        (True, 59, "xterm", False, LogDisplay),
+        (True, 80, "dumb", False, LogDisplay),
+        (True, 80, "xterm", True, LogDisplay),
+        (False, 80, "xterm", False, LogDisplay),
+    ],
 )
+def test_the_screen_is_for_terminals_that_are_large_enough(terminal, columns, term, headless, kind):
+    console = Console(
+        file=io.StringIO(), force_terminal=terminal, width=columns, height=24, _environ={"TERM": term}
+    )
+    assert type(make_display(console, headless=headless)) is kind
 
 
-def test_of_a_long_status_the_live_display_shows_what_runs():
-    console = Console(file=io.StringIO(), width=80, height=24, force_terminal=True)
-    display = LiveDisplay(console)
-    display.show(LONG)
+class Terminal:
+    """A pseudo-terminal; what was written to it is read only when a test asks."""
+
+    def __init__(self, monkeypatch):
+        self.master, slave = pty.openpty()
+        self.resize(80, 24)
+        os.set_blocking(self.master, False)
+        self._output = os.fdopen(slave, "w", encoding="utf-8")
+        self._input = os.fdopen(os.dup(slave), encoding="utf-8")
+        monkeypatch.setattr("sys.stdin", self._input)
+        monkeypatch.setattr("florence_bt.app.runs.keyboard.in_front", lambda: True)
+        self.console = Console(
+            file=self._output, force_terminal=True, color_system=None, _environ={"TERM": "xterm"}
+        )
+        monkeypatch.setattr(
+            Console, "size", property(lambda console: ConsoleDimensions(*os.get_terminal_size(self.master)))
+        )
+
+    def close(self):
+        while self.read():
+            pass
+        self._output.close()
+        self._input.close()
+        os.close(self.master)
+
+    def resize(self, columns, rows):
+        fcntl.ioctl(self.master, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+
+    def read(self):
+        try:
+            return os.read(self.master, 1 << 20).decode()
+        except BlockingIOError:
+            return ""
+
+    def wait_for(self, text, timeout_s=20.0):
+        seen, end = "", time.monotonic() + timeout_s
+        while text not in seen:
+            assert time.monotonic() < end, f"no {text!r} in {seen!r}"
+            time.sleep(0.01)
+            seen += self.read()
+        return seen
+
+    def press(self, keys):
+        os.write(self.master, keys.encode())
+
+    @property
+    def echoes(self):
+        return bool(termios.tcgetattr(self.master)[3] & termios.ECHO)
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    with closing(Terminal(monkeypatch)) as terminal:
+        yield terminal
+
+
+def wait(condition, timeout_s=20.0):
+    end = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_the_screen_takes_keys_and_gives_the_terminal_back(terminal):
+    display = LiveDisplay(terminal.console)
+    display.say("before")
+    assert "before" in terminal.read() and terminal.echoes
+    display.show(TREE, where="in the hall")
+    first = terminal.wait_for("q leave")
+    assert "\x1b[?1049h" in first and "in the hall" in first and not terminal.echoes
+    display.say("the process 'people' answers again")
+    terminal.wait_for("answers again")
+    terminal.press("/driv")
+    terminal.wait_for("/driv")
+    terminal.press("\rq")
+    wait(lambda: display.left)
     display.close()
-    shown = console.file.getvalue()
-    assert "goto: RUNNING" in shown and "node 29" in shown and "node 30" not in shown
+    last = terminal.wait_for("\x1b[?1049l")
+    terminal_after = last.partition("\x1b[?1049l")[2] or terminal.wait_for("answers again")
+    assert "answers again" in terminal_after and terminal.echoes
 
 
-@pytest.mark.parametrize("lines", [3, 10, 41])
-def test_as_many_lines_as_there_is_room_for(lines):
-    found = around_what_runs(LONG, lines, 60).splitlines()
-    assert len(found) == lines and found[0] == "goto: RUNNING"
-    assert any("[>] node 29" in line[:60] for line in found)
+def test_a_larger_terminal_is_used_at_once(terminal):
+    display = LiveDisplay(terminal.console)
+    display.show(TREE.replace("driving", "driving " + "on " * 30 + "end"))
+    terminal.wait_for("follows")
+    terminal.resize(200, 40)
+    terminal.wait_for("─" * 150)
+    display.close()
+
+
+def test_a_terminal_that_takes_nothing_holds_nobody_up(terminal, monkeypatch):
+    monkeypatch.setattr("florence_bt.app.runs.live.END_S", 0.2)
+    display = LiveDisplay(terminal.console)
+    begin = time.monotonic()
+    display.show(TREE)
+    while display._thread is None or time.monotonic() < begin + 3.0:  # until the terminal is full
+        one = time.monotonic()
+        display.show(TREE.replace("driving", f"driving {one} " + "x" * 5000))
+        assert time.monotonic() - one < 1.0
+        time.sleep(0.02)
+    display.close()
+    assert terminal.echoes
+    wait(lambda: terminal.read() == "" and not display._thread.is_alive())

@@ -97,8 +97,8 @@ def lock_place(tmp_path, monkeypatch):
     return tmp_path / f"florence-{os.getuid()}" / "domain-41"
 
 
-def test_the_lock_of_a_domain_is_for_its_owner(lock_place):
-    lock_domain().close()
+def test_the_lock_of_a_domain_is_for_its_owner(lock_place, tmp_path):
+    lock_domain(tmp_path).close()
     assert not rights(lock_place) and not rights(lock_place.parent)
 
 
@@ -110,7 +110,7 @@ def test_a_lock_that_is_a_link_overwrites_nothing(lock_place, tmp_path, lock):
     link.parent.mkdir(mode=0o700)
     link.symlink_to(victim)
     with pytest.raises(ConfigError, match="is a symbolic link"):
-        lock_domain() if lock == "domain" else lock_folder(tmp_path / "up")
+        lock_domain(tmp_path) if lock == "domain" else lock_folder(tmp_path / "up")
     assert victim.read_text() == "dear diary"
 
 
@@ -118,26 +118,26 @@ def test_a_linked_folder_is_refused(lock_place, tmp_path):
     (tmp_path / "mine").mkdir(mode=0o700)
     lock_place.parent.symlink_to(tmp_path / "mine")
     with pytest.raises(ConfigError, match=r"not a folder that only this user may write to.*TMPDIR"):
-        lock_domain()
+        lock_domain(tmp_path)
     assert list((tmp_path / "mine").iterdir()) == []
 
 
-def test_a_folder_that_others_may_write_to_is_refused(lock_place):
+def test_a_folder_that_others_may_write_to_is_refused(lock_place, tmp_path):
     lock_place.parent.mkdir()
     lock_place.parent.chmod(0o777)
     with pytest.raises(ConfigError, match="only this user may write to"):
-        lock_domain()
+        lock_domain(tmp_path)
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="gives a folder away, which only root may do")
-def test_a_folder_of_somebody_else_is_refused(lock_place):
+def test_a_folder_of_somebody_else_is_refused(lock_place, tmp_path):
     lock_place.parent.mkdir(mode=0o700)
     os.chown(lock_place.parent, 12345, 12345)
     with pytest.raises(ConfigError, match="only this user may write to"):
-        lock_domain()
+        lock_domain(tmp_path)
 
 
-def test_the_folder_of_an_earlier_version_is_taken(lock_place):
+def test_the_folder_of_an_earlier_version_is_taken(lock_place, tmp_path):
     lock_place.parent.mkdir(mode=0o755)
-    lock_domain().close()
-    assert lock_place.read_text().strip() == str(os.getpid())
+    lock_domain(tmp_path).close()
+    assert lock_place.read_text().splitlines()[0] == str(os.getpid())

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.app.bringup.heartbeat import LONGEST_LOOK_S, SILENT_S
-from florence_bt.app.bringup.locks import bring_up_here, lock_domain, lock_folder
+from florence_bt.app.bringup.locks import bring_up_here, lock_domain, lock_folder, running_folder
 from florence_bt.app.bringup.supervisor import (
     RESTARTS,
     RESTARTS_PERIOD_S,
@@ -422,15 +422,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
 def test_a_ros_domain_has_one_bring_up_at_a_time(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setenv("ROS_DOMAIN_ID", "41")
-    assert not bring_up_here()
-    first = lock_domain()
-    assert bring_up_here()
+    assert not bring_up_here() and running_folder() is None
+    first = lock_domain(tmp_path / "Küche\n2")
+    assert bring_up_here() and running_folder() == tmp_path / "Küche\n2"
     with pytest.raises(ConfigError, match=rf"process {os.getpid()}\).*the ROS domain 41.*ROS_DOMAIN_ID="):
-        lock_domain()
+        lock_domain(tmp_path)
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
     assert not bring_up_here()
-    lock_domain().close()
+    lock_domain(tmp_path).close()
     first.close()
     monkeypatch.setenv("ROS_DOMAIN_ID", "41")
-    lock_domain().close()
-    assert not bring_up_here()
+    lock_domain(tmp_path).close()
+    assert not bring_up_here() and running_folder() is None

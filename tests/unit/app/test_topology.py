@@ -30,6 +30,15 @@ def test_what_finds_out_silence_has_the_real_time_of_the_robot(tmp_path, group, 
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize("rehearsal", [True, False])
+def test_a_silent_laser_in_a_rehearsal_comes_with_advice(tmp_path, rehearsal):
+    pytest.importorskip("rclpy")
+    made = factories("navigation", BringUp(str(tmp_path), simulated=False, emulated=rehearsal))
+    (node,) = (part for part in made if part.func.__name__ == "NavigationNode")
+    assert ("--sim" in node.keywords["parameters"].get("silence_advice", "")) is rehearsal
+
+
+@pytest.mark.ros
 def test_only_a_real_robot_that_is_given_no_start_goes_on_where_it_was(tmp_path):
     pytest.importorskip("rclpy")
 

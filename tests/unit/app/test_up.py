@@ -48,3 +48,28 @@ def test_it_says_when_others_can_connect(monkeypatch, capsys, tmp_path, chosen, 
     told = capsys.readouterr().out
     assert ("open to the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)" in told) is said
     assert told.index("the skill 'sing' is missing: no voice") < told.index("ready after")
+
+
+class SlowWorld(ReadySystem):
+    """A rehearsal whose world makes half a second a second."""
+
+    truth = None
+
+    def follow_truth(self):
+        self.truth = {"time": 0.0, "monotonic": 0.0}
+
+    def spin_until(self, done, budget_s, watch):
+        for wall in range(20):
+            if self.truth:
+                self.truth = {"time": 0.5 * wall, "monotonic": float(wall)}
+            watch()
+
+
+@pytest.mark.parametrize("rehearsal", [True, False])
+def test_a_rehearsal_on_a_machine_that_is_too_slow_says_so_once(monkeypatch, capsys, tmp_path, rehearsal):
+    monkeypatch.setattr(up, "System", SlowWorld)
+    monkeypatch.setattr(up, "MissingServers", lambda *rest: SimpleNamespace(look=lambda: None))
+    up.run_up(BringUp(str(tmp_path), simulated=not rehearsal, emulated=rehearsal))
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.count("too slow for a rehearsal") == int(rehearsal)
+    assert ("florence up --sim waits" in told) is rehearsal

@@ -287,6 +287,18 @@ def test_the_robot_does_not_move_on_old_data(silent: str) -> None:
     assert world.hits == 0
 
 
+def test_advice_for_a_silent_sensor_stands_behind_the_reason() -> None:
+    cycle = CycleParameters(sensor_patience=0.5, silence_advice="use another machine")
+    trip = Trip(Pose2(1.0, 2.4, 0.0), parameters=NavigatorParameters(cycle=cycle))
+    trip.navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    results = []
+    while not results:
+        trip.world.advance(0.1)
+        step = trip.navigator.step(trip.world.now, trip.world.odometry(), trip.map_from_odom())
+        results += [step.result] if step.result is not None else []
+    assert results[0].code == "no_scan" and results[0].reason.endswith("; use another machine")
+
+
 def test_scans_that_are_late_but_come_do_not_stop_the_robot() -> None:
     trip = Trip(Pose2(1.0, 2.4, 0.0))
     navigator, world = trip.navigator, trip.world

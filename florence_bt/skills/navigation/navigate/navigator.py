@@ -567,7 +567,8 @@ class Navigator:
         if self._missing_since is None:
             self._missing_since = now
         if now - self._missing_since > self._p.cycle.sensor_patience:
-            return self._finish(failure(code, reason))
+            advice = self._p.cycle.silence_advice
+            return self._finish(failure(code, f"{reason}; {advice}" if advice else reason))
         self._feedback = replace(self._feedback, text=f"waiting: {reason}")
         return CycleResult(STANDSTILL, self._feedback)
 

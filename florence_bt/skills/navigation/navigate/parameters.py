@@ -84,6 +84,7 @@ class CycleParameters(CheckedParameters):
             stands within this time and that of braking, 0.25 s + 0.45 m/s / 2.5 m/s^2 = 0.43 s. The laser
             scans every 0.1 s.
         sensor_patience: Without them for this many seconds, the goal fails.
+        silence_advice: What to do then, for people, behind the reason.
         required_sources: The sensors without which the robot does not move.
         goal_search_radius: When something stands on a goal that is far away, drive to within this many
             metres of it and look again.
@@ -95,6 +96,7 @@ class CycleParameters(CheckedParameters):
     sensor_timeout: Positive = 1.0
     scan_timeout: Positive = 0.25
     sensor_patience: Positive = 10.0
+    silence_advice: str = ""
     required_sources: tuple[str, ...] = ("scan",)
     goal_search_radius: NotNegative = 1.5
     prediction_limit: NotNegative = 0.2
