@@ -6,16 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from florence_interfaces.srv import AnswerQuestion
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from std_msgs.msg import String
 
-from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled
-from florence_bt.core.serving import WaitBinding
+from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE
 
 
 class TopicSkill(RemoteSkill):
@@ -169,6 +171,34 @@ class TopicWait(MessageWait):
     def server_is_there(self) -> bool:
         """Tell whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
+
+
+class TopicAnswerWait(AnswerWait):
+    """A skill that waits for the answer to what the robot says: on a topic, or by ``florence_bt/answer``."""
+
+    def __init__(self, node: FlorenceNode, served: QuestionBinding) -> None:
+        """Make the subscriptions and the service.
+
+        Args:
+            node: The node of the mission server.
+            served: The topics, what an answer means, and how long to wait for one.
+        """
+        label = f"topic {node.resolve_topic_name(served.name)}"
+        super().__init__(node.timebase, label, served, node.get_logger().warning)
+        node.create_subscription(String, served.said, lambda message: self.hear(message.data), LATCHED)
+        node.create_subscription(String, served.name, self.take, RELIABLE)
+        node.create_service(AnswerQuestion, "florence_bt/answer", self._on_answer)
+
+    def _on_answer(
+        self, request: AnswerQuestion.Request, response: AnswerQuestion.Response
+    ) -> AnswerQuestion.Response:
+        if request.text:
+            taken = self.offer(String(data=request.text))
+            response.accepted, response.message = taken.accepted, taken.text
+        else:
+            response.accepted = bool(self.question)
+            response.message = self.question or "no mission waits for an answer"
+        return response
 
 
 @dataclass(frozen=True, slots=True)

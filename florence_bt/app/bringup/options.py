@@ -33,6 +33,7 @@ class BringUp:
         nav: One of :data:`NAVIGATIONS`.
         base: One of :data:`BASES`.
         missions_only: Whether only the mission server and the locator come up, beside a robot that runs.
+        speech: The parameter ``program`` of the node ``speech``, None for that of the configuration.
         home_file: The home sensors (docs/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
@@ -54,6 +55,7 @@ class BringUp:
     base: str = "own"
     missions_only: bool = False
     home_file: str | None = None
+    speech: str | None = None
     person: str | None = None
     start: tuple[float, float, float] | None = None
     world_file: str | None = None

@@ -14,6 +14,7 @@ from florence_bt.skills.home_sensors.mqtt import require_paho
 from florence_bt.skills.home_sensors.settings import load_home
 from florence_bt.skills.locator.hotspots import load_hotspots, parse_hotspots
 from florence_bt.skills.navigation.map_server.map_file import load_map
+from florence_bt.skills.speech.voice import command_of
 from florence_bt.trees.language.loader import MissionLibrary
 
 
@@ -43,5 +44,7 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
         if home.mqtt is not None:
             require_paho()
             home.mqtt.password()
+    if options.speech is not None:
+        command_of(options.speech)
     if options.in_flat:
         people_at_home(options)

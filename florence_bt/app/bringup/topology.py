@@ -35,7 +35,7 @@ NODES: dict[str, tuple[str, ...]] = {
     ),
     "navigation": ("map_server", "localiser", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
-    "missions": ("florence_bt",),
+    "missions": ("florence_bt", "speech"),
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away."""
@@ -59,11 +59,12 @@ NODE_CLASSES = {
     "approach_user": "skills.people.approach_user.node:ApproachNode",
     "home_sensors": "skills.home_sensors.node:HomeSensorsNode",
     "florence_bt": "runtime.node:MissionNode",
+    "speech": "skills.speech.node:SpeechNode",
 }
 """Node -> module (below ``florence_bt``) and class."""
 
-OPTIONAL = ("home_sensors",)
-"""Nodes that are there only when the bring-up was given their file."""
+OPTIONAL = ("home_sensors", "speech")
+"""Nodes that are not in every bring-up: they need a file, or another program has their place."""
 
 ENDED_TOGETHER = ("navigation", "people")
 """Processes that are ended side by side: neither needs the other."""
@@ -295,6 +296,14 @@ def _home_sensors(settings: _Settings) -> list[Factory]:
     return [partial(HomeSensorsNode, parameters=settings.of("home_sensors", **files))]
 
 
+def _speech(settings: _Settings) -> list[Factory]:
+    from florence_bt.skills.speech.node import SpeechNode
+    from florence_bt.skills.speech.voice import NONE
+
+    parameters = settings.of("speech", program=settings.options.speech)
+    return [] if parameters.get("program") == NONE else [partial(SpeechNode, parameters=parameters)]
+
+
 def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.make_safe import BaseSafety
     from florence_bt.app.bringup.skills_ros import make_skills
@@ -331,4 +340,5 @@ def _missions(settings: _Settings) -> list[Factory]:
         node.on_close(pictures.close)
         return node
 
-    return [*([_locator(settings), *_home_sensors(settings)] if alone else ()), mission_node]
+    places = [_locator(settings), *_home_sensors(settings)] if alone else []
+    return [*places, *_speech(settings), mission_node]

@@ -13,6 +13,7 @@ from typing import Any
 import rclpy
 from florence_interfaces.msg import RunState
 from florence_interfaces.srv import (
+    AnswerQuestion,
     GetXYPhi,
     ListMissions,
     MissionStatus,
@@ -31,7 +32,7 @@ from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.qos import LATCHED, RELIABLE
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -112,6 +113,10 @@ class MissionClient:
         """Return the live tree of a run, of any without an id; empty if the last message is of another."""
         head = self.tree.partition("\n")[0].split(" · ")
         return self.tree if not run_id or f"run {run_id}" in head else ""
+
+    def follow_speech(self, show: Callable[[str], None]) -> None:
+        """Call back with each sentence that the robot begins to say."""
+        self.node.create_subscription(String, "say", lambda message: show(message.data), RELIABLE)
 
     def follow_truth(self) -> None:
         """Keep ``truth`` up to date with what the simulator says is really so."""
@@ -272,6 +277,10 @@ class MissionClient:
             ReloadMissions.Request(),
             budget_s=RELOAD_BUDGET_S,
         )
+
+    def answer(self, text: str) -> Any:
+        """Answer the question that is open; without a text ask which it is. Gives accepted and message."""
+        return self.call(AnswerQuestion, "florence_bt/answer", AnswerQuestion.Request(text=text))
 
     def missions(self) -> Any:
         """Return the missions that the mission server has, with their inputs; see ListMissions."""

@@ -62,6 +62,7 @@ def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bo
 
     watch = RunWatch(client, run_id)
     with closing(make_display(console, headless=headless)) as display:
+        client.follow_speech(lambda text: display.say(f"the robot says: {text}"))
         client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree_of(run_id)))
     return watch.result()
 
@@ -117,6 +118,13 @@ def resume_mission(run_id: str) -> tuple[bool, str]:
     with MissionClient() as client:
         answer = client.resume(run_id)
         return bool(answer.success), str(answer.message)
+
+
+def answer_question(text: str) -> tuple[bool, str]:
+    """Answer the open question, or without a text tell which it is: (whether there is one, a message)."""
+    with MissionClient() as client:
+        answer = client.answer(text)
+        return bool(answer.accepted), str(answer.message)
 
 
 def reload_missions() -> tuple[bool, str]:
