@@ -13,6 +13,8 @@ from florence_bt.core.outcome import Result, cancelled, failure
 from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 
+NOBODY_ASKS = "no mission waits for an answer"
+
 
 @dataclass(eq=False, slots=True)
 class _Watch:
@@ -204,7 +206,7 @@ class AnswerWait(MessageWait):
             return Taken(True, f"answered: {question}")
         if not question:
             self._report(f"an answer came that nobody waits for: {_shown(message)}")
-            return Taken(False, "no mission waits for an answer")
+            return Taken(False, NOBODY_ASKS)
         self._drop()
         self._kept = message
         return Taken(True, f"kept in case that the mission waits for it: {question}")

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from florence_interfaces.srv import AnswerQuestion
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
@@ -174,31 +173,19 @@ class TopicWait(MessageWait):
 
 
 class TopicAnswerWait(AnswerWait):
-    """A skill that waits for the answer to what the robot says: on a topic, or by ``florence_bt/answer``."""
+    """A skill that waits for the answer to what the robot says."""
 
     def __init__(self, node: FlorenceNode, served: QuestionBinding) -> None:
-        """Make the subscriptions and the service.
+        """Make the subscriptions.
 
         Args:
-            node: The node of the mission server.
+            node: The node that subscribes.
             served: The topics, what an answer means, and how long to wait for one.
         """
         label = f"topic {node.resolve_topic_name(served.name)}"
         super().__init__(node.timebase, label, served, node.get_logger().warning)
         node.create_subscription(String, served.said, lambda message: self.hear(message.data), LATCHED)
         node.create_subscription(String, served.name, self.take, RELIABLE)
-        node.create_service(AnswerQuestion, "florence_bt/answer", self._on_answer)
-
-    def _on_answer(
-        self, request: AnswerQuestion.Request, response: AnswerQuestion.Response
-    ) -> AnswerQuestion.Response:
-        if request.text:
-            taken = self.offer(String(data=request.text))
-            response.accepted, response.message = taken.accepted, taken.text
-        else:
-            response.accepted = bool(self.question)
-            response.message = self.question or "no mission waits for an answer"
-        return response
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from florence_interfaces.srv import AnswerQuestion
+from florence_interfaces.srv import AnswerQuestion, MissionStatus, RunMission
 from std_msgs.msg import String
 
 from florence_bt.app.bringup.skills_ros import make_skills
@@ -16,8 +16,10 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Outcome, success
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
+from florence_bt.runtime.node import MissionNode
 from florence_bt.skills.speech.node import SpeechNode
 from florence_bt.skills.speech.voice import LONGEST_TEXT
+from florence_bt.trees.language.declarations import collect_declarations
 
 pytestmark = pytest.mark.ros
 SENTENCE = {"text": "Please drink\nsomething."}
@@ -29,7 +31,7 @@ class Bench:
     def __init__(self, ros, program):
         self.ros = ros
         self.voice = ros.add(SpeechNode(parameters={"program": program}))
-        self.skills = make_skills(ros.add(FlorenceNode("missions")))
+        self.skills = make_skills(ros.add(FlorenceNode("skills")))
         self.listener = ros.add(FlorenceNode("listener"))
         self.speaking = []
         self.listener.create_subscription(
@@ -43,13 +45,6 @@ class Bench:
     def result_of(self, run):
         self.ros.spin_until(run.poll, what="the end of the sentence")
         return run.poll()
-
-    def answer(self, text):
-        client = self.listener.create_client(AnswerQuestion, "florence_bt/answer")
-        self.ros.spin_until(client.service_is_ready)
-        future = client.call_async(AnswerQuestion.Request(text=text))
-        self.ros.spin_until(future.done, what="the answer's answer")
-        return future.result()
 
 
 def test_a_program_reads_the_sentence_and_the_skill_ends_with_it(ros, tmp_path):
@@ -102,15 +97,39 @@ def test_espeak_speaks(ros, tmp_path):
     assert sound.read_bytes()[:4] == b"RIFF" and sound.stat().st_size > 20_000
 
 
-def test_an_answer_comes_by_the_service_also_while_the_robot_still_asks(ros):
-    bench = Bench(ros, "sh -c 'cat > /dev/null; sleep 600'")
-    assert not bench.answer("").accepted
-    assert not bench.answer("yes").accepted
-    run = bench.say()
-    ros.spin_until(lambda: "Please drink something." in bench.answer("").message, what="the question")
-    assert bench.answer("yes").accepted
-    run.cancel()
-    bench.result_of(run)
-    waiting = bench.skills["wait_for_answer"].start({"time_limit": 30.0})
-    assert waiting.poll() == success(answer="yes")
-    assert not bench.answer("no").accepted
+QUIZ = """\
+mission: quiz
+outputs: {answer: {type: text, description: what came}}
+tree:
+  sequence:
+    - say: {text: Did you drink?}
+    - wait_for_answer: {time_limit: 10 min}
+      out: {answer: answer}
+"""
+
+
+def test_the_answer_of_a_mission_comes_by_the_service(ros, tmp_path):
+    (tmp_path / "missions").mkdir()
+    (tmp_path / "missions" / "quiz.yaml").write_text(QUIZ)
+    folders = {"mission_folders": (str(tmp_path / "missions"),), "runs_folder": str(tmp_path / "runs")}
+    ros.add(SpeechNode())
+    ros.add(MissionNode(make_skills, collect_declarations(), wait_for_servers=False, parameters=folders))
+    caller = ros.add(FlorenceNode("caller"))
+
+    def call(kind, name, **fields):
+        client = caller.create_client(kind, f"florence_bt/{name}")
+        ros.spin_until(client.service_is_ready)
+        future = client.call_async(kind.Request(**fields))
+        ros.spin_until(future.done, what=f"the answer of {name}")
+        return future.result()
+
+    assert not call(AnswerQuestion, "answer").accepted
+    assert not call(AnswerQuestion, "answer", text="yes").accepted
+    assert not call(AnswerQuestion, "answer", text="\x1b[2J").accepted
+    call(RunMission, "run_mission", mission="quiz")
+    question = ros.spin_until(lambda: (said := call(AnswerQuestion, "answer")).accepted and said)
+    assert "Did you drink?" in question.message
+    assert call(AnswerQuestion, "answer", text="yes").accepted, "also while the robot still speaks"
+    end = ros.spin_until(lambda: (now := call(MissionStatus, "status")).state == "SUCCEEDED" and now)
+    assert "yes" in end.tree
+    assert not call(AnswerQuestion, "answer", text="no").accepted

@@ -68,10 +68,19 @@ def test_a_mission_server_that_is_started_again_recovers_runs_of_any_age(
         monkeypatch.setenv(STARTED_AGAIN, "1")
     else:
         monkeypatch.delenv(STARTED_AGAIN, raising=False)
-    (make,) = factories("missions", BringUp(folder=str(tmp_path), nav=nav, mission_folders=("mine",)))
+    *_, make = factories("missions", BringUp(folder=str(tmp_path), nav=nav, mission_folders=("mine",)))
     make()
     parameters = made["parameters"]
     assert parameters.get("recovery_limit") == (math.inf if again else None)
     assert parameters["runs_folder"] == str(tmp_path / "runs")
     assert list(parameters["mission_folders"]) == ["mine"]
     assert made["without"] == without and "navigate_to" in made["declared"]
+
+
+@pytest.mark.parametrize(("speech", "nodes"), [(None, 2), ("cat", 2), ("none", 1)])
+def test_the_robots_voice_is_left_out_where_another_node_speaks(tmp_path, speech, nodes):
+    options = BringUp(folder=str(tmp_path), speech=speech)
+    made = factories("missions", options)
+    assert len(made) == nodes
+    if speech == "cat":
+        assert made[0].keywords["parameters"]["program"] == "cat"
