@@ -172,7 +172,10 @@ def runs(
     limit: Annotated[int, typer.Option(help="Show at most this many, the latest first.")] = 20,
     folder: Annotated[
         Path | None,
-        typer.Option(help="Folder of the runs.", show_default="the one used last below ./runs"),
+        typer.Option(
+            help="Folder of the runs.",
+            show_default="of the running system, else the latest in ./runs",
+        ),
     ] = None,
 ) -> None:
     """List recorded runs, the latest first; no system needs to be up."""

@@ -23,12 +23,13 @@ class Lock:
         file: Stands for the thing; its folder is made when needed.
         place: The thing in words, e.g. ``the folder 'runs'``.
         instead: What the user can do when it is taken or cannot be used.
+        note: What the file says beside the process that has it.
 
     Raises:
         ConfigError: It is in use, or the file cannot be written.
     """
 
-    def __init__(self, file: Path, place: str, instead: str) -> None:
+    def __init__(self, file: Path, place: str, instead: str, note: str = "") -> None:
         try:
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             # Without O_NOFOLLOW, anybody who may write to the folder could have any file of ours overwritten.
@@ -40,14 +41,14 @@ class Lock:
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            owner = os.read(self._descriptor, 20).decode(errors="replace").strip() or "unknown"
+            owner = os.read(self._descriptor, 20).decode(errors="replace").partition("\n")[0] or "unknown"
             os.close(self._descriptor)
             raise ConfigError(
                 f"a bring-up (process {owner}), or what is left of it, uses {place}",
                 valid=[instead, "ending that one first"],
             ) from None
         os.truncate(self._descriptor, 0)
-        os.write(self._descriptor, f"{os.getpid()}\n".encode())
+        os.write(self._descriptor, f"{os.getpid()}\n{note}\n".encode())
 
     def fileno(self) -> int:
         """Return the descriptor; a process that inherits it holds the lock too."""
@@ -86,17 +87,32 @@ def bring_up_here() -> bool:
     return any(parts[5].rpartition(":")[2] == str(inode) for parts in held if len(parts) > 5)
 
 
-def lock_domain() -> Lock:
+def folder_of_bring_up() -> Path | None:
+    """Return the folder of the bring-up that runs here, as :func:`bring_up_here`; None when there is none."""
+    if not bring_up_here():
+        return None
+    try:
+        folder = _domain_file().read_text(encoding="utf-8").splitlines()[1:2]
+    except (OSError, UnicodeDecodeError):
+        return None
+    return Path(folder[0]) if folder and folder[0] else None
+
+
+def lock_domain(folder: Path | None = None) -> Lock:
     """Take the ROS domain of this process on this machine, for this user.
 
     Discovery is too slow to find another system before it is disturbed: it takes seconds on a busy machine.
+
+    Args:
+        folder: The folder of the bring-up that takes it, for :func:`folder_of_bring_up`.
 
     Raises:
         ConfigError: As :class:`Lock`; or another user has made, or may write to, the folder of the locks.
     """
     file = _domain_file()
     _own(file.parent)
-    return Lock(file, f"the ROS domain {_domain()}", "another domain, e.g. ROS_DOMAIN_ID=7")
+    note = str(folder.absolute()) if folder is not None else ""
+    return Lock(file, f"the ROS domain {_domain()}", "another domain, e.g. ROS_DOMAIN_ID=7", note)
 
 
 def _own(folder: Path) -> None:

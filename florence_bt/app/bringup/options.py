@@ -14,6 +14,12 @@ NAVIGATIONS = ("own", "nav2")
 """Whose navigation: Florence's, or a Nav2 that is already running."""
 BASES = ("own", "running")
 """Whose drivers of base and sensors: Florence's, or others that run already."""
+STARTS = (
+    "florence up --sim",
+    "florence up --robot CONFIG",
+    "florence up --missions-only beside a robot",
+)
+"""How a system is started."""
 ABSENT = "absent"
 """The value of ``person`` that means nobody is at home."""
 

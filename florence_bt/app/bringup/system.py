@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
-from functools import partial
 from pathlib import Path
 from types import TracebackType
 
@@ -57,9 +56,7 @@ class System:
         folder = Path(options.folder)
         with ExitStack() as stack:
             stack.enter_context(owner_only(folder, options.runs))
-            locks = [
-                stack.enter_context(closing(lock())) for lock in (partial(lock_folder, folder), lock_domain)
-            ]
+            locks = [stack.enter_context(closing(lock(folder))) for lock in (lock_folder, lock_domain)]
             if options.in_flat:
                 clear_ports(options)
             self.options = options = with_world_files(options)

@@ -139,13 +139,17 @@ class _Settings:
 
     @property
     def hotspots_file(self) -> Path:
-        """The hotspots; of those of the package a copy, because ``setHotspot`` writes to its file."""
+        """The hotspots. Of those of the package a copy, because ``setHotspot`` writes to its file.
+
+        A robot that is not ours has none at first: the flat is not its home.
+        """
         if self.options.hotspots_file:
             return Path(self.options.hotspots_file)
-        copy = Path(self.options.folder) / "hotspots.yaml"
-        if not copy.exists():
-            copy.write_bytes(find_data("hotspots", "flat.yaml").read_bytes())
-        return copy
+        alone = self.options.missions_only
+        file = Path(self.options.folder) / ("places.yaml" if alone else "hotspots.yaml")
+        if not file.exists():
+            file.write_bytes(b"" if alone else find_data("hotspots", "flat.yaml").read_bytes())
+        return file
 
     def of(self, node: str, **overrides: Any) -> Parameters:
         """Return the parameters of a node; simulated ones follow the simulated time."""
@@ -332,7 +336,7 @@ def _missions(settings: _Settings) -> list[Factory]:
             partial(make_skills, without=without, mappings=mappings),
             {**{name: each.declaration for name, each in mappings.items()}, **collect_declarations()},
             make_safety=BaseSafety,
-            on_recorded=pictures.draw,
+            on_recorded=pictures.draw if settings.options.map_file or not alone else None,
             other_actions=ACTIONS_WITHOUT_SKILL,
             wait_for_servers=not alone,
             parameters=parameters,

@@ -27,6 +27,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from florence_bt.app.bringup.locks import bring_up_here
+from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
@@ -190,7 +191,7 @@ class MissionClient:
         client = self._client(service_type, name)
         if not self._is_discovered(client):
             raise SystemNotThere(
-                f"no server of {name} was found; is the system up? Start it with: florence up --sim"
+                f"no server of {name} was found; is the system up? Start it with: {', or '.join(STARTS)}"
             )
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from florence_bt.app.bringup.locks import folder_of_bring_up
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline
@@ -20,7 +21,7 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
     """List the latest runs, a line each, under a head line.
 
     Args:
-        folder: The folder of the journal; the one used last below ``runs`` when not given.
+        folder: The folder of the journal; see :func:`journal_folder`.
         mission: Only runs of this mission.
         state: Only runs in this state.
         limit: At most this many.
@@ -49,7 +50,7 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
     """Describe one recorded run: where it stands or how it ended, its tree, and what happened when.
 
     Args:
-        folder: The folder of the journal; the one used last below ``runs`` when not given.
+        folder: The folder of the journal; see :func:`journal_folder`.
         run_id: The run; the latest one when empty.
         events: Whether to add the timeline.
 
@@ -101,13 +102,16 @@ def outcomes_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
 
 
 def journal_folder(folder: Path | None) -> Path:
-    """Return the folder whose journal is meant.
+    """Return the folder whose journal is meant: when none is given, that of the running system or the latest.
 
     Raises:
         ConfigError: None was given and there is none below ``runs``.
     """
     if folder is not None:
         return folder
+    running = folder_of_bring_up()
+    if running is not None:
+        return running / RUNS
     found = [*RUNS.glob(f"*/{JOURNAL_FILE}"), *RUNS.glob(f"*/*/{JOURNAL_FILE}")]
     found += [path for path in (RUNS / JOURNAL_FILE,) if path.is_file()]
     if not found:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.app.bringup.heartbeat import LONGEST_LOOK_S, SILENT_S
-from florence_bt.app.bringup.locks import bring_up_here, lock_domain, lock_folder
+from florence_bt.app.bringup.locks import bring_up_here, folder_of_bring_up, lock_domain, lock_folder
 from florence_bt.app.bringup.supervisor import (
     RESTARTS,
     RESTARTS_PERIOD_S,
@@ -422,9 +422,9 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
 def test_a_ros_domain_has_one_bring_up_at_a_time(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setenv("ROS_DOMAIN_ID", "41")
-    assert not bring_up_here()
-    first = lock_domain()
-    assert bring_up_here()
+    assert not bring_up_here() and folder_of_bring_up() is None
+    first = lock_domain(tmp_path / "up")
+    assert bring_up_here() and folder_of_bring_up() == tmp_path / "up"
     with pytest.raises(ConfigError, match=rf"process {os.getpid()}\).*the ROS domain 41.*ROS_DOMAIN_ID="):
         lock_domain()
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
@@ -433,4 +433,4 @@ def test_a_ros_domain_has_one_bring_up_at_a_time(tmp_path, monkeypatch):
     first.close()
     monkeypatch.setenv("ROS_DOMAIN_ID", "41")
     lock_domain().close()
-    assert not bring_up_here()
+    assert not bring_up_here() and folder_of_bring_up() is None
