@@ -205,8 +205,6 @@ def test_devices_that_the_running_system_does_not_use_are_not_looked_at(monkeypa
 
 
 ONLY_MISSIONS = GraphView(("/florence_bt", "/florenceLocator", "/drive"), 0, None, {"x": (0, "ok")})
-    ("/florence_bt", "/speech", "/florenceLocator", "/drive"), 0, None, {"x": (0, "ok")}
-)
 
 
 def test_missions_alone_are_a_whole_system():
