@@ -33,7 +33,7 @@ from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.qos import LATCHED, RELIABLE
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -116,13 +116,8 @@ class MissionClient:
         return self.tree if not run_id or f"run {run_id}" in head else ""
 
     def follow_speech(self, show: Callable[[str], None]) -> None:
-        """Call back with the sentence that is being said, and with each that follows."""
-
-        def hear(message: String) -> None:
-            if message.data:
-                show(message.data)
-
-        self.node.create_subscription(String, "speaking", hear, LATCHED)
+        """Call back with each sentence that the robot begins to say."""
+        self.node.create_subscription(String, "say", lambda message: show(message.data), RELIABLE)
 
     def follow_truth(self) -> None:
         """Keep ``truth`` up to date with what the simulator says is really so."""

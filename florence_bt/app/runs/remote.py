@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,8 @@ def run_mission(
         Whether it succeeded, or was accepted when detached.
     """
     with MissionClient() as client:
+        said: deque[str] = deque()
+        client.follow_speech(said.append)  # before the first sentence
         answer: Any = None
         try:
             # A Ctrl-C between the question and the answer would leave a mission running.
@@ -46,7 +49,7 @@ def run_mission(
             console.print(f"{answer.message}{name}", highlight=False, markup=False, soft_wrap=True)
             if not answer.accepted or detach:
                 return bool(answer.accepted)
-            status = _watch(client, answer.run_id, console, headless=headless)
+            status = _watch(client, answer.run_id, console, said, headless=headless)
         except KeyboardInterrupt:
             if answer is not None and answer.accepted and not detach:
                 client.stop("Ctrl-C at florence run", answer.run_id)
@@ -56,14 +59,20 @@ def run_mission(
         return bool(status.state == "SUCCEEDED")
 
 
-def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bool) -> Any:
+def _watch(client: MissionClient, run_id: str, console: Console, said: deque[str], *, headless: bool) -> Any:
     """Show a run until it is over, or without an id what runs until Ctrl-C; gives its status."""
     from florence_bt.app.runs.live import make_display
 
     watch = RunWatch(client, run_id)
     with closing(make_display(console, headless=headless)) as display:
-        client.follow_speech(lambda text: display.say(f"the robot says: {text}"))
-        client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree_of(run_id)))
+
+        def show() -> None:
+            while said:
+                display.say(f"the robot says: {said.popleft()}")
+            display.show(client.tree_of(run_id))
+
+        client.spin_until(watch.over, FOREVER_S, watch=show)
+        show()
     return watch.result()
 
 
@@ -83,7 +92,9 @@ def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = Fal
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
             return bool(status.found or not run_id)
         client.tree = status.tree
-        _watch(client, "", console, headless=False)
+        said: deque[str] = deque()
+        client.follow_speech(said.append)
+        _watch(client, "", console, said, headless=False)
     return True
 
 
