@@ -12,10 +12,7 @@ from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import ValueProblem
 from florence_bt.behaviours.stepping import Steps
-from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
-
-FAILURE_CODE, FAILURE_REASON = "failure_code", "failure_reason"
-"""The keys with the failure that is dealt with, or was last (``trees.language.model.FAILURE_KEYS``)."""
+from florence_bt.behaviours.why import EARLIER, FAILURE_CODE, FAILURE_REASON, Why, explain, shortened
 
 
 class OnFailure(Branching):

@@ -6,6 +6,8 @@ not a crash.
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -16,6 +18,8 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure
 
 _STORABLE = (str, bool, int, float, Pose2)
+_UNIT = re.compile(r" ?(?:[cmk]?m|c?m/s|km/h|m?s|min|h|deg|rad|°|metres?|meters?|seconds?|degrees?)(?!\w)")
+"""What an author may have written behind a value."""
 NOTHING = object()
 """Stands for the value of a key that has none."""
 
@@ -183,6 +187,12 @@ class KeyStore:
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
 
+    def with_values(self, values: Mapping[str, Any]) -> KeyStore:
+        """Return a copy in which some keys have other values."""
+        copy = KeyStore({**self._values, **values})
+        copy.declare(self._declared, self._kinds)
+        return copy
+
     def as_dict(self) -> dict[str, Any]:
         """Copy all keys and values, for dumps and journals."""
         return dict(self._values)
@@ -224,17 +234,30 @@ class KeyReference:
 
 @dataclass(frozen=True, slots=True)
 class TextTemplate:
-    """A text with keys in it.
+    """A text with keys in it, whose values stand there as people write them: ``0.3 m/s``, ``90 deg``.
 
     Attributes:
-        parts: Pieces of text, and the keys whose values stand between them.
+        parts: Pieces of text, and the keys whose values stand between them. A value whose unit the author has
+            written behind it is the number in SI units.
     """
 
     parts: tuple[str | ValueSource, ...]
 
     def resolve(self, keys: KeyStore) -> str:
         """Return the text with the values of its keys."""
-        return "".join(p if isinstance(p, str) else readable(p.resolve(keys)) for p in self.parts)
+        following = (*self.parts[1:], "")
+        return "".join(
+            part if isinstance(part, str) else _in_text(part, keys, behind)
+            for part, behind in zip(self.parts, following, strict=True)
+        )
+
+
+def _in_text(part: ValueSource, keys: KeyStore, behind: str | ValueSource) -> str:
+    value = part.resolve(keys)
+    has_unit = isinstance(behind, str) and _UNIT.match(behind)
+    if isinstance(part, KeyReference) and not has_unit:
+        return keys.shown(part.key, value)
+    return readable(value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,7 +319,7 @@ def readable(value: Any, kind: Kind | None = None) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, Pose2):
-        return f"(x {value.x:.2f} m, y {value.y:.2f} m, yaw {value.yaw:.2f} rad)"
+        return f"(x {value.x:.2f} m, y {value.y:.2f} m, yaw {math.degrees(value.yaw):.4g} deg)"
     if isinstance(value, tuple):
         item = kind.item if kind is not None else None
         return f"[{', '.join(readable(each, item) for each in value)}]"

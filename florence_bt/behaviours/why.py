@@ -15,6 +15,9 @@ from florence_bt.behaviours.annotations import annotations_of
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem
 from florence_bt.core.outcome import Result
 
+FAILURE_CODE, FAILURE_REASON = "failure_code", "failure_reason"
+"""The keys with a failure: the one that ``on_failure`` deals with, or dealt with last; in a ``because`` the
+one that it explains (``trees.language.model.FAILURE_KEYS``)."""
 EARLIER = " (before that, "
 """What stands between the reason of the last branch of a selector and those of the others."""
 SHORT_REASON = 80
@@ -77,12 +80,16 @@ class Because:
     by_code: Mapping[str, TextTemplate] = field(default_factory=dict)
 
     def extend_reason(self, why: Why) -> Why:
-        """Replace the reason of a failure by the author's, if there is one for its code."""
+        """Replace the reason of a failure by the author's, if there is one for its code.
+
+        In the text ``failure_code`` and ``failure_reason`` are those of this failure.
+        """
         template = self.by_code.get(why.code, self.always)
         if template is None:
             return why
         try:
-            return replace(why, reason=template.resolve(self.keys))
+            keys = self.keys.with_values({FAILURE_CODE: why.code, FAILURE_REASON: why.reason})
+            return replace(why, reason=template.resolve(keys))
         except ValueProblem:
             return why
 

@@ -1,4 +1,4 @@
-"""Verbs about runs: run, status, stop, pause, resume, override, release, reload, runs."""
+"""Verbs about runs: run, status, stop, pause, resume, override, release, answer, reload, runs."""
 
 from __future__ import annotations
 
@@ -143,6 +143,18 @@ def release() -> None:
     from florence_bt.app.runs.switch_override import switch_override
 
     typer.echo(switch_override(False))
+
+
+@app.command(rich_help_panel="Runs", epilog=f"Examples: florence answer; florence answer yes\n\n{EXIT_CODES}")
+def answer(
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="[TEXT]...", help="What to answer, e.g. yes.")
+    ] = None,
+) -> None:
+    """Answer the question that a mission waits with; without a text, show which question is open."""
+    from florence_bt.app.runs.remote import answer_question
+
+    _end_with(*answer_question(" ".join(words or [])))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")

@@ -88,6 +88,15 @@ def up(
     home: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
     ] = None,
+    speech: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PROGRAM",
+            help="What speaks: espeak-ng, or another command that reads sentences; print: they are only "
+            "shown; none: a program of your own serves 'speak'.",
+            show_default="that of the configuration, else print",
+        ),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
     ] = None,
@@ -139,6 +148,7 @@ def up(
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
             home_file=_absolute(home),
+            speech=speech,
             nav="nav2" if missions_only else nav,
             base="running" if missions_only else base,
             missions_only=missions_only,

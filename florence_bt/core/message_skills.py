@@ -10,8 +10,10 @@ from typing import Any
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Result, cancelled, failure
-from florence_bt.core.serving import WaitBinding
+from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
+
+NOBODY_ASKS = "no mission waits for an answer"
 
 
 @dataclass(eq=False, slots=True)
@@ -110,7 +112,7 @@ class MessageWait:
 
     def start(self, inputs: Inputs) -> SkillRun:
         """Wait from now on; what came before does not count."""
-        run = _WaitRun(f"waiting for {self._label}", self._runs.remove)
+        run = _WaitRun(self._feedback(), self._on_end)
         self._runs.append(run)
         end = self._clock.now() + self._served.time_limit(inputs)
         run.timer = self._clock.call_at(end, lambda: run.finish(self._served.nothing(inputs)))
@@ -120,6 +122,128 @@ class MessageWait:
         """Take a message: it ends every run."""
         for run in tuple(self._runs):
             run.finish(self._served.result(message))
+
+    def _feedback(self) -> str:
+        return f"waiting for {self._label}"
+
+    def _on_end(self, run: _WaitRun) -> None:
+        self._runs.remove(run)
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """What became of an answer.
+
+    Attributes:
+        accepted: Whether a mission has it, or may still get it.
+        text: The same for people.
+    """
+
+    accepted: bool
+    text: str
+
+
+class AnswerWait(MessageWait):
+    """Waits for the answer to what the robot says.
+
+    An answer counts while somebody waits for it. One that comes while the robot still speaks, or within
+    ``keep_s`` after the sentence, or after a wait that ended without an answer, is kept for the next wait for
+    an answer to the same sentence. What nobody takes is reported.
+
+    Args:
+        clock: The time of the robot.
+        label: Names the source for people.
+        served: What an answer means, and how long to wait for one.
+        report: Told a line about an answer that nobody takes.
+    """
+
+    def __init__(
+        self, clock: Clock, label: str, served: QuestionBinding, report: Callable[[str], None]
+    ) -> None:
+        super().__init__(clock, label, served)
+        self._keep_s = served.keep_s
+        self._report = report
+        self._sentence = ""
+        self._open_until = -math.inf
+        self._kept: Any = None
+        self._expiry: Timer | None = None
+
+    @property
+    def question(self) -> str:
+        """The question for which an answer would count now; empty when there is none."""
+        if self._runs or self._clock.now() <= self._open_until:
+            return f"{self._sentence!r}" if self._sentence else "a question without words"
+        return ""
+
+    def hear(self, sentence: str) -> None:
+        """Take what the robot says now; empty when it is silent."""
+        if not sentence:
+            if self._open_until == math.inf:
+                self._close_later()
+            return
+        if sentence != self._sentence:
+            self._drop()
+        self._sentence, self._open_until = sentence, math.inf
+        self._stop_expiry()
+
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Wait from now on; an answer that was kept ends the wait at once."""
+        run = super().start(inputs)
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            self._give(kept)
+        return run
+
+    def take(self, message: Any) -> None:
+        """Take an answer: it ends every run, or is kept."""
+        self.offer(message)
+
+    def offer(self, message: Any) -> Taken:
+        """Take an answer and tell what became of it."""
+        question = self.question
+        if self._runs:
+            self._give(message)
+            return Taken(True, f"answered: {question}")
+        if not question:
+            self._report(f"an answer came that nobody waits for: {_shown(message)}")
+            return Taken(False, NOBODY_ASKS)
+        self._drop()
+        self._kept = message
+        return Taken(True, f"kept in case that the mission waits for it: {question}")
+
+    def _give(self, message: Any) -> None:
+        super().take(message)
+        self._open_until = -math.inf
+        self._stop_expiry()
+
+    def _feedback(self) -> str:
+        return f"waits for an answer to {self._sentence!r}" if self._sentence else "waits for an answer"
+
+    def _on_end(self, run: _WaitRun) -> None:
+        super()._on_end(run)
+        if not self._runs and self._open_until < math.inf:
+            self._close_later()
+
+    def _close_later(self) -> None:
+        """Let answers count for a while yet, which is then over."""
+        self._stop_expiry()
+        self._open_until = self._clock.now() + self._keep_s
+        self._expiry = self._clock.call_at(self._open_until, self._drop)
+
+    def _stop_expiry(self) -> None:
+        if self._expiry is not None:
+            self._expiry.cancel()
+            self._expiry = None
+
+    def _drop(self) -> None:
+        """Report the answer that is kept: no wait will take it."""
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            self._report(f"an answer to {self._sentence!r} came too late: {_shown(kept)}")
+
+
+def _shown(message: Any) -> str:
+    return repr(message.data[:60])
 
 
 class _WaitRun(BaseRun):

@@ -62,6 +62,7 @@ class NodeBinding(SkillBinding):
         component: The part of the rig that performs the skill.
         start_in_rig: Given the component and the inputs: the result of a skill that answers at once, else its
             run.
+        external: Whether the server may be anybody's: nothing waits for it when the system starts.
         request: The fields of the goal or request from the inputs. A :class:`Pose2` becomes a stamped pose in
             the map frame, a ``timedelta`` a duration, a tuple x, y, z a point; a list a list of these.
     """
@@ -69,6 +70,7 @@ class NodeBinding(SkillBinding):
     component: str
     start_in_rig: Callable[[Any, Inputs], Result | SkillRun]
     request: Callable[[Inputs], Mapping[str, Any]] = lambda inputs: {}
+    external: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,3 +136,16 @@ class WaitBinding(SkillBinding):
     result: Callable[[Any], Result]
     time_limit: Callable[[Inputs], float]
     nothing: Callable[[Inputs], Result]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QuestionBinding(WaitBinding):
+    """A skill that waits for the answer to what the robot says.
+
+    Attributes:
+        said: The topic with the sentence that is being said, empty when there is none.
+        keep_s: Seconds after a question in which an answer is kept for the next wait.
+    """
+
+    said: str
+    keep_s: float

@@ -8,14 +8,15 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from std_msgs.msg import String
 
-from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
 from florence_bt.core.outcome import Result
-from florence_bt.core.serving import WaitBinding
+from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE
 
 
 class TopicCondition(MessageCondition):
@@ -112,6 +113,22 @@ class TopicWait(MessageWait):
     def server_is_there(self) -> bool:
         """Tell whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
+
+
+class TopicAnswerWait(AnswerWait):
+    """A skill that waits for the answer to what the robot says."""
+
+    def __init__(self, node: FlorenceNode, served: QuestionBinding) -> None:
+        """Make the subscriptions.
+
+        Args:
+            node: The node that subscribes.
+            served: The topics, what an answer means, and how long to wait for one.
+        """
+        label = f"topic {node.resolve_topic_name(served.name)}"
+        super().__init__(node.timebase, label, served, node.get_logger().warning)
+        node.create_subscription(String, served.said, lambda message: self.hear(message.data), LATCHED)
+        node.create_subscription(String, served.name, self.take, RELIABLE)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language import model
+from florence_bt.trees.language.declared_skills import is_skills_file
 from florence_bt.trees.language.findings import ERROR, Finding
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
@@ -39,7 +40,7 @@ class ReloadReport:
     Attributes:
         changed: Missions that are new or different now.
         removed: Missions that are gone.
-        held: Mission -> why its edit is not used and the previous version stays in force.
+        held: Mission, or file of skills -> why its edit is not used and the previous version stays in force.
         broken: Mission -> its first error, for those that never were right.
     """
 
@@ -72,7 +73,7 @@ class MissionFolders:
 
     Attributes:
         library: The missions in force.
-        held: Mission -> why the previous version is in force instead of its file.
+        held: Mission, or file of skills -> why the previous version is in force instead of its file.
 
     Raises:
         ConfigError: A folder does not exist, or its files do not hold still.
@@ -97,6 +98,7 @@ class MissionFolders:
         self.library = load()  # only its folders count: what is in force comes from files that held still
         self.library, self._stamps, self._prints = self._read()
         self._versions = self._file_versions(self.library)
+        self._skills_at_start = _skills_files(self._prints)
 
     @classmethod
     def of(
@@ -207,6 +209,7 @@ class MissionFolders:
         held = self._hold(before, new, edited)
         for name in held:
             versions[name] = self._versions[name]
+        held |= self._hold_skills(new)
         self._stamps, self.library, self._versions, self.held = stamps, new, versions, held
         self._known_versions.clear()
         self._checked.clear()
@@ -227,6 +230,20 @@ class MissionFolders:
                 new.put(before.get(name))
                 held[name] = f"its edit is not used, the previous version stays in force: {reason}"
         return dict(sorted(held.items()))
+
+    def _hold_skills(self, new: MissionLibrary) -> dict[str, str]:
+        """Tell of each file of skills that is not as it was at the start: their clients were made then."""
+        before, now = self._skills_at_start, _skills_files(self._prints)
+        changed = sorted(path for path in before.keys() | now.keys() if before.get(path) != now.get(path))
+        held = {}
+        for path in changed:
+            errors = [one for one in new.findings if one.severity == ERROR and one.file == str(path)]
+            reason = f", but it has an error: {errors[0].as_error()}" if errors else ""
+            held[path.name] = (
+                f"its edit is not used before the mission server starts again (florence up){reason}; "
+                "skills are connected to their servers at the start"
+            )
+        return held
 
     def _culprits(self, before: MissionLibrary, new: MissionLibrary, edited: set[str]) -> dict[str, str]:
         """Map each edited mission to what it breaks that worked before: itself, or one that calls it."""
@@ -258,6 +275,11 @@ class MissionFolders:
             **{mission.file.stem: self._prints.get(mission.file, "") for mission in library},
             **{name: f"unreadable: {error}" for name, error in library.unreadable().items()},
         }
+
+
+def _skills_files(prints: Mapping[Path, str]) -> dict[Path, str]:
+    """Return the fingerprints of the files that declare skills."""
+    return {path: fingerprint for path, fingerprint in prints.items() if is_skills_file(path)}
 
 
 def _stamp(entry: os.DirEntry[str]) -> Stamp:

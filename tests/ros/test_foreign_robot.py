@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import sys
 from collections.abc import Callable
@@ -21,6 +22,16 @@ from tests.ros.conftest import Child, MissionBench, RosBench
 
 pytestmark = pytest.mark.ros
 
+QUIZ = """\
+mission: quiz
+inputs: {speed: {type: speed, default: 0.3 m/s}}
+outputs: {answer: {type: text}}
+tree:
+  sequence:
+    - say: {text: Is it $speed?}
+    - wait_for_answer: {time_limit: 2 min}
+      out: {answer: answer}
+"""
 EXAMPLE = Path(__file__).parents[2] / "examples" / "foreign_robot"
 
 
@@ -142,7 +153,10 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
     ros_domain: int, start_process: Callable[..., Child], tmp_path: Path
 ) -> None:
     florence = (sys.executable, "-m", "florence_bt.cli")
-    folders = ("--missions", EXAMPLE / "missions", "--out", tmp_path / "out")
+    missions = tmp_path / "missions"
+    shutil.copytree(EXAMPLE / "missions", missions)
+    (missions / "quiz.yaml").write_text(QUIZ)
+    folders = ("--missions", missions, "--out", tmp_path / "out")
     system = start_process(*florence, "up", "--missions-only", *folders)
     told = system.wait_for("nobody serves:")
     assert "grip (service tb4/gripper, std_srvs/srv/SetBool)" in told and "navigate_to" not in told
@@ -154,4 +168,20 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
     assert check.process.wait(120) == 0, check.output
     needs_ours = start_process(*florence, "run", "goto_pose", "x=1 m", "y=1 m", "--headless")
     assert needs_ours.process.wait(120) == 1 and "server_lost" in needs_ours.output, needs_ours.output
+
+    quiz = start_process(*florence, "run", "quiz", "--headless")
+    quiz.wait_for("the robot says: Is it 0.3 m/s?")
+    answer = start_process(*florence, "answer", "yes", "it", "is")
+    assert answer.process.wait(120) == 0 and "Is it 0.3 m/s?" in answer.output, answer.output
+    assert quiz.process.wait(120) == 0 and "yes it is" in quiz.output, quiz.output
+    nobody = start_process(*florence, "answer")
+    assert nobody.process.wait(120) == 1, nobody.output
+    assert "the robot says: Is it 0.3 m/s?" in system.output
+    runs = start_process(*florence, "runs")
+    assert runs.process.wait(120) == 0 and "-quiz" in runs.output, runs.output
+
+    with (missions / "robot.skills.yaml").open("a") as file:
+        file.write("\n# edited\n")
+    reload = start_process(*florence, "reload")
+    assert reload.process.wait(120) == 1 and "robot.skills.yaml: " in reload.output, reload.output
     assert system.end() == 130

@@ -15,6 +15,7 @@ from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.skills.home_sensors.node import HomeSensorsNode
+from florence_bt.skills.speech.node import SpeechNode
 
 pytestmark = pytest.mark.ros
 
@@ -28,14 +29,15 @@ def test_a_text_that_is_said_is_heard_and_a_button_answers(ros, tmp_path):
     heard = []
     house.create_subscription(String, "say", lambda message: heard.append(message.data), RELIABLE)
     events = house.create_publisher(HomeEvent, "home_sensors/event", RELIABLE)
+    ros.add(SpeechNode())
     skills = make_skills(server)
     said = skills["say"].start({"text": "Please drink something."})
     ros.spin_until(lambda: heard and said.poll(), what="the text")
     assert (heard, said.poll()) == (["Please drink something."], success())
 
-    waiting = skills["wait_for_answer"].start({"time_limit": 600.0})
     ros.spin_until(events.get_subscription_count, what="the home sensors")
-    ros.spin_until(skills["wait_for_answer"].server_is_there, what="the topic of the answers")
+    ros.spin_until(lambda: server.count_publishers("answer"), what="the button")
+    waiting = skills["wait_for_answer"].start({"time_limit": 600.0})
     earlier = stamp_to_ros(house.timebase.now() - 60.0)
 
     def pressed():

@@ -16,6 +16,12 @@ BASES = ("own", "running")
 """Whose drivers of base and sensors: Florence's, or others that run already."""
 FILE = "options.json"
 """Its name in the folder of a bring-up."""
+STARTS = (
+    "florence up --sim",
+    "florence up --robot CONFIG",
+    "florence up --missions-only beside a robot",
+)
+"""How a system is started."""
 ABSENT = "absent"
 """The value of ``person`` that means nobody is at home."""
 
@@ -35,6 +41,7 @@ class BringUp:
         nav: One of :data:`NAVIGATIONS`.
         base: One of :data:`BASES`.
         missions_only: Whether only the mission server and the locator come up, beside a robot that runs.
+        speech: The parameter ``program`` of the node ``speech``, None for that of the configuration.
         home_file: The home sensors (docs/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
@@ -56,6 +63,7 @@ class BringUp:
     base: str = "own"
     missions_only: bool = False
     home_file: str | None = None
+    speech: str | None = None
     person: str | None = None
     start: tuple[float, float, float] | None = None
     world_file: str | None = None
@@ -105,7 +113,8 @@ class BringUp:
     @property
     def hotspots(self) -> Path:
         """The file with the hotspots; of those of the package a copy, because ``setHotspot`` writes to it."""
-        return Path(self.hotspots_file or Path(self.folder) / "hotspots.yaml")
+        name = "places.yaml" if self.missions_only else "hotspots.yaml"
+        return Path(self.hotspots_file or Path(self.folder) / name)
 
     @property
     def start_pose(self) -> Pose2 | None:

@@ -12,8 +12,9 @@ from florence_bt.core.paths import find_data
 from florence_bt.simulation.home.build_map import hotspots_yaml
 from florence_bt.skills.home_sensors.mqtt import require_paho
 from florence_bt.skills.home_sensors.settings import load_home
-from florence_bt.skills.locator.hotspots import load_hotspots, parse_hotspots
+from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, parse_hotspots
 from florence_bt.skills.navigation.map_server.map_file import load_map
+from florence_bt.skills.speech.voice import command_of
 from florence_bt.trees.language.loader import MissionLibrary
 
 
@@ -36,6 +37,8 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
     if options.own_world and not options.hotspots_file:
         hotspots = parse_hotspots(hotspots_yaml(flat_of(options)))
+    elif options.missions_only and not options.hotspots_file:
+        hotspots = Hotspots()
     else:
         hotspots = load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
     if options.home_file is not None:
@@ -43,5 +46,7 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
         if home.mqtt is not None:
             require_paho()
             home.mqtt.password()
+    if options.speech is not None:
+        command_of(options.speech)
     if options.in_flat:
         people_at_home(options)

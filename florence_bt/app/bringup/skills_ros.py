@@ -19,6 +19,7 @@ from florence_bt.core.serving import (
     ConditionBinding,
     NodeBinding,
     PublicationBinding,
+    QuestionBinding,
     ServiceBinding,
     SkillBinding,
     WaitBinding,
@@ -29,7 +30,12 @@ from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros, st
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, STATE
 from florence_bt.ros.service_skill import ServiceSkill
-from florence_bt.ros.topic_skill import TopicCondition, TopicPublication, TopicWait
+from florence_bt.ros.topic_skill import (
+    TopicAnswerWait,
+    TopicCondition,
+    TopicPublication,
+    TopicWait,
+)
 from florence_bt.skills.served import BINDINGS
 from florence_bt.trees.language.declarations import skills_in
 from florence_bt.trees.language.message_mappings import MessageMapping
@@ -179,13 +185,17 @@ def _over_ros(node: FlorenceNode, served: SkillBinding) -> Skill:
     if isinstance(served, PublicationBinding):
         topic = (interface, served.name)
         return TopicPublication(node, topic, lambda inputs: interface(**served.message(inputs)))
+    if isinstance(served, QuestionBinding):
+        return TopicAnswerWait(node, served)
     if isinstance(served, WaitBinding):
         return TopicWait(node, interface, served)
     assert isinstance(served, NodeBinding)
-    return _of_node(node, served, interface)
+    skill = _of_node(node, served, interface)
+    skill.external = served.external
+    return skill
 
 
-def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> Skill:
+def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> ActionSkill | ServiceSkill:
     message_type = interface.Goal if isinstance(served, ActionBinding) else interface.Request
 
     def to_message(inputs: Inputs) -> Any:

@@ -217,7 +217,7 @@ class System:
 
     def _is_left_out(self, served: SkillBinding) -> bool:
         """Tell whether this bring-up goes without a skill."""
-        if self.options.missions_only:
+        if self.options.missions_only or (isinstance(served, NodeBinding) and served.external):
             return True
         return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2
 

@@ -38,7 +38,7 @@ NODES: dict[str, tuple[str, ...]] = {
     ),
     "navigation": ("map_server", "localiser", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
-    "missions": ("florence_bt",),
+    "missions": ("florence_bt", "speech"),
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away."""
@@ -62,11 +62,12 @@ NODE_CLASSES = {
     "approach_user": "skills.people.approach_user.node:ApproachNode",
     "home_sensors": "skills.home_sensors.node:HomeSensorsNode",
     "florence_bt": "runtime.node:MissionNode",
+    "speech": "skills.speech.node:SpeechNode",
 }
 """Node -> module (below ``florence_bt``) and class."""
 
-OPTIONAL = ("home_sensors",)
-"""Nodes that are there only when the bring-up was given their file."""
+OPTIONAL = ("home_sensors", "speech")
+"""Nodes that are not in every bring-up: they need a file, or another program has their place."""
 
 ENDED_TOGETHER = ("navigation", "people")
 """Processes that are ended side by side: neither needs the other."""
@@ -141,10 +142,14 @@ class _Settings:
 
     @property
     def hotspots_file(self) -> Path:
-        """The hotspots; the copy of those of the package is made here."""
+        """The hotspots; the copy of those of the package is made here.
+
+        A robot that is not ours has none at first: the flat is not its home.
+        """
         file = self.options.hotspots
         if self.options.hotspots_file is None and not file.exists():
-            file.write_bytes(find_data("hotspots", "flat.yaml").read_bytes())
+            flat = find_data("hotspots", "flat.yaml")
+            file.write_bytes(b"" if self.options.missions_only else flat.read_bytes())
         return file
 
     def of(self, node: str, **overrides: Any) -> Parameters:
@@ -304,6 +309,14 @@ def _home_sensors(settings: _Settings) -> list[Factory]:
     return [partial(HomeSensorsNode, parameters=settings.of("home_sensors", **files))]
 
 
+def _speech(settings: _Settings) -> list[Factory]:
+    from florence_bt.skills.speech.node import SpeechNode
+    from florence_bt.skills.speech.voice import NONE
+
+    parameters = settings.of("speech", program=settings.options.speech)
+    return [] if parameters.get("program") == NONE else [partial(SpeechNode, parameters=parameters)]
+
+
 def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.make_safe import BaseSafety
     from florence_bt.app.bringup.skills_ros import make_skills
@@ -332,7 +345,7 @@ def _missions(settings: _Settings) -> list[Factory]:
             partial(make_skills, without=without, mappings=mappings),
             {**{name: each.declaration for name, each in mappings.items()}, **collect_declarations()},
             make_safety=BaseSafety,
-            on_recorded=pictures.draw,
+            on_recorded=pictures.draw if settings.options.map_file or not alone else None,
             other_actions=ACTIONS_WITHOUT_SKILL,
             wait_for_servers=not alone,
             parameters=parameters,
@@ -340,4 +353,5 @@ def _missions(settings: _Settings) -> list[Factory]:
         node.on_close(pictures.close)
         return node
 
-    return [*([_locator(settings), *_home_sensors(settings)] if alone else ()), mission_node]
+    places = [_locator(settings), *_home_sensors(settings)] if alone else []
+    return [*places, *_speech(settings), mission_node]

@@ -55,6 +55,7 @@ def run_up(options: BringUp) -> None:
             say("the robot does not know where it is; publish its pose on initialpose, e.g. with RViz")
         mission = "MISSION" if options.missions_only else "goto_user"
         say(f"in another terminal: florence run {mission}, florence status, florence stop; Ctrl-C ends all")
+        system.client.follow_speech(lambda text: say(f"the robot says: {text}"))
         missing = MissingServers(system.client.node, map(Path, options.mission_folders), say)
         pace = RehearsalPace()
         if options.emulated:

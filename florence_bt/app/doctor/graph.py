@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.topology import NODES, OPTIONAL
 from florence_bt.app.doctor.finding import (
     HealthFinding,
@@ -43,9 +44,18 @@ NAV2 = frozenset({"bt_navigator", "controller_server", "planner_server"})
 """Nodes of a Nav2 that drives in place of Florence's navigation (``--nav nav2``)."""
 
 
+def has_only_missions(view: GraphView) -> bool:
+    """Tell whether nothing is there but the mission server and the places, as with ``--missions-only``."""
+    seen = _names(view)
+    rest = {name for group, names in NODES.items() if group != "missions" for name in names}
+    return bool(seen & {*NODES["missions"]}) and not seen & (rest - {"florenceLocator", "home_sensors"})
+
+
 def absent_groups(view: GraphView) -> set[str]:
     """Return the processes that a running system does without, such as the simulator on a robot."""
     seen = _names(view)
+    if has_only_missions(view):
+        return {*NODES} - {"missions"}
     absent = {group for group in ("simulator", "navigation", "hardware") if not seen & set(NODES[group])}
     return absent if seen & NAV2 else absent & {"simulator"}
 
@@ -83,6 +93,8 @@ def why_devices_are_not_used(view: GraphView) -> str | None:
 
 def is_partial(view: GraphView) -> bool:
     """Tell whether a system is there of which something has not been seen: looking longer may show it."""
+    if has_only_missions(view):
+        return True  # or the other processes have not been discovered yet
     missing = len(missing_nodes(view))
     if missing == len(wanted_nodes(view)):
         return False
@@ -115,7 +127,7 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     """Report what a view of the graph means."""
     wanted, missing = wanted_nodes(view), missing_nodes(view)
     if len(missing) == len(wanted):
-        yield note(GROUP, "system", "is not running", "florence up --sim, or florence up --robot CONFIG")
+        yield note(GROUP, "system", "is not running", ", or ".join(STARTS))
         return
     if missing:
         yield problem(

@@ -13,6 +13,7 @@ from typing import Any
 
 from florence_interfaces.srv import GetHotspot
 
+from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.runs.client import MissionClient, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout, closest_first
@@ -27,7 +28,6 @@ from florence_bt.trees.language.model import CallMission, Mission, RunSkill
 SEARCH_S = 5.0
 """Wall seconds in which the mission server, and then the servers of the skills, must be discovered."""
 _HOTSPOT_SERVICE = "florenceLocator/getHotspot"
-_START = ("florence up --sim", "florence up --robot CONFIG")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ def compare_with_system(
         client.spin_until(lambda: client.servers() > 0, SEARCH_S)
         served = {info.name: info for info in client.missions().missions}
         findings = [finding for mission in missions for finding in _compare_mission(mission, served)]
-        findings += _compare_skills(client, _skills_of(missions, library), build(client.node))
+        findings += _compare_skills(client, _skills_of(missions, library), build(client.node), library)
         return findings + _compare_hotspots(client, missions, labels)
 
 
@@ -126,7 +126,10 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
     return needs
 
 
-def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[str, Skill]) -> list[Finding]:
+def _compare_skills(
+    client: MissionClient, needs: list[_Need], skills: Mapping[str, Skill], library: MissionLibrary
+) -> list[Finding]:
+    """Report skills without a server; whoever wrote the mapping of a skill knows what serves it."""
     findings: list[Finding] = []
     waiting: dict[str, ServedSkill] = {}
     for need in needs:
@@ -139,7 +142,10 @@ def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[s
     client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
     lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}
     return findings + [
-        need.finding(f"the skill {need.name!r} has no server: no {lost[need.name]} was found", _START)
+        need.finding(
+            f"the skill {need.name!r} has no server: no {lost[need.name]} was found",
+            ["starting the program that serves it"] if need.name in library.mappings else STARTS,
+        )
         for need in needs
         if need.name in lost
     ]
@@ -165,7 +171,7 @@ def _compare_hotspots(
                     )
                 except (SystemNotThere, DeviceTimeout) as error:
                     message = f"the hotspots cannot be compared: {error}"
-                    return [*findings, need.finding(message, _START, WARNING)]
+                    return [*findings, need.finding(message, STARTS, WARNING)]
                 known[label] = "" if answer.valid else answer.message or f"there is no hotspot {label!r}"
             if known[label]:
                 problem, _, valid = known[label].partition(" (would have worked: ")

@@ -12,6 +12,7 @@ from typing import Any
 import rclpy
 from florence_interfaces.msg import RunState
 from florence_interfaces.srv import (
+    AnswerQuestion,
     GetXYPhi,
     ListMissions,
     MissionStatus,
@@ -25,13 +26,14 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from florence_bt.app.bringup.locks import bring_up_here
+from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.qos import LATCHED, RELIABLE
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -103,6 +105,10 @@ class MissionClient(Closing):
         head = self.tree.partition("\n")[0].split(" · ")
         return self.tree if not run_id or f"run {run_id}" in head else ""
 
+    def follow_speech(self, show: Callable[[str], None]) -> None:
+        """Call back with each sentence that the robot begins to say."""
+        self.node.create_subscription(String, "say", lambda message: show(message.data), RELIABLE)
+
     def follow_truth(self) -> None:
         """Keep ``truth`` up to date with what the simulator says is really so."""
         self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)
@@ -170,7 +176,7 @@ class MissionClient(Closing):
         client = self._client(service_type, name)
         if not self._is_discovered(client):
             raise SystemNotThere(
-                f"no server of {name} was found; is the system up? Start it with: florence up --sim"
+                f"no server of {name} was found; is the system up? Start it with: {', or '.join(STARTS)}"
             )
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):
@@ -266,6 +272,10 @@ class MissionClient(Closing):
             ReloadMissions.Request(),
             budget_s=RELOAD_BUDGET_S,
         )
+
+    def answer(self, text: str) -> Any:
+        """Answer the question that is open; without a text ask which it is. Gives accepted and message."""
+        return self.call(AnswerQuestion, "florence_bt/answer", AnswerQuestion.Request(text=text))
 
     def missions(self) -> Any:
         """Return the missions that the mission server has, with their inputs; see ListMissions."""

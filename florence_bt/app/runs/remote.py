@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,8 @@ def run_mission(
         Whether it succeeded, or goes on when detached or left.
     """
     with MissionClient() as client:
+        said: deque[str] = deque()
+        client.follow_speech(said.append)  # before the first sentence
         answer: Any = None
         try:
             # A Ctrl-C between the question and the answer would leave a mission running.
@@ -46,7 +49,7 @@ def run_mission(
             _say(f"{answer.message}{name}", console)
             if not answer.accepted or detach:
                 return bool(answer.accepted)
-            status = _watch(client, answer.run_id, console, headless=headless)
+            status = _watch(client, answer.run_id, console, said, headless=headless, whole=whole)
         except KeyboardInterrupt:
             if answer is not None and answer.accepted and not detach:
                 _stop(client, answer.run_id, console, whole=whole)
@@ -69,7 +72,13 @@ def _stop(client: MissionClient, run_id: str, console: Console, *, whole: bool) 
 
 
 def _watch(
-    client: MissionClient, run_id: str, console: Console, *, headless: bool, whole: bool = False
+    client: MissionClient,
+    run_id: str,
+    console: Console,
+    said: deque[str],
+    *,
+    headless: bool,
+    whole: bool = False,
 ) -> Any:
     """Show a run until it is over, or without an id what runs until Ctrl-C.
 
@@ -83,7 +92,14 @@ def _watch(
     watch, keys = RunWatch(client, run_id), KEYS_OF_RUN if run_id else KEYS_OF_STATUS
     with closing(make_display(console, headless=headless, keys=keys, whole=whole)) as display:
         feed = RunFeed(client, display, run_id)
-        client.spin_until(lambda: display.left or watch.over(), FOREVER_S, watch=feed.look)
+
+        def look() -> None:
+            while said:
+                display.say(f"the robot says: {said.popleft()}")
+            feed.look()
+
+        client.spin_until(lambda: display.left or watch.over(), FOREVER_S, watch=look)
+        look()
     return None if display.left else watch.result()
 
 
@@ -97,7 +113,9 @@ def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = Fal
                 _say(line, console)
             return bool(status.found or not run_id)
         client.tree = status.tree
-        _watch(client, "", console, headless=False, whole=whole)
+        said: deque[str] = deque()
+        client.follow_speech(said.append)
+        _watch(client, "", console, said, headless=False, whole=whole)
     return True
 
 
@@ -137,6 +155,13 @@ def resume_mission(run_id: str) -> tuple[bool, str]:
     with MissionClient() as client:
         answer = client.resume(run_id)
         return bool(answer.success), str(answer.message)
+
+
+def answer_question(text: str) -> tuple[bool, str]:
+    """Answer the open question, or without a text tell which it is: (whether there is one, a message)."""
+    with MissionClient() as client:
+        answer = client.answer(text)
+        return bool(answer.accepted), str(answer.message)
 
 
 def reload_missions() -> tuple[bool, str]:

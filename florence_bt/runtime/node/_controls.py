@@ -6,11 +6,12 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from builtin_interfaces.msg import Time
-from florence_interfaces.srv import PauseMission, ReloadMissions, ResumeMission, StopMission
-from std_msgs.msg import Bool
+from florence_interfaces.srv import AnswerQuestion, PauseMission, ReloadMissions, ResumeMission, StopMission
+from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
+from florence_bt.core.message_skills import NOBODY_ASKS, AnswerWait
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
@@ -23,13 +24,14 @@ from florence_bt.runtime.run import RunStatus
 
 
 class Controls:
-    """Serves ``florence_bt/stop``, ``pause``, ``resume`` and ``reload_missions``, and obeys the override.
+    """Serves ``florence_bt/stop``, ``pause``, ``resume``, ``answer``, ``reload_missions``, obeys overrides.
 
     Args:
         node: The node that serves them.
         missions: What runs the missions.
         reload: Reads the mission files again.
         goals: The open goals that use the robot.
+        answers: What waits for answers; None when no skill does.
 
     Attributes:
         last_override: The date at which the manual override was switched on last, None when it never was or
@@ -42,6 +44,7 @@ class Controls:
         missions: Executor,
         reload: Callable[[], ReloadReport],
         goals: RobotGoals,
+        answers: AnswerWait | None,
     ) -> None:
         self._node = node
         self._missions = missions
@@ -51,6 +54,9 @@ class Controls:
         node.create_service(PauseMission, "florence_bt/pause", self._on_pause)
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
         node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
+        if answers is not None:
+            self._answers = answers
+            node.create_service(AnswerQuestion, "florence_bt/answer", self._on_answer)
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.last_override: datetime | None = None
         self._override_heard = False
@@ -107,6 +113,23 @@ class Controls:
     ) -> ReloadMissions.Response:
         report = self._reload()
         response.success, response.report = report.ok, report.text()
+        return response
+
+    def _on_answer(
+        self, request: AnswerQuestion.Request, response: AnswerQuestion.Response
+    ) -> AnswerQuestion.Response:
+        try:
+            text = checked_text("the answer", request.text)
+        except FlorenceError as error:
+            response.message = str(error)
+            return response
+        if text:
+            taken = self._answers.offer(String(data=text))
+            response.accepted, response.message = taken.accepted, taken.text
+        else:
+            question = self._answers.question
+            response.accepted = bool(question)
+            response.message = f"open: {question}" if question else NOBODY_ASKS
         return response
 
     def _on_override(self, message: Bool) -> None:

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Limits
+from florence_bt.core.message_skills import AnswerWait
 from florence_bt.core.skill import Skill
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.node import FlorenceNode
@@ -132,7 +133,8 @@ class MissionNode(FlorenceNode):
         self._triggers = Triggers(self, self._missions, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
         self._watching = Watching(self, lambda: self._missions.tree)
-        self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
+        answers = next((skill for skill in self._skills.values() if isinstance(skill, AnswerWait)), None)
+        self._controls = Controls(self, self._missions, self._reload, self._robot_goals, answers)
         self._queries = Queries(
             self, self._missions, self._declarations, self._skills, runs_folder, self._robot_goals
         )

@@ -25,7 +25,7 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, rig_skills
+from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, RigVoice, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
@@ -131,6 +131,7 @@ class Rig:
                 "approach": lambda **inputs: propose_approach(
                     **inputs, costmap=self._base.global_grid(), room=room
                 ),
+                "voice": RigVoice(self.topics, self.clock),
             },
             self.topics,
             self.clock,

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled, success
 from florence_bt.core.serving import (
     AnswerBinding,
@@ -16,11 +16,13 @@ from florence_bt.core.serving import (
     ConditionBinding,
     NodeBinding,
     PublicationBinding,
+    QuestionBinding,
     SkillBinding,
     WaitBinding,
 )
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, InstantSkill, Skill, SkillRun
 from florence_bt.skills.served import BINDINGS
+from florence_bt.skills.speech.voice import SilentVoice
 
 
 class ComponentRun(BaseRun):
@@ -98,6 +100,38 @@ class RigTopic:
             callback(message)
 
 
+class RigVoice:
+    """The robot's voice: sentences take their time, and the topics ``say`` and ``speaking`` have them.
+
+    Args:
+        topics: Receives the topics.
+        clock: The time of the robot.
+    """
+
+    def __init__(self, topics: MutableMapping[str, RigTopic], clock: Clock) -> None:
+        self._say = topics.setdefault("say", RigTopic())
+        self._speaking = topics.setdefault("speaking", RigTopic())
+        self._voice = SilentVoice(clock)
+        self._component = ExclusiveComponent()
+
+    def say(self, text: str) -> SkillRun:
+        """Begin a sentence; it takes the place of an older one."""
+        self._voice.stop()
+        run = self._component.begin(f"says: {text}", self._stop)
+        self._say.publish(data=text)
+        self._speaking.publish(data=text)
+        self._voice.begin(text, lambda problem: self._end(success()))
+        return run
+
+    def _stop(self) -> None:
+        self._voice.stop()
+        self._end(cancelled())
+
+    def _end(self, result: Result) -> None:
+        self._speaking.publish(data="")
+        self._component.finish(result)
+
+
 def rig_skills(
     components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
 ) -> dict[str, Skill]:
@@ -125,13 +159,21 @@ def _in_rig(
         return InstantSkill(partial(_publish, topic, served))
     label = f"topic {served.name}"
     answered: MessageCondition | MessageWait
-    if isinstance(served, WaitBinding):
+    if isinstance(served, QuestionBinding):
+        answered = wait = AnswerWait(clock, label, served, _ignore)
+        said = topics.setdefault(served.said, RigTopic())
+        said.subscribe(lambda message: wait.hear(message.data))
+    elif isinstance(served, WaitBinding):
         answered = MessageWait(clock, label, served)
     else:
         assert isinstance(served, ConditionBinding)
         answered = MessageCondition(clock, label, served.judge, served.max_age_s)
     topic.subscribe(answered.take)
     return answered
+
+
+def _ignore(line: str) -> None:
+    """Report nothing: nobody reads along in the rig."""
 
 
 def _publish(topic: RigTopic, served: PublicationBinding, inputs: Inputs) -> Result:

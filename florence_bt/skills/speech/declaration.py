@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.outcome import failure, success
-from florence_bt.core.serving import PublicationBinding, WaitBinding
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.serving import ActionBinding, PublicationBinding, QuestionBinding
 
 LONGEST_ANSWER = 200
 """Characters: it becomes an output of missions and stands in the journal."""
 
+PROGRAM_FAILED = 1
+"""Error code of the action ``speak``."""
+
+ANSWERS_KEPT_S = 3.0
+"""Chosen: people are up to a second late, and a program that listens needs one or two more."""
+
 SAY = SkillDeclaration(
     name="say",
-    summary="Say a text; a program that speaks listens on the topic `say`",
-    inputs={"text": Port(Kind.TEXT, "what to say")},
-    deadline_s=10.0,
+    summary="Say a text, and go on when it has been said",
+    inputs={"text": Port(Kind.TEXT, "what to say, up to 1000 characters")},
+    failures={"not_said": "the program that speaks failed"},
+    resources=frozenset({"voice"}),
+    deadline_s=120.0,
 )
 
 CALL_FOR_HELP = SkillDeclaration(
@@ -25,7 +35,7 @@ CALL_FOR_HELP = SkillDeclaration(
 
 WAIT_FOR_ANSWER = SkillDeclaration(
     name="wait_for_answer",
-    summary="Wait for a button of the home sensors, or anything else that comes on the topic `answer`",
+    summary="Wait for an answer: a button of the home sensors, `florence answer`, the topic `answer`",
     inputs={
         "time_limit": Port(Kind.DURATION, "how long to wait", default=30.0, minimum=1.0, maximum=600.0),
     },
@@ -35,12 +45,25 @@ WAIT_FOR_ANSWER = SkillDeclaration(
 )
 
 
+def _said(message: Any, outcome: Outcome) -> Result:
+    if outcome is Outcome.CANCELLED:
+        return cancelled()
+    if outcome is Outcome.FAILED:
+        return failure("not_said", message.error_msg, server_code=message.error_code)
+    return success()
+
+
 BINDINGS = (
-    PublicationBinding(
+    ActionBinding(
         skill=SAY,
-        interface="std_msgs/msg/String",
-        name="say",
-        message=lambda inputs: {"data": inputs["text"]},
+        interface="florence_interfaces/action/Speak",
+        name="speak",
+        external=True,
+        request=lambda inputs: {"text": inputs["text"]},
+        result=_said,
+        feedback=lambda message: f"says: {message.text}",
+        component="voice",
+        start_in_rig=lambda voice, inputs: voice.say(inputs["text"]),
     ),
     PublicationBinding(
         skill=CALL_FOR_HELP,
@@ -48,10 +71,12 @@ BINDINGS = (
         name="help",
         message=lambda inputs: {"data": inputs["text"]},
     ),
-    WaitBinding(
+    QuestionBinding(
         skill=WAIT_FOR_ANSWER,
         interface="std_msgs/msg/String",
         name="answer",
+        said="speaking",
+        keep_s=ANSWERS_KEPT_S,
         result=lambda message: success(answer=message.data[:LONGEST_ANSWER]),
         time_limit=lambda inputs: inputs["time_limit"],
         nothing=lambda inputs: failure("no_answer", f"nobody answered within {inputs['time_limit']:g} s"),

@@ -80,10 +80,13 @@ class KeyChecks:
 
     def _wanted(self) -> list[Reference]:
         return [
+            reference for node in self._all for value in _needed_by(node) for reference in references(value)
+        ] + [
             reference
             for node in self._all
-            for value in (*_needed_by(node), *_explanations_of(node))
+            for value in _explanations_of(node)
             for reference in references(value)
+            if reference.key not in model.FAILURE_KEYS  # which each failure has
         ]
 
     def read(self, reference: Reference, before: Written) -> Written:

@@ -13,7 +13,7 @@ from typing import Any
 
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem, resolve
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.interfaces import (
     field_type,
@@ -406,7 +406,8 @@ class _Mapping:
                 continue
             kinds = self._kinds_in_answers(expression.keys, source.position)
             for problem in check_kinds(expression, kinds, Kind.BOOLEAN).problems:
-                self._error(problem.position, problem.message, problem.valid)
+                valid = problem.valid or self._with_units(kinds)
+                self._error(problem.position, problem.message, valid)
             failures.append((code, compile_expression(expression, kinds)))
         without = [code for code in self._declaration.failures if code not in conditions]
         if without and (self._way_name != "action" or len(without) > 1):
@@ -414,6 +415,21 @@ class _Mapping:
             message = last if self._way_name == "action" else f"{without[0]!r} never comes: it lacks when"
             self._error(self._table.position, message, [f"{without[0]}: {{meaning: ..., when: $field == 1}}"])
         return (without[0] if without else ""), tuple(failures)
+
+    def _with_units(self, kinds: Mapping[str, Kind | None]) -> list[str]:
+        """Suggest outputs that give the plain numbers of a message the unit of what they stand beside."""
+        units = [kind for kind in kinds.values() if kind in SHOWN_UNITS]
+        plain = [
+            name
+            for name, kind in kinds.items()
+            if kind in (Kind.NUMBER, Kind.INTEGER) and name not in (*self._inputs, *self._declaration.outputs)
+        ]
+        return [
+            f"outputs: {{{name.replace('.', '_')}: {{type: {kind.value}, from: {name}}}}}"
+            for name in plain
+            for kind in units[:1]
+            if kind is not None
+        ]
 
     def _kinds_in_answers(self, names: Iterable[str], position: Position) -> dict[str, Kind | None]:
         kinds: dict[str, Kind | None] = {

@@ -204,6 +204,14 @@ def test_devices_that_the_running_system_does_not_use_are_not_looked_at(monkeypa
     assert [(f.level, f.item) for f in findings] == [(HealthLevel.NOTE, "devices")]
 
 
+ONLY_MISSIONS = GraphView(("/florence_bt", "/florenceLocator", "/drive"), 0, None, {"x": (0, "ok")})
+
+
+def test_missions_alone_are_a_whole_system():
+    """As with --missions-only, beside a robot of which Florence knows no node."""
+    assert all(finding.level is HealthLevel.OK for finding in check_graph(ONLY_MISSIONS))
+
+
 def test_no_system():
     (finding,) = check_graph(GraphView(("/somebody_else",)))
     assert finding.level is HealthLevel.NOTE and "florence up" in finding.advice
@@ -213,6 +221,7 @@ def test_no_system():
     ("view", "partial"),
     [
         (GraphView(), False),
+        (ONLY_MISSIONS, True),
         (GraphView(("/somebody_else",)), False),
         (GraphView(everything()[:3], 1, 0.8, {"x": (0, "ok")}), True),
         (GraphView(everything(), 1, None, {"x": (0, "ok")}), True),

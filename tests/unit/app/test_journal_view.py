@@ -136,6 +136,17 @@ def test_the_journal_that_was_written_last_is_taken_when_none_is_named(florence,
     assert result.exit_code == 2 and "--folder" in result.output
 
 
+def test_the_journal_of_the_running_system_is_taken_when_none_is_named(florence, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "locks"))
+    (tmp_path / "locks").mkdir()
+    monkeypatch.chdir(tmp_path / "locks")
+    assert florence("runs").exit_code != 0
+    run_id = record(tmp_path / "up" / "runs", 7)
+    with closing(lock_domain(tmp_path / "up")):
+        assert run_id in florence("runs").stdout
+        assert run_id in florence("status", "--events").stdout
+
+
 def test_the_status_of_a_recorded_run_tells_what_happened_when(florence, runs):
     result = florence("status", "--folder", runs, "--run", "T-002-goto_room", "--events")
     assert result.exit_code == 0

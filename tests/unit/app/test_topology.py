@@ -7,8 +7,10 @@ import math
 import pytest
 
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.app.bringup.topology import factories
+from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
 
 TIMEOUTS = [
@@ -92,10 +94,32 @@ def test_a_mission_server_that_is_started_again_recovers_runs_of_any_age(
         monkeypatch.setenv(STARTED_AGAIN, "1")
     else:
         monkeypatch.delenv(STARTED_AGAIN, raising=False)
-    (make,) = factories("missions", BringUp(folder=str(tmp_path), nav=nav, mission_folders=("mine",)))
+    *_, make = factories("missions", BringUp(folder=str(tmp_path), nav=nav, mission_folders=("mine",)))
     make()
     parameters = made["parameters"]
     assert parameters.get("recovery_limit") == (math.inf if again else None)
     assert parameters["runs_folder"] == str(tmp_path / "runs")
     assert list(parameters["mission_folders"]) == ["mine"]
     assert made["without"] == without and "navigate_to" in made["declared"]
+
+
+@pytest.mark.ros
+def test_a_robot_that_is_not_ours_does_not_get_the_hotspots_of_the_flat(tmp_path):
+    pytest.importorskip("rclpy")
+    alone = BringUp(folder=str(tmp_path), simulated=False, base="running", nav="nav2", missions_only=True)
+    check_options(alone)
+    locator = factories("missions", alone)[0]
+    assert len(load_hotspots(locator.keywords["parameters"]["hotspots_file"])) == 0
+    flat = factories("people", BringUp(folder=str(tmp_path)))[1]
+    assert len(load_hotspots(flat.keywords["parameters"]["hotspots_file"])) > 5
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(("speech", "nodes"), [(None, 2), ("cat", 2), ("none", 1)])
+def test_the_robots_voice_is_left_out_where_another_node_speaks(tmp_path, speech, nodes):
+    pytest.importorskip("rclpy")
+    options = BringUp(folder=str(tmp_path), speech=speech)
+    made = factories("missions", options)
+    assert len(made) == nodes
+    if speech == "cat":
+        assert made[0].keywords["parameters"]["program"] == "cat"

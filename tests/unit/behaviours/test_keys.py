@@ -62,7 +62,20 @@ def test_sources():
 
 def test_readable():
     assert [readable(v) for v in (True, 3, 0.123456, "t")] == ["true", "3", "0.1235", "t"]
-    assert readable(Pose2(1, 2, 3)) == "(x 1.00 m, y 2.00 m, yaw 3.00 rad)"
+    assert readable(Pose2(1, 2, 3)) == "(x 1.00 m, y 2.00 m, yaw 171.9 deg)"
+
+
+def test_a_text_has_values_as_people_write_them():
+    values = {"speed": 0.3, "turn": 1.5707963, "pause": 5.0, "part": 0.25, "room": "hall"}
+    kinds = {"speed": Kind.SPEED, "turn": Kind.ANGLE, "pause": Kind.DURATION, "part": Kind.NUMBER}
+    keys = KeyStore(values)
+    keys.declare({}, lambda: kinds)
+    parts = (KeyReference("turn"), " in the ", KeyReference("room"), ", ", KeyReference("pause"), "; ")
+    assert resolve(TextTemplate((*parts, KeyReference("part"))), keys) == "90 deg in the hall, 5 s; 0.25"
+    written = (KeyReference("pause"), " s at ", KeyReference("speed"), " m/s, not 5 smiles: ")
+    assert resolve(TextTemplate(written), keys) == "5 s at 0.3 m/s, not 5 smiles: "
+    smiles = TextTemplate((KeyReference("pause"), " smiles"))
+    assert resolve(smiles, keys) == "5 s smiles"
 
 
 def test_set_key_writes_all_or_nothing():

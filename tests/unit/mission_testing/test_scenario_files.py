@@ -172,7 +172,7 @@ def test_scripts_of_several_steps(play):
                   [>] approach_user
                       [>] parallel
                           [>] approach the person (sequence)
-                              [+] set place -- place = (x 3.00 m, y 2.00 m, yaw 0.00 rad)
+                              [+] set place -- place = (x 3.00 m, y 2.00 m, yaw 0 deg)
                               [>] run drive_before
                                   [>] sequence
                                       [+] get robot pose

@@ -287,3 +287,27 @@ def test_hidden_files_and_links_that_lead_nowhere_disturb_nobody(home):
     assert again.library.names() == ["greet", "visit"] and "lost" in again.library.unreadable()
     report = home.executor.reload()
     assert "lost" in report.text() and home.run().status is RunStatus.SUCCEEDED
+
+
+SKILLS = "skills:\n  grip:\n    service: grip\n    type: std_srvs/srv/Trigger\n"
+
+
+def test_an_edited_file_of_skills_waits_for_the_next_start_and_says_so(tmp_path):
+    file = tmp_path / "robot.skills.yaml"
+    file.write_text(SKILLS)
+    home = Home(tmp_path)
+    assert home.executor.reload().text() == "nothing has changed"
+    file.write_text(SKILLS + "    deadline: 5 s\n")
+    home.touch(file)
+    report = home.executor.reload()
+    assert not report.ok and "florence up" in report.held["robot.skills.yaml"]
+    assert home.run().status is RunStatus.SUCCEEDED
+    assert any("robot.skills.yaml" in line for line in home.executor.warnings())
+    file.write_text("skills:\n  grip: {servce: grip}\n")
+    home.touch(file)
+    assert "robot.skills.yaml:2:10" in home.executor.reload().text()
+    file.write_text(SKILLS)
+    home.touch(file)
+    assert home.executor.reload().ok
+    file.unlink()
+    assert "robot.skills.yaml" in home.executor.reload().held

@@ -186,6 +186,17 @@ def test_memory_false_watches_earlier_conditions(workshop):
     assert bench.skills["turn"].active == 0
 
 
+def test_because_can_quote_the_failure_that_it_explains(workshop):
+    bench = Bench(
+        workshop,
+        "keys: {least: {type: length, default: 0.5 m}}\n"
+        'tree: {look_for_user: , because: "no user within $least ($failure_code): $failure_reason"}\n',
+        look_for_user=[Step(failure("no_user_seen", "nobody"))],
+    )
+    bench.run()
+    assert explain(bench.root).reason == "no user within 0.5 m (no_user_seen): nobody"
+
+
 def test_because_in_a_called_mission_uses_its_own_keys(workshop):
     workshop.write(
         "inputs: {who: {type: text}}\n"

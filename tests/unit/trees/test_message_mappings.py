@@ -234,3 +234,17 @@ def test_the_example_passes_the_check() -> None:
     library = MissionLibrary.load([ROOT / "examples" / "foreign_robot" / "missions"], built_in=False)
     assert library.findings == [] and len(library.names()) == 3
     assert check(library.missions(), library, collect_declarations()) == []
+
+
+def test_a_plain_number_beside_a_length_is_told_how_it_gets_its_unit(tmp_path: Path) -> None:
+    text = (
+        "skills:\n  near:\n    inputs: {least: {type: length, default: 1 m}}\n"
+        "    failures: {too_near: {when: $range < $least}}\n"
+        "    condition: sonar\n    type: sensor_msgs/msg/Range\n"
+    )
+    file = tmp_path / "r.skills.yaml"
+    file.write_text(text)
+    (finding,) = read_skills_file(file).findings
+    (hint,) = finding.valid
+    file.write_text(f"{text}    {hint}\n")
+    assert not read_skills_file(file).findings
