@@ -8,16 +8,16 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, spelling
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.locator.habits import RoomHabits
-from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locator.hotspots import OBJECT, ROOM, Hotspot, Hotspots
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
@@ -42,6 +42,14 @@ of the map did not see, and by a sensor with an error)."""
 MAX_HOTSPOTS = 1000
 """More take so long to write and to read back that other requests would wait too long."""
 
+
+ROOM_NAMES = (
+    *("kitchen", "living room", "bedroom", "bathroom", "toilet", "hall", "corridor", "study", "dining room"),
+    *("office", "nursery", "guest room", "utility room", "laundry", "pantry", "attic", "cellar", "basement"),
+    *("garage", "balcony", "terrace", "conservatory", "lobby", "lounge", "room"),
+)
+"""A taught hotspot with one of these names, whatever stands between its words, perhaps with a number behind
+it, is a room; one with another name is an object. Chosen: the rooms of homes and of care homes."""
 
 INITIAL_ROOM, SET_ROOM, SET_POSITION = "initial_user_room", "setUserPosRoom", "setUserPosXYPhi"
 """What located the user: the parameter and the services of the document's table 11."""
@@ -70,6 +78,7 @@ class Locator:
         clock: Tells how long ago the user was seen.
         initial_user_room: The room to believe the user in at the start, empty for none.
         habits: Where the user usually is; what is seen from now on is counted there.
+        room_names: What a hotspot is called that is a room when it is taught.
 
     Raises:
         ConfigError: The initial room is not among the hotspots.
@@ -84,7 +93,9 @@ class Locator:
         clock: Clock,
         initial_user_room: str = "",
         habits: RoomHabits | None = None,
+        room_names: Iterable[str] = ROOM_NAMES,
     ) -> None:
+        self._room_names = frozenset(map(spelling, room_names))
         self.hotspots = hotspots
         self.habits = habits or RoomHabits()
         self._clock = clock
@@ -190,15 +201,22 @@ class Locator:
         self.habits.saw(self.room_of_pose(self.user), at)
 
     def set_hotspot(self, label: str, pose: Pose2) -> Result:
-        """Move a hotspot or add a room."""
+        """Move a hotspot, whose kind and polygon stay, or add one: a room if it is called so, else an object.
+
+        Returns:
+            With the output ``hotspot``; or why not.
+        """
         if not label.strip():
             return failure("bad_input", "a hotspot needs a label")
         if not pose.is_finite():
             return failure("bad_input", f"the pose of a hotspot must be finite, not {pose}")
         if self.hotspots.get(label) is None and len(self.hotspots) >= MAX_HOTSPOTS:
             return failure("bad_input", f"there are {MAX_HOTSPOTS} hotspots already; move one of them")
-        self.hotspots.put(label, pose)
-        return success()
+        known = self.hotspots.get(label)
+        kind = ROOM if _is_called_room(label, self._room_names) else OBJECT
+        hotspot = replace(known, pose=pose) if known else Hotspot(label, pose, kind)
+        self.hotspots.put(hotspot)
+        return success(hotspot=hotspot)
 
     def get_user_room(self) -> Result:
         """Run the skill ``get_user_room``."""
@@ -309,3 +327,7 @@ class Locator:
         if self.override:
             return "the manual override is on: send False on manualOverride first"
         return None
+
+
+def _is_called_room(label: str, names: frozenset[str]) -> bool:
+    return spelling(label).rstrip("0123456789") in names
