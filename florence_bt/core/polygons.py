@@ -6,6 +6,7 @@ leaves through an odd number of edges, so that a polygon whose edges cross has a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -121,3 +122,16 @@ def cells_inside(
             begun[cut, first] += 1
     inside: NDArray[np.bool_] = np.cumsum(begun[:, :columns], axis=1) % 2 == 1
     return inside
+
+
+def distance_to(polygon: Polygon, x: float, y: float) -> float:
+    """Return how far a point is from the nearest edge, metres."""
+    return min(_distance_to_edge(edge, x, y) for edge in edges(polygon))
+
+
+def _distance_to_edge(edge: Edge, x: float, y: float) -> float:
+    (ax, ay), (bx, by) = edge
+    squared = (bx - ax) ** 2 + (by - ay) ** 2
+    along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / squared if squared else 0.0
+    share = max(0.0, min(1.0, along))
+    return math.hypot(ax + share * (bx - ax) - x, ay + share * (by - ay) - y)

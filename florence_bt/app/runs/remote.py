@@ -10,7 +10,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.bringup.signals import held_back
-from florence_bt.app.runs.client import MissionClient, RunWatch
+from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch
 from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -119,11 +119,15 @@ def resume_mission(run_id: str) -> tuple[bool, str]:
         return bool(answer.success), str(answer.message)
 
 
-def reload_missions() -> tuple[bool, str]:
-    """Read the mission files again: (whether all of it went well, a report)."""
+def reload_files() -> tuple[bool, str]:
+    """Read the files of missions and of hotspots again: (whether all of it went well, a report)."""
     with MissionClient() as client:
         answer = client.reload()
-        return bool(answer.success), str(answer.report)
+        success, report = bool(answer.success), str(answer.report)
+        if LOCATOR in client.node.get_node_names():  # --missions-only has none
+            places = client.reload_places()
+            success, report = success and bool(places.success), f"{report}\n{places.message}"
+    return success, report
 
 
 def live_missions() -> str:

@@ -29,7 +29,7 @@ from florence_bt.core.plain_yaml import (
 from florence_bt.core.polygons import Polygon
 from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes, replace_text
 from florence_bt.core.zones import Zone
-from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, Places, parse_places
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, Places, parse_places, read_item
 
 _BY_HAND = "an edit by hand"
 
@@ -47,7 +47,7 @@ class HotspotFile:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._text = decode(read_bytes(self.path), self.path)
-        self._places = parse_places(self._text.encode(), self.path)
+        self._places: Places = parse_places(self._text.encode(), self.path)
         self._wanted = self._places.sound().copy()
 
     @property
@@ -62,21 +62,22 @@ class HotspotFile:
 
         Args:
             hotspot: The hotspot.
-            written: How to write some of its values, such as ``phi: 90 deg``.
+            written: How to write ``x``, ``y`` or ``yaw``, such as ``90 deg``.
         """
-        entry = _hotspot_entry(hotspot) | dict(written or {})
+        entry, typed = _hotspot_entry(hotspot), dict(written or {})
         known = self._wanted.get(hotspot.label)
         self._wanted.put(hotspot)
         if known is None:
-            self._append("hotspots", entry)
+            if "yaw" in typed:
+                entry = {"yaw" if name == "phi" else name: text for name, text in entry.items()}
+            self._append("hotspots", entry | typed)
             return
-        old = _hotspot_entry(known)
-        item = self._places.entry("hotspots", hotspot.label)
-        if "phi" in entry and item.get("yaw") is not None:
-            entry["yaw"], old["yaw"] = entry.pop("phi"), old["phi"]
+        old, item = _hotspot_entry(known), self._places.entry("hotspots", hotspot.label)
+        angle = "phi" if item.get("yaw") is None else "yaw"
         for name, text in entry.items():
             if text != old.get(name):
-                self._set(self._places.entry("hotspots", hotspot.label), name, text)
+                key, typed_key = (angle, "yaw") if name == "phi" else (name, name)
+                self._set(self._places.entry("hotspots", hotspot.label), key, typed.get(typed_key, text))
 
     def rename(self, old: str, new: str) -> None:
         """Give a hotspot another label.
@@ -141,7 +142,7 @@ class HotspotFile:
 
     def _use(self, text: str) -> None:
         self._text = text
-        self._places: Places = parse_places(text.encode(), self.path)
+        self._places = parse_places(text.encode(), self.path)
 
     def _offset(self, position: Position) -> int:
         return self._line_begin(position.line) + position.column - 1
@@ -187,12 +188,15 @@ class HotspotFile:
         if items is None:
             ended = self._text if not self._text or self._text.endswith("\n") else self._text + "\n"
             self._use(f"{ended}{section}:\n  - {text}\n")
-        elif isinstance(items, YamlScalar):  # empty
+        elif not isinstance(items, YamlSequence) or not items.items:  # nothing, or empty brackets
+            if isinstance(items, YamlSequence):
+                begin = self._offset(items.position)
+                self._replace(begin, self._end_of(items), "")
             end = self._line_end(self._key(section).position.line)
             self._replace(end, end, f"\n  - {text}")
         elif self._in_brackets(items):
-            end = self._end_of(items.items[-1]) if items.items else self._offset(items.position) + 1
-            self._replace(end, end, (", " if items.items else "") + text)
+            end = self._end_of(items.items[-1])
+            self._replace(end, end, f", {text}")
         else:
             end = self._end_of(items.items[-1])
             end = end + len(LINE_BREAK.split(self._text[end:], 1)[0])
@@ -291,9 +295,34 @@ def add_to_empty(path: Path) -> None:
     """
     if not path.exists():
         try:
-            replace_text(path, "# Rooms, objects and zones: docs/places.md.\nhotspots: []\n")
+            replace_text(path, "# Rooms, objects and zones: docs/places.md.\nhotspots:\n")
         except OSError as error:
             raise ConfigError(f"cannot write the hotspots: {error}", file=path) from error
+
+
+def read_hotspot(label: str, values: Mapping[str, str], known: Hotspot | None = None) -> Hotspot:
+    """Read a hotspot whose values were typed one by one.
+
+    Args:
+        label: Its label.
+        values: Key -> value, as in the file.
+        known: The hotspot that has the other values.
+
+    Raises:
+        ConfigError: Something is wrong; without a place in a file.
+    """
+    others = {} if known is None else _hotspot_entry(known)
+    others.pop("label", None)
+    if "yaw" in values:
+        others.pop("phi", None)
+    (hotspot,) = read_item("hotspots", label, others | dict(values)).hotspots
+    return hotspot
+
+
+def read_zone(label: str, values: Mapping[str, str]) -> Zone:
+    """Read a zone whose values were typed one by one; as :func:`read_hotspot`."""
+    (zone,) = read_item("zones", label, values).hotspots.zones
+    return zone
 
 
 def _hotspot_entry(hotspot: Hotspot) -> dict[str, str]:

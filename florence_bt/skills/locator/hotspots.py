@@ -13,7 +13,15 @@ from pathlib import Path
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import MAX_DISTANCE_M, Pose2
-from florence_bt.core.plain_yaml import EmptyFile, Position, YamlMapping, YamlNode, YamlScalar, parse_yaml
+from florence_bt.core.plain_yaml import (
+    EmptyFile,
+    Position,
+    YamlMapping,
+    YamlNode,
+    YamlScalar,
+    YamlSequence,
+    parse_yaml,
+)
 from florence_bt.core.polygons import Point, Polygon, contains
 from florence_bt.core.settings_file import SettingsReader
 from florence_bt.core.text_files import read_bytes
@@ -205,6 +213,41 @@ def parse_places(data: bytes, file: Path) -> Places:
     return _PlacesReader(file, problems).read(source, problems)
 
 
+def read_item(section: str, label: str, values: Mapping[str, str]) -> Places:
+    """Read one hotspot or zone whose values were typed one by one.
+
+    Args:
+        section: ``hotspots`` or ``zones``.
+        label: Its label.
+        values: Key -> value, as in the file.
+
+    Returns:
+        Places with nothing else.
+
+    Raises:
+        ConfigError: Something is wrong; without a place in a file.
+    """
+    start = Position()
+    entries: list[tuple[YamlScalar, YamlNode]] = [
+        (YamlScalar("label", False, start), YamlScalar(label, True, start))
+    ]
+    for name, text in values.items():
+        try:
+            entries.append((YamlScalar(name, False, start), parse_yaml(text.encode(), Path(name))))
+        except ConfigError as error:
+            raise ConfigError(f"{name}: {error.problem}", valid=error.valid) from error
+    items = YamlSequence((YamlMapping(tuple(entries), start),), start)
+    sections = {"hotspots": YamlSequence((), start), section: items}
+    root = YamlMapping(
+        tuple((YamlScalar(name, False, start), part) for name, part in sections.items()), start
+    )
+    problems: list[ConfigError] = []
+    places = _PlacesReader(Path(label), problems).read(root, problems)
+    if problems:
+        raise ConfigError(problems[0].problem, valid=problems[0].valid)
+    return places
+
+
 class _PlacesReader(SettingsReader):
     """Reads one hotspot file to its end, whatever is wrong with it."""
 
@@ -231,7 +274,8 @@ class _PlacesReader(SettingsReader):
         self, top: Mapping[str, YamlNode], section: str, entries: dict[str, dict[str, YamlMapping]]
     ) -> Iterator[YamlMapping]:
         """Yield the items of a section that have a label of their own."""
-        for item in self.value(top, section, self._list, ()):
+        items: tuple[YamlNode, ...] = self.value(top, section, self._list, ())
+        for item in items:
             try:
                 label = self._label(item)
             except ConfigError as error:

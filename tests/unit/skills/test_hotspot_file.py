@@ -97,7 +97,7 @@ def test_only_what_is_meant_changes(tmp_path: Path) -> None:
     changed.save()
     assert path.read_text() == BLOCK.replace("x: 1.5", "x: 1.75")
     assert (tmp_path / "home.yaml.bak").read_text() == BLOCK
-    changed.put(replace(kitchen, pose=Pose2(1.75, -2.0, 1.0)), {"phi": "57.29577951308232 deg"})
+    changed.put(replace(kitchen, pose=Pose2(1.75, -2.0, 1.0)), {"yaw": "57.29577951308232 deg"})
     changed.put(Hotspot("sofa", Pose2(1.0, 2.0), "object"))
     changed.remove("tv")
     changed.save()
