@@ -71,12 +71,12 @@ def add(
 ) -> None:
     """Add a hotspot: where the robot is to stand, and which way it looks there.
 
-    Angles have a unit, as in missions; metres need none. Without a kind it is an object. A file that does not
-    exist is made.
+    Angles have a unit, as in missions; metres need none. Without a kind a hotspot that is called like a room
+    (kitchen, bedroom 2) is one, another one is an object. A file that does not exist is made.
     """
     from florence_bt.app.places.target import add_hotspot
 
-    _change(hotspots, add_hotspot(label, {"kind": "object"} | key_values(values)), create=True)
+    _change(hotspots, add_hotspot(label, key_values(values)), create=True)
 
 
 @hotspot.command(epilog=f"Example: florence hotspot here sofa\n\n{EXIT_CODES}")

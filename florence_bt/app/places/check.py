@@ -53,7 +53,7 @@ def check_places(file: Path, map_file: Path | None, form: str) -> tuple[str, boo
     report = FORMATS[form](findings, Excerpts({}))
     if form == "text":
         spots, zones = len(places.hotspots), len(places.hotspots.zones)
-        head = f"{spots} hotspots and {zones} zones checked: {summary(findings)}"
+        head = f"hotspots: {spots}, zones: {zones}; {summary(findings)}"
         report = f"{report}\n{head}" if report else head
     return report, has_errors(findings)
 

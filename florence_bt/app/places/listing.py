@@ -7,6 +7,7 @@ import math
 from collections.abc import Collection, Sequence
 from typing import Any
 
+from florence_bt.core.geometry import degrees_text
 from florence_bt.core.polygons import area
 from florence_bt.skills.locator.hotspots import Hotspots
 
@@ -44,7 +45,7 @@ def as_table(hotspots: Hotspots) -> str:
             spot.kind,
             f"{spot.pose.x:.2f}",
             f"{spot.pose.y:.2f}",
-            f"{math.degrees(math.remainder(spot.pose.yaw, math.tau)):.0f} deg",
+            degrees_text(spot.pose.yaw),
             f"{area(spot.polygon):.1f} m²" if spot.polygon else "",
         )
         for spot in hotspots

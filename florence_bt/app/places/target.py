@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.locator.hotspot_file import HotspotFile, add_to_empty, read_hotspot, read_zone
-from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, read_places
+from florence_bt.skills.locator.hotspots import Hotspots, kind_of_new, load_hotspots, read_places
 
 if TYPE_CHECKING:
     from florence_bt.app.runs.client import MissionClient
@@ -142,8 +142,9 @@ def add_hotspot(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile]
     def edit(file: HotspotFile) -> str:
         if file.hotspots.get(label) is not None:
             raise ConfigError(f"there is a hotspot {label!r} already", valid=["florence hotspot move"])
-        file.put(read_hotspot(label, values), values)
-        return f"{label} added"
+        hotspot = read_hotspot(label, {"kind": kind_of_new(label)} | dict(values))
+        file.put(hotspot, values)
+        return f"the {hotspot.kind} {label} added"
 
     return edit
 
@@ -171,9 +172,11 @@ def put_here(label: str, pose: Pose2, values: Mapping[str, str]) -> Callable[[Ho
 
     def edit(file: HotspotFile) -> str:
         known = file.hotspots.get(label)
-        file.put(read_hotspot(label, here, known), here)
+        kind = {} if known else {"kind": kind_of_new(label)}
+        hotspot = read_hotspot(label, kind | here, known)
+        file.put(hotspot, here)
         place = f"({here['x']} m, {here['y']} m), {here['yaw']}"
-        return f"{label} {'moved to' if known else 'added at'} {place}"
+        return f"the {hotspot.kind} {label} {'moved to' if known else 'added at'} {place}"
 
     return edit
 

@@ -220,6 +220,10 @@ class MissionClient:
             return False  # a start on a busy machine; the caller has a limit of its own
         return bool(answer.valid)
 
+    def sees(self, node: str) -> bool:
+        """Tell whether a node has been discovered."""
+        return node in self.node.get_node_names()
+
     def servers(self) -> int:
         """Return how many mission servers have been discovered."""
         return self.node.get_node_names().count(MISSION_SERVER)

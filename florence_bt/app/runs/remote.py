@@ -124,7 +124,7 @@ def reload_files() -> tuple[bool, str]:
     with MissionClient() as client:
         answer = client.reload()
         success, report = bool(answer.success), str(answer.report)
-        if LOCATOR in client.node.get_node_names():  # --missions-only has none
+        if client.sees(LOCATOR):  # --missions-only has none
             places = client.reload_places()
             success, report = success and bool(places.success), f"{report}\n{places.message}"
     return success, report

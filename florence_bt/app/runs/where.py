@@ -17,8 +17,9 @@ from nav2_msgs.action import NavigateToPose
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 
-from florence_bt.app.runs.client import ACTIVE_STATES, LOCATOR, MissionClient, SystemNotThere
+from florence_bt.app.runs.client import ACTIVE_STATES, LOCATOR, MISSION_SERVER, MissionClient, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout
+from florence_bt.core.geometry import degrees_text
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 
@@ -33,6 +34,7 @@ SEEN_S = 1.5
 """Wall seconds for which a person counts as seen: the camera's node tells of people five times a second."""
 WATCH_PERIOD_S = 0.5
 _LOCALISER = "Place in the map"
+_GOALS = "navigate_to_pose/_action/status"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 
 
@@ -82,7 +84,7 @@ class Where:
         subscribe(BatteryState, "battery_state", self._battery.take, SENSOR)
         subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
         subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
-        subscribe(GoalStatusArray, "navigate_to_pose/_action/status", self._goals.take, LATCHED)
+        subscribe(GoalStatusArray, _GOALS, self._goals.take, LATCHED)
         subscribe(Bool, MANUAL_OVERRIDE, self._override.take, LATCHED)
         feedback = NavigateToPose.Impl.FeedbackMessage
         subscribe(feedback, "navigate_to_pose/_action/feedback", self._feedback.take, RELIABLE)
@@ -109,6 +111,8 @@ class Where:
         }
 
     def _ask(self, service_type: Any, name: str) -> Any:
+        if not self._client.sees(LOCATOR):
+            raise SystemNotThere("no locator")
         return self._client.call(service_type, f"{LOCATOR}/{name}", service_type.Request(), repeat=True)
 
     def _robot(self) -> Fact:
@@ -119,7 +123,7 @@ class Where:
         if not pose.valid:
             return Fact("not known: no transform leads from the map to the robot", False)
         return Fact(
-            f"{_in(room)}at {_place(pose)}, heading {_degrees(pose):.0f} deg", True, _values(pose, room)
+            f"{_in(room)}at {_place(pose)}, heading {degrees_text(pose.phi)}", True, _values(pose, room)
         )
 
     def _certainty(self) -> Fact:
@@ -138,7 +142,9 @@ class Where:
     def _goal(self) -> Fact:
         goals = self._goals.message
         if goals is None:
-            return Fact("not known: no navigation has told of goals (navigate_to_pose)", False)
+            if self._client.node.count_publishers(_GOALS):
+                return Fact("none: nothing has been driven to yet")
+            return Fact("not known: there is no navigation (navigate_to_pose)", False)
         if not any(goal.status in _DRIVING for goal in goals.status_list):
             return Fact("none: nothing drives to a place", True)
         feedback = self._feedback.message.feedback if self._feedback.age < OLD_S else None
@@ -158,7 +164,7 @@ class Where:
     def _mission(self) -> Fact:
         blocked = "; the manual override is on" if getattr(self._override.message, "data", False) else ""
         state = self._client.state
-        if not self._client.servers():
+        if not self._client.sees(MISSION_SERVER):
             return Fact(f"not known: no mission server is there{blocked}", False)
         if not state.run_id:
             return Fact(f"none has run yet{blocked}")
@@ -234,12 +240,11 @@ def show_where(console: Console, *, watch: bool, json_lines: bool) -> None:
     with MissionClient("florence_where") as client:
         where = Where(client)
         where.wait()
-        facts = where.facts()
-        if not facts["robot"].known and not client.servers() and not facts["certainty"].known:
+        if not client.sees(LOCATOR) and not client.sees(MISSION_SERVER):
             raise SystemNotThere("no system was found; is it up? Start it with: florence up --sim")
         _show(
             where,
-            facts,
+            where.facts(),
             console,
             watch=watch,
             json_lines=json_lines,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, closest_first, spelling
 from florence_bt.core.geometry import MAX_DISTANCE_M, Pose2
 from florence_bt.core.plain_yaml import (
     EmptyFile,
@@ -34,6 +34,14 @@ KINDS = (ROOM, OBJECT)
 FIELDS = ("label", "x", "y", "phi", "yaw", "kind", "polygon")
 ZONE_FIELDS = ("label", "kind", "polygon", "speed_limit")
 SECTIONS = ("hotspots", "zones")
+
+ROOM_NAMES = (
+    *("kitchen", "living room", "bedroom", "bathroom", "toilet", "hall", "corridor", "study", "dining room"),
+    *("office", "nursery", "guest room", "utility room", "laundry", "pantry", "attic", "cellar", "basement"),
+    *("garage", "balcony", "terrace", "conservatory", "lobby", "lounge", "room"),
+)
+"""A taught hotspot with one of these names, whatever stands between its words, perhaps with a number behind
+it, is a room; one with another name is an object. Chosen: the rooms of homes and of care homes."""
 
 _ANGLES = UNITS[Kind.ANGLE]
 _LENGTHS = {"": 1.0} | UNITS[Kind.LENGTH]
@@ -118,6 +126,11 @@ class Hotspots:
             return f"there is no hotspot {label!r}: the list of hotspots is empty"
         close = ", ".join(closest_first(label, self.labels()))
         return f"there is no hotspot {label!r} (would have worked: {close})"
+
+
+def kind_of_new(label: str, room_names: Iterable[str] = ROOM_NAMES) -> str:
+    """Return the kind of a hotspot that is taught without one: a room if it is called so, else an object."""
+    return ROOM if spelling(label).rstrip("0123456789") in map(spelling, room_names) else OBJECT
 
 
 def load_hotspots(path: str | Path) -> Hotspots:

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.errors import ConfigError, spelling
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.locator.habits import RoomHabits
-from florence_bt.skills.locator.hotspots import OBJECT, ROOM, Hotspot, Hotspots
+from florence_bt.skills.locator.hotspots import ROOM_NAMES, Hotspot, Hotspots, kind_of_new
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
@@ -42,14 +42,6 @@ of the map did not see, and by a sensor with an error)."""
 MAX_HOTSPOTS = 1000
 """More take so long to write and to read back that other requests would wait too long."""
 
-
-ROOM_NAMES = (
-    *("kitchen", "living room", "bedroom", "bathroom", "toilet", "hall", "corridor", "study", "dining room"),
-    *("office", "nursery", "guest room", "utility room", "laundry", "pantry", "attic", "cellar", "basement"),
-    *("garage", "balcony", "terrace", "conservatory", "lobby", "lounge", "room"),
-)
-"""A taught hotspot with one of these names, whatever stands between its words, perhaps with a number behind
-it, is a room; one with another name is an object. Chosen: the rooms of homes and of care homes."""
 
 INITIAL_ROOM, SET_ROOM, SET_POSITION = "initial_user_room", "setUserPosRoom", "setUserPosXYPhi"
 """What located the user: the parameter and the services of the document's table 11."""
@@ -95,7 +87,7 @@ class Locator:
         habits: RoomHabits | None = None,
         room_names: Iterable[str] = ROOM_NAMES,
     ) -> None:
-        self._room_names = frozenset(map(spelling, room_names))
+        self._room_names = tuple(room_names)
         self.hotspots = hotspots
         self.habits = habits or RoomHabits()
         self._clock = clock
@@ -213,7 +205,7 @@ class Locator:
         if self.hotspots.get(label) is None and len(self.hotspots) >= MAX_HOTSPOTS:
             return failure("bad_input", f"there are {MAX_HOTSPOTS} hotspots already; move one of them")
         known = self.hotspots.get(label)
-        kind = ROOM if _is_called_room(label, self._room_names) else OBJECT
+        kind = kind_of_new(label, self._room_names)
         hotspot = replace(known, pose=pose) if known else Hotspot(label, pose, kind)
         self.hotspots.put(hotspot)
         return success(hotspot=hotspot)
@@ -327,7 +319,3 @@ class Locator:
         if self.override:
             return "the manual override is on: send False on manualOverride first"
         return None
-
-
-def _is_called_room(label: str, names: frozenset[str]) -> bool:
-    return spelling(label).rstrip("0123456789") in names

@@ -46,8 +46,8 @@ from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN, ZONES
 from florence_bt.ros.zones import zones_to_ros
 from florence_bt.skills.locator.habits import RoomHabits, load_habits
 from florence_bt.skills.locator.hotspot_file import HotspotFile
-from florence_bt.skills.locator.hotspots import OBJECT, Hotspot, Hotspots, load_hotspots
-from florence_bt.skills.locator.locator import ROOM_NAMES, LastSeen, Locator
+from florence_bt.skills.locator.hotspots import OBJECT, ROOM_NAMES, Hotspot, Hotspots, load_hotspots
+from florence_bt.skills.locator.locator import LastSeen, Locator
 
 RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
 ANSWER_WITHIN_S = 5.0
@@ -280,8 +280,8 @@ class LocatorNode(FlorenceNode):
             response.success, response.message = False, f"the hotspots stay as they were: {error}"
             return response
         self._use(hotspots)
-        counts = f"{len(hotspots)} hotspots and {len(hotspots.zones)} zones"
-        response.success, response.message = True, f"{counts} of {file or 'no file'}"
+        counts = f"hotspots: {len(hotspots)}, zones: {len(hotspots.zones)}"
+        response.success, response.message = True, f"{counts}, of {file or 'no file'}"
         return response
 
     def _use(self, hotspots: Hotspots) -> None:
