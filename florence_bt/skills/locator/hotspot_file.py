@@ -18,18 +18,19 @@ import yaml
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.odd_characters import needs_quotes
 from florence_bt.core.plain_yaml import (
-    EmptyFile,
     Position,
     YamlMapping,
     YamlNode,
     YamlScalar,
     YamlSequence,
-    parse_yaml,
 )
 from florence_bt.core.polygons import Polygon
 from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes, replace_text
 from florence_bt.core.zones import Zone
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, Places, parse_places, read_item
+
+Edit = tuple[int, int, str]
+"""Where a text begins and ends, and what comes in its place."""
 
 _BY_HAND = "an edit by hand"
 
@@ -74,10 +75,12 @@ class HotspotFile:
             return
         old, item = _hotspot_entry(known), self._places.entry("hotspots", hotspot.label)
         angle = "phi" if item.get("yaw") is None else "yaw"
+        edits = []
         for name, text in entry.items():
             if text != old.get(name):
                 key, typed_key = (angle, "yaw") if name == "phi" else (name, name)
-                self._set(self._places.entry("hotspots", hotspot.label), key, typed.get(typed_key, text))
+                edits.append(self._edit(item, key, typed.get(typed_key, text)))
+        self._apply(*edits)
 
     def rename(self, old: str, new: str) -> None:
         """Give a hotspot another label.
@@ -90,7 +93,7 @@ class HotspotFile:
             raise ConfigError(f"there is a hotspot {new!r} already", file=self.path, valid=["another label"])
         spots = [replace(spot, label=new) if spot.label == old else spot for spot in self._wanted]
         self._wanted = Hotspots(spots, zones=self._wanted.zones)
-        self._set(item, "label", _text(new))
+        self._apply(self._edit(item, "label", _text(new)))
 
     def remove(self, label: str) -> None:
         """Remove a hotspot.
@@ -159,27 +162,25 @@ class HotspotFile:
         begin = self._offset(scalar.position)
         return begin, begin + len(scalar.text) + 2 * scalar.quoted
 
-    def _replace(self, begin: int, end: int, text: str) -> None:
-        self._use(self._text[:begin] + text + self._text[end:])
+    def _apply(self, *edits: Edit) -> None:
+        """Put texts in the place of others, the last one first, so that the places of the rest stay right."""
+        text = self._text
+        for begin, end, new in sorted(edits, key=lambda edit: -edit[0]):
+            text = text[:begin] + new + text[end:]
+        self._use(text)
 
-    def _set(self, item: YamlMapping, name: str, text: str) -> None:
-        """Write the value of a key of an item, in place of its old one or after the value of ``y``."""
+    def _edit(self, item: YamlMapping, name: str, text: str) -> Edit:
+        """Return what writes a value of an item: in place of its old one, or behind that of ``y``."""
         value = item.get(name)
-        if isinstance(value, YamlScalar):
-            self._replace(*self._span(value), text)
-            return
         if value is not None:
-            begin = self._offset(value.position)
-            self._replace(begin, self._end_of(value), text)
-            return
+            return self._offset(value.position), self._end_of(value), text
         after = item.get("y")
         assert isinstance(after, YamlScalar), "the file is sound"
-        _, end = self._span(after)
         if self._in_braces(item):
-            self._replace(end, end, f", {name}: {text}")
-        else:
-            line_end = self._line_end(after.position.line)
-            self._replace(line_end, line_end, f"\n{' ' * (item.position.column - 1)}{name}: {text}")
+            _, end = self._span(after)
+            return end, end, f", {name}: {text}"
+        line_end = self._line_end(after.position.line)
+        return line_end, line_end, f"\n{' ' * (item.position.column - 1)}{name}: {text}"
 
     def _append(self, section: str, entry: Mapping[str, str]) -> None:
         """Write an entry behind the last one of a section."""
@@ -191,16 +192,16 @@ class HotspotFile:
         elif not isinstance(items, YamlSequence) or not items.items:  # nothing, or empty brackets
             if isinstance(items, YamlSequence):
                 begin = self._offset(items.position)
-                self._replace(begin, self._end_of(items), "")
+                self._apply((begin, self._end_of(items), ""))
             end = self._line_end(self._key(section).position.line)
-            self._replace(end, end, f"\n  - {text}")
+            self._apply((end, end, f"\n  - {text}"))
         elif self._in_brackets(items):
             end = self._end_of(items.items[-1])
-            self._replace(end, end, f", {text}")
+            self._apply((end, end, f", {text}"))
         else:
             end = self._end_of(items.items[-1])
             end = end + len(LINE_BREAK.split(self._text[end:], 1)[0])
-            self._replace(end, end, f"\n{' ' * self._dash(items.items[-1])}- {text}")
+            self._apply((end, end, f"\n{' ' * self._dash(items.items[-1])}- {text}"))
 
     def _remove(self, section: str, item: YamlMapping) -> None:
         items = self._section(section)
@@ -211,35 +212,28 @@ class HotspotFile:
             if not self._in_brackets(items):
                 key = self._key(section)
                 begin = self._offset(key.position) + len(section) + 1
-            self._replace(begin, end, "[]" if self._in_brackets(items) else " []")
+            self._apply((begin, end, "[]" if self._in_brackets(items) else " []"))
         elif self._in_brackets(items):
             last = index == len(items.items) - 1
             begin = self._end_of(items.items[index - 1]) if last else self._offset(item.position)
             end = self._end_of(item) if last else self._offset(items.items[index + 1].position)
-            self._replace(begin, end, "")
+            self._apply((begin, end, ""))
         else:
             # The line of its dash, up to the line behind what it ends with: comments stay.
             begin = self._line_begin(self._dash_line(item))
             end = self._end_of(item)
             rest = self._text[end:]
             comment = LINE_BREAK.search(rest)
-            self._replace(begin, end + (comment.end() if comment else len(rest)), "")
+            self._apply((begin, end + (comment.end() if comment else len(rest)), ""))
 
     def _section(self, section: str) -> YamlNode | None:
-        root = self._root()
-        return None if root is None else root.get(section)
-
-    def _root(self) -> YamlMapping | None:
-        try:
-            root = parse_yaml(self._text.encode(), self.path)
-        except EmptyFile:
-            return None
-        assert isinstance(root, YamlMapping), "the file is sound"
-        return root
+        root = self._places.root
+        return root.get(section) if isinstance(root, YamlMapping) else None
 
     def _key(self, section: str) -> YamlScalar:
-        root = self._root()
-        key = None if root is None else root.key(section)
+        root = self._places.root
+        assert isinstance(root, YamlMapping), "the file is sound"
+        key = root.key(section)
         assert key is not None, "asked for a section that is there"
         return key
 

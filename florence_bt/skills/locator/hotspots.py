@@ -164,12 +164,14 @@ class Places:
         hotspots: What could be read; what is wrong has a default in its place.
         problems: What is wrong, in the order of the file.
         entries: Section -> label -> where it stands in the file.
+        root: The whole file; None when it is empty.
     """
 
     file: Path
     hotspots: Hotspots
     problems: tuple[ConfigError, ...] = ()
     entries: Mapping[str, Mapping[str, YamlMapping]] = field(default_factory=dict)
+    root: YamlNode | None = None
 
     def sound(self) -> Hotspots:
         """Return the hotspots.
@@ -281,7 +283,9 @@ class _PlacesReader(SettingsReader):
             self.note(self.error(f"{len(zones)} zones; at most {MAX_ZONES} are read", top["zones"]))
         positions = {label: item.position for label, item in entries["hotspots"].items()}
         ordered = sorted(problems, key=lambda error: (error.line or 0, error.column or 0))
-        return Places(self.file, Hotspots(hotspots, positions, zones[:MAX_ZONES]), tuple(ordered), entries)
+        return Places(
+            self.file, Hotspots(hotspots, positions, zones[:MAX_ZONES]), tuple(ordered), entries, root
+        )
 
     def _items(
         self, top: Mapping[str, YamlNode], section: str, entries: dict[str, dict[str, YamlMapping]]
