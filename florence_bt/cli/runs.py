@@ -159,10 +159,10 @@ def answer(
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 def reload() -> None:
-    """Load edited mission files; a file with an error keeps its previous version, and says so."""
-    from florence_bt.app.runs.remote import reload_missions
+    """Load edited missions, hotspots and zones; a file with an error keeps its old version, and says so."""
+    from florence_bt.app.runs.remote import reload_files
 
-    _end_with(*reload_missions())
+    _end_with(*reload_files())
 
 
 def _end_with(success: bool, message: str) -> None:

@@ -28,6 +28,12 @@ def angle_difference(to: float, start: float) -> float:
     return normalize_angle(to - start)
 
 
+def degrees_text(angle: float) -> str:
+    """Write an angle in radians as whole degrees for people: above -180, up to 180."""
+    degrees = round(math.degrees(normalize_angle(angle)))
+    return f"{180 if degrees == -180 else degrees} deg"
+
+
 def yaw_of_quaternion(x: float, y: float, z: float, w: float) -> float:
     """Return the heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
     return math.atan2(2.0 * (w * z + x * y), w**2 + x**2 - y**2 - z**2)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.core.units import QUANTITY
 
+T = TypeVar("T")
 ValueReader = Callable[[YamlNode, str], Any]
 """Reads the value of a key that it names in errors."""
 
@@ -19,10 +21,30 @@ class SettingsReader:
 
     Args:
         file: The file, named in errors.
+        problems: Receives what is wrong and can be passed over: keys that are not known, or missing, and what
+            :meth:`value` reads. Without it the first of them is raised.
     """
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, problems: list[ConfigError] | None = None) -> None:
         self.file = file
+        self._problems = problems
+
+    def note(self, error: ConfigError) -> None:
+        """Note something that is wrong and can be passed over."""
+        if self._problems is None:
+            raise error
+        self._problems.append(error)
+
+    def value(self, entries: Mapping[str, YamlNode], name: str, read: ValueReader, default: T) -> T:
+        """Read the value of a key; the default when it is not there, and when it is wrong, which is noted."""
+        if name not in entries:
+            return default
+        try:
+            value: T = read(entries[name], name)
+        except ConfigError as error:
+            self.note(error)
+            return default
+        return value
 
     def mapping(
         self, source: YamlNode, names: Collection[str], needed: Sequence[str] = ()
@@ -38,11 +60,13 @@ class SettingsReader:
             raise self.error("a mapping is needed here", source, valid=names)
         for key, _ in source.entries:
             if key.text not in names:
-                raise self.error(f"{key.text!r} is not known here", key, valid=closest_first(key.text, names))
+                self.note(
+                    self.error(f"{key.text!r} is not known here", key, valid=closest_first(key.text, names))
+                )
         for name in needed:
             if source.key(name) is None:
-                raise self.error(f"{name!r} is missing", source, valid=[f"{name}: ..."])
-        return {key.text: value for key, value in source.entries}
+                self.note(self.error(f"{name!r} is missing", source, valid=[f"{name}: ..."]))
+        return {key.text: value for key, value in source.entries if key.text in names}
 
     def values(self, entries: Mapping[str, YamlNode], readers: Mapping[str, ValueReader]) -> dict[str, Any]:
         """Read the typed values of a mapping by key.
@@ -81,6 +105,26 @@ class SettingsReader:
             number = math.nan
         if not math.isfinite(number):
             raise self.error(f"{name} must be a finite number, not {text!r}", source, valid)
+        return number
+
+    def quantity(
+        self, source: YamlNode, name: str, units: Mapping[str, float], valid: Sequence[str]
+    ) -> float:
+        """Read a number with its unit.
+
+        Args:
+            source: The part of the file.
+            name: The key, for errors.
+            units: The size of each unit; the unit "" is that of a bare number, which otherwise is an error.
+            valid: What would have worked.
+        """
+        match = QUANTITY.fullmatch(source.text.strip()) if isinstance(source, YamlScalar) else None
+        if match is None or match[2] not in units:
+            text = source.text if isinstance(source, YamlScalar) else ""
+            raise self.error(f"{name} must be a number with its unit, not {text!r}", source, valid)
+        number = float(match[1]) * units[match[2]]
+        if not math.isfinite(number):
+            raise self.error(f"{name} must be finite", source, valid)
         return number
 
     def error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:

@@ -21,3 +21,6 @@ USER_SEEN = "home_sensors/user_seen"
 
 ANSWER = "answer"
 """``std_msgs/String``: what somebody answers to the robot: the name of a button, or words."""
+
+ZONES = "zones"
+"""``florence_interfaces/Zones``, latched: where the robot does not drive, or drives slowly."""

@@ -16,6 +16,7 @@ import numpy as np
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import MAX_ANGLE_RAD, MAX_DISTANCE_M
 from florence_bt.core.sensing import MAX_MAP_CELLS, MAX_RESOLUTION_M, MIN_RESOLUTION_M, upright_size
+from florence_bt.core.zones import MAX_CORNERS, MAX_ZONES
 
 NANO = 1_000_000_000
 MAX_SPEED_MPS, MAX_TURN_RATE = 100.0, 100.0
@@ -361,6 +362,22 @@ _SPEED_LIMITS = (
     _range("max_ang_speed", 0.0, MAX_TURN_RATE, "rad/s"),
 )
 
+
+def _zones(message: Any, now: Now | None) -> None:
+    _between("the number of zones", len(message.zones), 0, MAX_ZONES)
+    for zone in message.zones:
+        _name("a label", zone.label)
+        _between("kind", zone.kind, 0, 1)
+        _between("the number of corners", len(zone.area.points), 3, MAX_CORNERS)
+        for corner in zone.area.points:
+            _place(f"a corner of {zone.label!r}", corner)
+        if zone.kind == 1:
+            greatest, unit = (100.0, "%") if zone.percentage else (MAX_SPEED_MPS, "m/s")
+            if not zone.speed_limit > 0.0:
+                raise BadMessage(f"the speed_limit of {zone.label!r} is {zone.speed_limit:g}", "more than 0")
+            _between(f"the speed_limit of {zone.label!r}", zone.speed_limit, 0.0, greatest, unit)
+
+
 CHECKS: Mapping[str, Check] = {
     "builtin_interfaces/Time": _date,
     "geometry_msgs/Twist": _twist,
@@ -389,6 +406,7 @@ CHECKS: Mapping[str, Check] = {
         _numbers(MAX_ANGLE_RAD, "rad", "angle"),
     ),
     "florence_interfaces/UserSeen": _all(_names("room", "source"), _moment("since"), _moment("stamp")),
+    "florence_interfaces/Zones": _zones,
     "florence_interfaces/GetHotspot_Request": _names("label"),
     "florence_interfaces/GetView_Request": _names("room"),
     "florence_interfaces/GotoRoom_Request": _names("room"),

@@ -37,7 +37,7 @@ from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
 from florence_bt.skills.filters.laser_filter.node import LaserFilterNode
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
 from florence_bt.skills.home_sensors.node import HomeSensorsNode
-from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
+from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.locator.node import LocatorNode
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
 from florence_bt.skills.navigation.map_server.map_writer import save_map
@@ -67,7 +67,7 @@ def tracker(folder: Path) -> UserTrackerNode:
 
 
 def locator(folder: Path) -> LocatorNode:
-    save_hotspots(Hotspots(), folder / "hotspots.yaml")
+    (folder / "hotspots.yaml").write_text("hotspots: []")
     return LocatorNode(parameters={"hotspots_file": str(folder / "hotspots.yaml")})
 
 

@@ -38,15 +38,29 @@ def save_published_map(
     for file in (target, target.with_suffix(f".{form}")):
         if file.exists() and not overwrite:
             raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
-    maps: list[OccupancyGrid] = []
     with MissionClient("florence_map") as client:
-        client.node.create_subscription(
-            OccupancyGridMsg, topic, lambda message: maps.append(grid_from_ros(message)), LATCHED
-        )
-        client.spin_until(lambda: bool(maps), patience_s)
-    if not maps:
+        grid = wait_for_map(client, topic, patience_s)
+    return save_map(grid, target, mode=mode, form=form), grid
+
+
+def wait_for_map(client: MissionClient, topic: str, patience_s: float) -> OccupancyGrid:
+    """Wait for a map that is published.
+
+    Args:
+        client: Serves the subscription.
+        topic: Where the map is published.
+        patience_s: Seconds to wait for it.
+
+    Raises:
+        DeviceTimeout: No map came.
+    """
+    maps: list[OccupancyGrid] = []
+    client.node.create_subscription(
+        OccupancyGridMsg, topic, lambda message: maps.append(grid_from_ros(message)), LATCHED
+    )
+    if not client.spin_until(lambda: bool(maps), patience_s):
         raise DeviceTimeout(
             f"no map came on the topic {topic!r} within {patience_s:g} s; is the system up? "
             "florence up brings it up, --topic names another topic"
         )
-    return save_map(maps[-1], target, mode=mode, form=form), maps[-1]
+    return maps[-1]

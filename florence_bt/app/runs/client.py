@@ -24,6 +24,7 @@ from florence_interfaces.srv import (
 )
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.bringup.options import STARTS
@@ -50,6 +51,8 @@ RELOAD_BUDGET_S = 30.0
 """Wall seconds for the answer to a reload: every mission that changed is checked."""
 OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
+LOCATOR = "florenceLocator"
+"""Node name of the locator, and the first part of its services' names."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
 
@@ -208,10 +211,14 @@ class MissionClient(Closing):
         """Tell whether the robot knows where it is."""
         question = GetXYPhi.Request()
         try:
-            answer = self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True)
+            answer = self.call(GetXYPhi, f"{LOCATOR}/getRobotPosXYPhi", question, repeat=True)
         except (SystemNotThere, DeviceTimeout):
             return False  # a start on a busy machine; the caller has a limit of its own
         return bool(answer.valid)
+
+    def sees(self, node: str) -> bool:
+        """Tell whether a node has been discovered."""
+        return node in self.node.get_node_names()
 
     def servers(self) -> int:
         """Return how many mission servers have been discovered."""
@@ -276,6 +283,10 @@ class MissionClient(Closing):
     def answer(self, text: str) -> Any:
         """Answer the question that is open; without a text ask which it is. Gives accepted and message."""
         return self.call(AnswerQuestion, "florence_bt/answer", AnswerQuestion.Request(text=text))
+
+    def reload_places(self) -> Any:
+        """Let the locator read its hotspot file again; the answer has success and message."""
+        return self.call(Trigger, f"{LOCATOR}/reloadHotspots", Trigger.Request(), repeat=True)
 
     def missions(self) -> Any:
         """Return the missions that the mission server has, with their inputs; see ListMissions."""

@@ -11,7 +11,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.bringup.signals import held_back
-from florence_bt.app.runs.client import MissionClient, RunWatch
+from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -164,11 +164,15 @@ def answer_question(text: str) -> tuple[bool, str]:
         return bool(answer.accepted), str(answer.message)
 
 
-def reload_missions() -> tuple[bool, str]:
-    """Read the mission files again: (whether all of it went well, a report)."""
+def reload_files() -> tuple[bool, str]:
+    """Read the files of missions and of hotspots again: (whether all of it went well, a report)."""
     with MissionClient() as client:
         answer = client.reload()
-        return bool(answer.success), str(answer.report)
+        success, report = bool(answer.success), str(answer.report)
+        if client.sees(LOCATOR):  # --missions-only has none
+            places = client.reload_places()
+            success, report = success and bool(places.success), f"{report}\n{places.message}"
+    return success, report
 
 
 def live_missions() -> str:

@@ -73,7 +73,7 @@ def map_yaml(grid: OccupancyGrid, image: str) -> str:
 
 
 def hotspots_yaml(flat: Flat) -> str:
-    """Write the rooms and objects with their poses (REFERENCE 12.3), and the dock; phi in radians."""
+    """Write the rooms and objects with their poses (REFERENCE 12.3), and the dock."""
     rooms = [
         {
             **_entry(room.hotspot.label, room.hotspot.pose, "room"),
@@ -88,7 +88,7 @@ def hotspots_yaml(flat: Flat) -> str:
 
 
 def _entry(label: str, pose: Pose2, kind: str) -> dict[str, Any]:
-    return {"label": label, "x": pose.x, "y": pose.y, "phi": round(pose.yaw, 6), "kind": kind}
+    return {"label": label, "x": pose.x, "y": pose.y, "phi": f"{round(pose.yaw, 6)} rad", "kind": kind}
 
 
 def _generated(values: dict[str, Any]) -> str:

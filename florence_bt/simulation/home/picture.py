@@ -10,13 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.polygons import Point
 from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
+from florence_bt.core.zones import KEEP_OUT, SLOW
+from florence_bt.skills.locator.hotspots import ROOM, Hotspots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _INK = "#3a3a40"
+_LABEL_M = 1.0, 0.25
+"""Labels of hotspots that are nearer to each other than this, along x and y, would cover each other."""
+_ROOMS = ("#4c9ac0", "#e0a030", "#6ab070", "#b080c0", "#d07060", "#90a0b0")
+_ZONES = {KEEP_OUT: ("#c02020", "///"), SLOW: ("#a06a00", "..")}
 _ROBOT_RADIUS_M = 0.17
 _LOOK_REACH_M = 1.1
 _LOOK_HALF_ANGLE_RAD = math.radians(31.3)
@@ -50,6 +57,13 @@ def draw_run(
     if person is not None:
         _draw_person(axes, person)
     _draw_path(axes, path)
+    _legend(axes)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    # The version of matplotlib stays out of the file, so that equal runs give equal bytes.
+    figure.savefig(file, metadata={"Software": None})
+
+
+def _legend(axes: Axes) -> None:
     if axes.get_legend_handles_labels()[1]:
         axes.legend(
             loc="upper center",
@@ -59,9 +73,55 @@ def draw_run(
             fontsize=11,
             labelcolor=_INK,
         )
+
+
+def draw_places(grid: OccupancyGrid, hotspots: Hotspots, file: Path, title: str) -> None:
+    """Draw rooms, hotspots with their directions, and zones.
+
+    Args:
+        grid: The map.
+        hotspots: What to draw.
+        file: The PNG or SVG file to write; its folder is made when missing.
+        title: A line above the picture.
+    """
+    figure, axes = _new_figure(grid, title)
+    for number, room in enumerate(hotspots.rooms()):
+        if room.polygon:
+            colour = _ROOMS[number % len(_ROOMS)]
+            _draw_area(axes, room.polygon, colour, facecolor=colour, alpha=0.22)
+    for zone in hotspots.zones:
+        colour, hatch = _ZONES[zone.kind]
+        _draw_area(axes, zone.polygon, colour, facecolor="none", hatch=hatch, linestyle="--", alpha=0.8)
+        x, y = _inner_point(zone.polygon)
+        _write(axes, "\n".join(filter(None, (zone.label.replace("_", " "), zone.limit_text))), x, y, colour)
+    drawn: list[Pose2] = []
+    for spot in hotspots:
+        crowded = any(
+            abs(pose.x - spot.pose.x) < _LABEL_M[0] and abs(pose.y - spot.pose.y) < _LABEL_M[1]
+            for pose in drawn
+        )
+        drawn.append(spot.pose)
+        colour = "#1f4e8c" if spot.kind == ROOM else "#66666d"
+        _draw_hotspot(axes, spot.label, spot.pose, colour, other_side=crowded)
+    _legend(axes)
     file.parent.mkdir(parents=True, exist_ok=True)
-    # The version of matplotlib stays out of the file, so that equal runs give equal bytes.
-    figure.savefig(file, metadata={"Software": None})
+    figure.savefig(file, metadata={"Software": None} if file.suffix == ".png" else {"Date": None})
+
+
+def _draw_area(axes: Axes, polygon: Sequence[Point], edge: str, **style: Any) -> None:
+    from matplotlib.patches import Polygon
+
+    axes.add_patch(Polygon(polygon, closed=True, edgecolor=edge, linewidth=1.2, zorder=2, **style))
+
+
+def _inner_point(polygon: Sequence[Point]) -> Point:
+    """Return the middle of the corners: inside of the shapes that people draw."""
+    return sum(x for x, _ in polygon) / len(polygon), sum(y for _, y in polygon) / len(polygon)
+
+
+def _write(axes: Axes, text: str, x: float, y: float, colour: str) -> None:
+    written = axes.text(x, y, text, ha="center", va="center", fontsize=8.5, color=colour, zorder=9)
+    written.set_path_effects(_halo())
 
 
 def _new_figure(grid: OccupancyGrid, title: str) -> tuple[Figure, Axes]:
@@ -97,11 +157,13 @@ def _new_figure(grid: OccupancyGrid, title: str) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def _draw_hotspot(axes: Axes, name: str, pose: Pose2) -> None:
-    axes.plot(pose.x, pose.y, "o", markersize=4.5, color="#7a7a82", zorder=3)
+def _draw_hotspot(
+    axes: Axes, name: str, pose: Pose2, colour: str = "#7a7a82", *, other_side: bool = False
+) -> None:
+    axes.plot(pose.x, pose.y, "o", markersize=4.5, color=colour, zorder=3)
     tip = pose.apply(0.22, 0.0)
-    axes.plot([pose.x, tip[0]], [pose.y, tip[1]], color="#7a7a82", linewidth=1.3, zorder=3)
-    above = math.sin(pose.yaw) <= 0.0
+    axes.plot([pose.x, tip[0]], [pose.y, tip[1]], color=colour, linewidth=1.3, zorder=3)
+    above = (math.sin(pose.yaw) <= 0.0) != other_side
     label = axes.annotate(
         name.replace("_", " "),
         (pose.x, pose.y),

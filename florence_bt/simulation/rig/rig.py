@@ -201,6 +201,7 @@ class _BaseSkills:
     def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
         parameters = navigator_parameters(setting.config)
         self._navigator = Navigator(setting.grid, parameters)
+        self._navigator.set_zones(setting.hotspots.zones)
         self._component = ExclusiveComponent()
         self._robot = robot
         self._clock = clock

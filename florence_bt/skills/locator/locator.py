@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from florence_bt.core.clock import Clock
@@ -17,7 +17,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.locator.habits import RoomHabits
-from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locator.hotspots import ROOM_NAMES, Hotspot, Hotspots, kind_of_new
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
@@ -70,6 +70,7 @@ class Locator:
         clock: Tells how long ago the user was seen.
         initial_user_room: The room to believe the user in at the start, empty for none.
         habits: Where the user usually is; what is seen from now on is counted there.
+        room_names: What a hotspot is called that is a room when it is taught.
 
     Raises:
         ConfigError: The initial room is not among the hotspots.
@@ -84,7 +85,9 @@ class Locator:
         clock: Clock,
         initial_user_room: str = "",
         habits: RoomHabits | None = None,
+        room_names: Iterable[str] = ROOM_NAMES,
     ) -> None:
+        self._room_names = tuple(room_names)
         self.hotspots = hotspots
         self.habits = habits or RoomHabits()
         self._clock = clock
@@ -185,15 +188,22 @@ class Locator:
         self.habits.saw(self.room_of_pose(self.user), at)
 
     def set_hotspot(self, label: str, pose: Pose2) -> Result:
-        """Move a hotspot or add a room."""
+        """Move a hotspot, whose kind and polygon stay, or add one: a room if it is called so, else an object.
+
+        Returns:
+            With the output ``hotspot``; or why not.
+        """
         if not label.strip():
             return failure("bad_input", "a hotspot needs a label")
         if not pose.is_finite():
             return failure("bad_input", f"the pose of a hotspot must be finite, not {pose}")
         if self.hotspots.get(label) is None and len(self.hotspots) >= MAX_HOTSPOTS:
             return failure("bad_input", f"there are {MAX_HOTSPOTS} hotspots already; move one of them")
-        self.hotspots.put(label, pose)
-        return success()
+        known = self.hotspots.get(label)
+        kind = kind_of_new(label, self._room_names)
+        hotspot = replace(known, pose=pose) if known else Hotspot(label, pose, kind)
+        self.hotspots.put(hotspot)
+        return success(hotspot=hotspot)
 
     def get_user_room(self) -> Result:
         """Run the skill ``get_user_room``."""

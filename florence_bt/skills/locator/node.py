@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from florence_interfaces.msg import DetectedUser, RunState, UserSeen
+from florence_interfaces.msg import DetectedUser, RunState, UserSeen, Zones
 from florence_interfaces.srv import (
     GetHotspot,
     GetRoom,
@@ -24,23 +24,29 @@ from florence_interfaces.srv import (
     StopMission,
 )
 from geometry_msgs.msg import PoseStamped
+from nav2_msgs.msg import CostmapFilterInfo
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.outcome import Result
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.core.zones import Zone
 from florence_bt.ros.answers import Deferred
-from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, stamp_from_ros
+from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_from_ros, stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN
+from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN, ZONES
+from florence_bt.ros.zones import zones_to_ros
 from florence_bt.skills.locator.habits import RoomHabits, load_habits
-from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
+from florence_bt.skills.locator.hotspot_file import HotspotFile
+from florence_bt.skills.locator.hotspots import OBJECT, ROOM_NAMES, Hotspot, Hotspots, load_hotspots
 from florence_bt.skills.locator.locator import LastSeen, Locator
 
 RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
@@ -55,12 +61,15 @@ Answer = Callable[[bool, str, str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class LocatorNodeParameters:
+class LocatorNodeParameters(CheckedParameters):
     """Parameters of the locator.
 
     Attributes:
         hotspots_file: The YAML file of the hotspots; empty for none. New hotspots are written there.
         initial_user_room: The room to believe the user in at the start; empty for none.
+        room_names: A taught hotspot with one of these labels, perhaps with a number behind it, is a room; one
+            with another label is an object.
+        max_vel_x: What limits in per cent are of in the mask for Nav2's speed filter, m/s.
         habits_file: Keeps in which rooms the user was seen at which hour; empty for nowhere.
         map_frame: The frame of the map.
         base_frame: The robot's frame.
@@ -68,6 +77,8 @@ class LocatorNodeParameters:
 
     hotspots_file: str = ""
     initial_user_room: str = ""
+    room_names: tuple[str, ...] = ROOM_NAMES
+    max_vel_x: Positive = 0.45
     habits_file: str = ""
     map_frame: str = "map"
     base_frame: str = "base_link"
@@ -95,6 +106,7 @@ class LocatorNode(FlorenceNode):
             self.timebase,
             self._params.initial_user_room,
             self._load_habits(self._params.habits_file),
+            self._params.room_names,
         )
         self._tf = TransformListener(self)
         self._missions = _MissionClient(self)
@@ -104,6 +116,9 @@ class LocatorNode(FlorenceNode):
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self._zones = self.create_publisher(Zones, ZONES, LATCHED)
+        self._filters = _FilterMasks(self, self._params)
+        self._tell_zones()
         self._create_getters()
         self._create_setters()
         self._create_gotos()
@@ -162,6 +177,8 @@ class LocatorNode(FlorenceNode):
             self._locator.map = grid_from_ros(message)
         except FlorenceError as error:
             self.get_logger().warning(f"the map is left out: {error}")
+        else:
+            self._filters.publish(self._locator.hotspots.zones, self._locator.map)
 
     # ---- getters --------------------------------------------------------------------------------------
 
@@ -226,6 +243,7 @@ class LocatorNode(FlorenceNode):
 
     def _create_setters(self) -> None:
         self._serve(SetHotspot, "setHotspot", self._on_set_hotspot)
+        self._serve(Trigger, "reloadHotspots", self._on_reload)
         self._serve(SetRoom, "setUserPosRoom", self._on_set_user_room)
         self._serve(SetXYPhi, "setUserPosXYPhi", self._on_set_user_position)
 
@@ -236,20 +254,50 @@ class LocatorNode(FlorenceNode):
         result = self._locator.set_hotspot(request.label, _pose_of(request))
         response.success, response.message = result.succeeded, result.reason
         if result.succeeded:
-            response.success, response.message = self._save_hotspots()
+            response.success, response.message = self._save(result.outputs["hotspot"])
         if not response.success:
             self._locator.hotspots = before
         return response
 
-    def _save_hotspots(self) -> tuple[bool, str]:
+    def _save(self, hotspot: Hotspot) -> tuple[bool, str]:
         file = self._params.hotspots_file
         if not file:
-            return True, "kept until the node ends: it has no hotspots_file"
+            return True, f"kept as {_a(hotspot.kind)} until the node ends: it has no hotspots_file"
         try:
-            save_hotspots(self._locator.hotspots, Path(file))
+            changed = HotspotFile(file)
+            changed.put(hotspot)
+            changed.save()
         except ConfigError as error:
             return False, f"not saved, and not kept: {error}"
-        return True, f"saved in {file}"
+        self._use(changed.hotspots)
+        return True, f"saved as {_a(hotspot.kind)} in {file}"
+
+    def _on_reload(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        file = self._params.hotspots_file
+        try:
+            hotspots = load_hotspots(file) if file else self._locator.hotspots
+        except ConfigError as error:
+            response.success, response.message = False, f"the hotspots stay as they were: {error}"
+            return response
+        self._use(hotspots)
+        counts = f"hotspots: {len(hotspots)}, zones: {len(hotspots.zones)}"
+        response.success, response.message = True, f"{counts}, of {file or 'no file'}"
+        return response
+
+    def _use(self, hotspots: Hotspots) -> None:
+        """Take over the hotspots of a file that was changed."""
+        changed = hotspots.zones != self._locator.hotspots.zones
+        self._locator.hotspots = hotspots
+        if changed:
+            self._tell_zones()
+
+    def _tell_zones(self) -> None:
+        zones = self._locator.hotspots.zones
+        self._zones.publish(zones_to_ros(zones, self._map_header()))
+        self._filters.publish(zones, self._locator.map)
+
+    def _map_header(self) -> Header:
+        return Header(frame_id=self._params.map_frame)
 
     def _on_set_user_room(self, request: SetRoom.Request, response: SetRoom.Response) -> SetRoom.Response:
         result = self._locator.set_user_room(request.room)
@@ -353,6 +401,50 @@ class _MissionClient:
         """Ask for the end of a run, or of the one that has the robot."""
         if self._stop.service_is_ready():
             self._stop.call_async(StopMission.Request(run_id=run_id, reason=reason))
+
+
+class _FilterMasks:
+    """Publishes the zones as Nav2's costmap filters read them, as soon as there is one.
+
+    Source:
+        nav2_msgs/CostmapFilterInfo; Nav2, KeepoutFilter and SpeedFilter.
+    """
+
+    def __init__(self, node: FlorenceNode, params: LocatorNodeParameters) -> None:
+        self._node, self._params = node, params
+        self._publishers: dict[str, tuple[Any, Any]] = {}
+
+    def publish(self, zones: Sequence[Zone], grid: OccupancyGrid | None) -> None:
+        """Publish both masks; nothing before there is a map and a first zone."""
+        if grid is None or not (zones or self._publishers):
+            return
+        from florence_bt.skills.locator import filter_masks  # loads numpy
+
+        speed = filter_masks.speed_mask(zones, grid, self._params.max_vel_x)
+        self._tell("keepout", filter_masks.KEEP_OUT_TYPE, 1.0, filter_masks.keep_out_mask(zones, grid))
+        self._tell("speed", filter_masks.SPEED_LIMIT_TYPE, filter_masks.MPS_PER_VALUE, speed)
+
+    def _tell(self, name: str, kind: int, multiplier: float, mask: OccupancyGrid) -> None:
+        topic, frame = f"{name}_filter_mask", self._params.map_frame
+        if name not in self._publishers:
+            self._publishers[name] = (
+                self._node.create_publisher(CostmapFilterInfo, f"{name}_filter_info", LATCHED),
+                self._node.create_publisher(OccupancyGridMsg, topic, LATCHED),
+            )
+        info, masks = self._publishers[name]
+        info.publish(
+            CostmapFilterInfo(
+                header=Header(frame_id=frame),
+                type=kind,
+                filter_mask_topic=self._node.resolve_topic_name(topic),
+                multiplier=multiplier,
+            )
+        )
+        masks.publish(grid_to_ros(mask, frame, self._node.stamp()))
+
+
+def _a(kind: str) -> str:
+    return f"an {kind}" if kind == OBJECT else f"a {kind}"
 
 
 def _with_pose(response: Any, result: Result) -> Any:

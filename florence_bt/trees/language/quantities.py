@@ -10,14 +10,7 @@ from typing import Any
 from florence_bt.core.declaration import MAGNITUDES, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
-
-UNITS: dict[Kind, dict[str, float]] = {
-    Kind.LENGTH: {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0},
-    Kind.ANGLE: {"deg": math.pi / 180.0, "°": math.pi / 180.0, "rad": 1.0},
-    Kind.DURATION: {"s": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0},
-    Kind.SPEED: {"m/s": 1.0, "cm/s": 0.01, "km/h": 1.0 / 3.6},
-}
-"""Kind -> unit -> its size in the SI unit."""
+from florence_bt.core.units import QUANTITY, UNITS
 
 NUMERIC_KINDS = frozenset(UNITS) | {Kind.NUMBER, Kind.INTEGER}
 
@@ -32,8 +25,6 @@ _EXAMPLES = {
     Kind.BOOLEAN: "true",
     Kind.POSE: "{x: 1 m, y: 2 m, yaw: 90 deg}",
 }
-# Possessive, so that a text of ten thousand digits is read once, not ten thousand times.
-_QUANTITY = re.compile(r"([+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)\s*+(\S*)")
 _PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
 _CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
 
@@ -89,7 +80,7 @@ def guess_value(text: str) -> tuple[Kind, Any]:
     if re.fullmatch(r"[+-]?\d{1,18}", text):
         return Kind.INTEGER, int(text)
     for kind in (Kind.NUMBER, *UNITS):
-        match = _QUANTITY.fullmatch(text)
+        match = QUANTITY.fullmatch(text)
         if match and (match[2] in UNITS.get(kind, {}) or (kind is Kind.NUMBER and not match[2])):
             return kind, _read_quantity(text, kind)
     return Kind.TEXT, text
@@ -153,7 +144,7 @@ def _suggestion(text: str, kind: Kind) -> str:
     """Suggest what is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
-    match = _QUANTITY.fullmatch(plain)
+    match = QUANTITY.fullmatch(plain)
     if match and match[2] in units:
         return f"{match[1]} {match[2]}".strip()
     parts = _PART.findall(text)
@@ -185,7 +176,7 @@ def _within_magnitude(text: str, value: float, kind: Kind) -> float:
 
 
 def _read_quantity(text: str, kind: Kind) -> float:
-    match = _QUANTITY.fullmatch(text)
+    match = QUANTITY.fullmatch(text)
     units = UNITS.get(kind, {})
     what = with_article(kind)
     if match is None or re.search(r"[:\d]", match[2]):

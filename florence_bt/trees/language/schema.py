@@ -12,10 +12,11 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.core.units import UNITS
 from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.code_groups import ANY, groups_of
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, format_value, with_article
+from florence_bt.trees.language.quantities import NUMERIC_KINDS, example_of, format_value, with_article
 
 Schema = dict[str, Any]
 

@@ -231,6 +231,7 @@ class Costmap:
         self.footprint = parameters.make_footprint()
         self._true_footprint = parameters.make_true_footprint().corner_array()
         self._layers: dict[str, Cells] = {}
+        self._closed: Cells | None = None
         self._master: Cells | None = None
         self._last_contact = -math.inf
         self._people = np.empty((0, 4))
@@ -276,7 +277,7 @@ class Costmap:
     def master(self) -> Cells:
         """The costs of all layers together, shape (rows, columns)."""
         if self._master is None:
-            master = self._static.copy()
+            master = self._walls()
             for marks in self._layers.values():
                 _cells.add_marks(master, marks)
             _cells.inflate(master, self._reach, self._table)
@@ -309,9 +310,25 @@ class Costmap:
         if len(people) or len(self._people):
             self._people, self._master = people, None
 
+    def _walls(self) -> Cells:
+        """Return the static layer with what zones close, a copy."""
+        walls = self._static.copy()
+        if self._closed is not None:
+            walls[self._closed > 0] = LETHAL
+        return walls
+
+    def set_closed(self, closed: NDArray[np.bool_] | None) -> None:
+        """Set which cells are closed, though nothing stands there: keep-out zones. No sensor clears them.
+
+        Args:
+            closed: Shape (rows, columns); None: no cell.
+        """
+        if closed is not None or self._closed is not None:
+            self._closed, self._master = None if closed is None else closed.astype(np.uint8), None
+
     def static_master(self) -> Cells:
-        """Return the costs of the static layer alone, inflated."""
-        master = self._static.copy()
+        """Return the costs of the static layer alone, with what zones close, inflated."""
+        master = self._walls()
         _cells.inflate(master, self._reach, self._table)
         return master
 
@@ -430,6 +447,8 @@ class Costmap:
         dv = round((self.origin_y - before_y) / self.resolution)
         if du or dv:
             self._layers = {name: _shifted(marks, dv, du) for name, marks in self._layers.items()}
+            if self._closed is not None:
+                self._closed = _shifted(self._closed, dv, du)
             self._master = None
 
     def reset_outside(self, x: float, y: float, side: float) -> None:

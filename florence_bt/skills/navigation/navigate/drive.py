@@ -145,7 +145,12 @@ class Drive:
     def _plan(self, state: RobotState) -> Result | None:
         """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
-        here, costmap = state.map_pose, self._costmaps.global_costmap
+        here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
+        forbidden = zones.problem_with(self._goal)
+        if forbidden is not None:
+            return self._hopeless(
+                failure("goal_occupied", forbidden, server_code=SERVER_CODES["goal_occupied"])
+            )
         narrow = self._is_narrow(here)
         self._stage = None
         if narrow and self._plan_to_stage(here):
@@ -159,15 +164,16 @@ class Drive:
             plan = plan_path(costmap, here, goal, self._p.planner, tolerance=self._tolerance(here))
         if isinstance(plan, Result):
             self._trouble = (plan.code, plan.reason)
-            self.path = None
             for each in (costmap, self._costmaps.local_costmap):
                 each.forget_contacts(before=state.now - _CONTACTS_SURE_S)
-            if self.state is DriveState.CONTROLLING:
-                self._on(DriveEvent.PLAN_LOST)
             on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
             if isinstance(on_map, Result):
-                self._on(DriveEvent.HOPELESS)
-                return on_map
+                return self._hopeless(on_map)
+            if zones.closes_ways:
+                allowed = plan_path(costmap, here, self._goal, self._p.planner, costs=zones.permanent)
+                if isinstance(allowed, Result):
+                    return self._hopeless(zones.no_way_to(self._goal))
+            self._lose_plan()
             if plan.code == "no_path":
                 self._trouble = ("blocked", "something blocks every way to the goal")
             elif plan.code == "goal_occupied":
@@ -183,6 +189,17 @@ class Drive:
         self._take(plan)
         self._last_plan = state.now
         return None
+
+    def _lose_plan(self) -> None:
+        self.path = None
+        if self.state is DriveState.CONTROLLING:
+            self._on(DriveEvent.PLAN_LOST)
+
+    def _hopeless(self, result: Result) -> Result:
+        """End the drive: nothing that could move away is in its way."""
+        self._lose_plan()
+        self._on(DriveEvent.HOPELESS)
+        return result
 
     def _plan_to_stage(self, here: Pose2) -> bool:
         """Plan to the place before a goal that has no room to turn; False when that is not the way to go."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
+from florence_bt.core.zones import Zone
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
@@ -34,6 +35,7 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, 
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, BODY_M, CAMERA_SOURCES, VacatedCells
+from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 
 LASER = "scan"
 """The source in whose scans legs are found."""
@@ -130,7 +132,8 @@ class Navigator:
         frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])
         outline = self._p.costmap.make_true_footprint().outline(grid.resolution / 2.0)
         self._walls = MapWalls(static, frame, outline)
-        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls)
+        self._zones = ZoneLayer(self.global_costmap, self.local_costmap, static)
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls, self._zones)
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -161,6 +164,10 @@ class Navigator:
     def person(self) -> Point2 | None:
         """Where the person who is followed or approached was last, in the odometry frame, metres."""
         return self._goal.person if isinstance(self._goal, (Follow, Approach)) else None
+
+    def set_zones(self, zones: Iterable[Zone]) -> None:
+        """Keep to these zones from now on, in place of all of before; a drive under way minds them, too."""
+        self._zones.set(zones)
 
     # What is around.
 
@@ -338,6 +345,9 @@ class Navigator:
         problem = self._problem_with(goal)
         if problem is not None and problem[0] == "goal_outside" and tolerance <= 0.0:
             return failure(*problem)
+        forbidden = self._zones.problem_with(goal) if tolerance <= 0.0 and goal.is_finite() else None
+        if forbidden is not None:
+            return failure("goal_occupied", forbidden)
         return plan_path(self.global_costmap, start, goal, self._p.planner, tolerance=tolerance)
 
     def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
@@ -479,7 +489,8 @@ class Navigator:
         if self._walls.touches(goal):
             heading = f"{math.degrees(goal.yaw):.0f} degrees"
             return "goal_occupied", f"the robot does not fit at {place} with the heading of {heading}"
-        return None
+        forbidden = self._zones.problem_with(goal)
+        return None if forbidden is None else ("goal_occupied", forbidden)
 
     def step(self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None) -> CycleResult:
         """Take one step.
@@ -513,8 +524,15 @@ class Navigator:
             command, result = self._find(state)
         if result is not None:
             return self._finish(result)
-        limit = self.speed_limit
-        return CycleResult(command.slowed_to(limit) if limit > 0.0 else command, self._feedback)
+        return CycleResult(command.slowed_to(self._speed_limit(state)), self._feedback)
+
+    def _speed_limit(self, state: RobotState) -> float:
+        """Return how fast to drive at most, m/s: infinity without a limit."""
+        asked = self.speed_limit or math.inf
+        if not state.localised:
+            return asked
+        here, greatest = state.map_pose, self._p.controller.max_vel_x
+        return min(asked, self._zones.speed_limit(here.x, here.y, greatest))
 
     def _stand_still(self, goal: WaitInPlace, now: float) -> CycleResult:
         """Stand still, which needs no sensors."""
@@ -526,6 +544,7 @@ class Navigator:
         age = min(self._p.cycle.prediction_limit, max(0.0, now - odometry.stamp))
         pose = integrate_twist(odometry.pose, odometry.twist, age)
         self.local_costmap.roll_to(pose)
+        self._zones.update(now, pose, map_from_odom)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
         localised = map_from_odom is not None

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from florence_interfaces.msg import StopReason
+from florence_interfaces.msg import StopReason, Zones
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearCostmapAroundRobot, ClearCostmapExceptRegion, ClearEntireCostmap
@@ -36,6 +36,7 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.core.zones import Zone
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.conversions import (
     duration_to_ros,
@@ -53,7 +54,8 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.ros.topics import MANUAL_OVERRIDE, ZONES
+from florence_bt.ros.zones import zones_from_ros
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.navigate.actions.node import (
     GOAL_ACTIONS,
@@ -117,6 +119,7 @@ class NavigationNode(FlorenceNode):
         self._held_plan: Callable[[], None] | None = None
         self._base_stop = BaseStop()
         self._speed_limit = 0.0
+        self._zones: tuple[Zone, ...] = ()
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._forget_readings)
         self._taken: dict[str, float] = {}
@@ -161,6 +164,7 @@ class NavigationNode(FlorenceNode):
             )
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(Float64, SPEED_LIMIT, self._on_speed_limit, RELIABLE)
+        self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
 
     def _serve(self, action: GoalAction) -> SingleGoalServer:
@@ -245,6 +249,7 @@ class NavigationNode(FlorenceNode):
         self._navigator = made
         made.base_stop = self._base_stop
         made.speed_limit = self._speed_limit
+        made.set_zones(self._zones)
         goal, plan = self._held_goal, self._held_plan
         self._held_goal = self._held_plan = None
         for begin in (goal, plan):
@@ -255,6 +260,11 @@ class NavigationNode(FlorenceNode):
         self._speed_limit = max(0.0, message.data)
         if self._navigator is not None:
             self._navigator.speed_limit = self._speed_limit
+
+    def _on_zones(self, message: Zones) -> None:
+        self._zones = zones_from_ros(message)
+        if self._navigator is not None:
+            self._navigator.set_zones(self._zones)
 
     def _on_override(self, message: Bool) -> None:
         self._overridden = bool(message.data)

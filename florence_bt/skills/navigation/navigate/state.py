@@ -11,6 +11,7 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +59,14 @@ class Costmaps:
         local_costmap: In the odometry frame.
         static: Inflated costs of the map alone, on the cells of the global costmap.
         walls: The map's walls.
+        zones: Where the robot does not drive, or drives slowly.
     """
 
     global_costmap: Costmap
     local_costmap: Costmap
     static: Cells
     walls: MapWalls
+    zones: ZoneLayer
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.plain_yaml import Position
+from florence_bt.core.units import UNITS
 from florence_bt.trees.language.expressions import syntax
-from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, with_article
+from florence_bt.trees.language.quantities import NUMERIC_KINDS, example_of, with_article
 
 PLAIN = (Kind.INTEGER, Kind.NUMBER)
 """Numbers without a unit."""

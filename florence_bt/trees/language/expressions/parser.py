@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
+from florence_bt.core.units import UNITS
 from florence_bt.trees.language.expressions.syntax import (
     Binary,
     Constant,
@@ -35,7 +36,7 @@ from florence_bt.trees.language.expressions.syntax import (
     Unary,
     print_term,
 )
-from florence_bt.trees.language.quantities import UNITS, guess_value
+from florence_bt.trees.language.quantities import guess_value
 from florence_bt.trees.language.vocabulary import by_spelling
 
 _UNIT = "|".join(

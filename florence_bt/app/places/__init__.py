@@ -1,0 +1,1 @@
+"""The places of a home: hotspot files listed, checked, changed and drawn."""

@@ -1,0 +1,58 @@
+"""``florence hotspot draw``: the map with rooms, hotspots and zones as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.polygons import Point
+from florence_bt.core.sensing import UNKNOWN, OccupancyGrid
+from florence_bt.skills.locator.hotspots import Hotspots
+
+FORMS = (".png", ".svg")
+_MARGIN_M = 1.0
+_CELLS = 200
+"""Along the longer side of ground that no map knows."""
+
+
+def draw(hotspots: Hotspots, grid: OccupancyGrid | None, picture: Path, title: str) -> None:
+    """Draw the places of a home.
+
+    Args:
+        hotspots: What to draw.
+        grid: The map; None draws on unknown ground.
+        picture: The file to write.
+        title: A line above the picture.
+
+    Raises:
+        ConfigError: The picture has another ending than .png or .svg, or cannot be written, or there is
+            nothing to draw.
+    """
+    from florence_bt.simulation.home.picture import draw_places
+
+    if picture.suffix not in FORMS:
+        raise ConfigError(
+            f"a picture cannot be written as {picture.name!r}", valid=["places.png", "places.svg"]
+        )
+    try:
+        draw_places(grid or _unknown_ground(hotspots), hotspots, picture, title)
+    except OSError as error:
+        raise ConfigError(f"the picture cannot be written: {error}", file=picture) from error
+
+
+def _unknown_ground(hotspots: Hotspots) -> OccupancyGrid:
+    """Return a map that knows nothing, around all places."""
+    points: list[Point] = [(spot.pose.x, spot.pose.y) for spot in hotspots]
+    for area in (*hotspots, *hotspots.zones):
+        points += area.polygon
+    if not points:
+        raise ConfigError("there is nothing to draw: no hotspots, no zones and no map", valid=["--map FILE"])
+    low, high = np.min(points, axis=0) - _MARGIN_M, np.max(points, axis=0) + _MARGIN_M
+    side = float((high - low).max()) / _CELLS
+    columns, rows = np.ceil((high - low) / side).astype(int)
+    return OccupancyGrid(
+        side, Pose2(float(low[0]), float(low[1])), np.full((rows, columns), UNKNOWN, np.int8)
+    )

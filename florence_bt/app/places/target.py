@@ -1,0 +1,221 @@
+"""Which hotspot file a command is about: one that was named, or that of the running system."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.locator.hotspot_file import HotspotFile, add_to_empty, read_hotspot, read_zone
+from florence_bt.skills.locator.hotspots import Hotspots, kind_of_new, load_hotspots, read_places
+
+if TYPE_CHECKING:
+    from florence_bt.app.runs.client import MissionClient
+    from florence_bt.core.sensing import OccupancyGrid
+
+_LOCATOR = "florenceLocator"
+_MAP_BUDGET_S = 10.0
+
+
+class NoPose(FlorenceError):
+    """The robot does not know where it is."""
+
+
+class PlacesTarget:
+    """A hotspot file, and the running system that uses it, if it is about that. A context manager.
+
+    Args:
+        hotspots: The file; None asks the running system for its own.
+
+    Attributes:
+        file: The file.
+    """
+
+    def __init__(self, hotspots: Path | None) -> None:
+        self._given = hotspots
+        self.file = hotspots or Path()
+        self._client: MissionClient | None = None
+
+    def __enter__(self) -> PlacesTarget:
+        """Ask the running system for its file, unless one was given."""
+        if self._given is None:
+            self._client = _make_client()
+            try:
+                self.file = _file_of_system(self._client)
+            except BaseException:
+                self._client.close()
+                raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave ROS."""
+        if self._client is not None:
+            self._client.close()
+
+    def hotspots(self) -> Hotspots:
+        """Read the file."""
+        return load_hotspots(self.file)
+
+    def change(self, edit: Callable[[HotspotFile], str], *, create: bool = False) -> list[str]:
+        """Change the file, and let the running system read it again.
+
+        Args:
+            edit: Makes the change and says what it was.
+            create: Whether to make the file when there is none.
+
+        Returns:
+            What was done, and what is wrong with the places now, for people.
+        """
+        if create:
+            add_to_empty(self.file)
+        changed = HotspotFile(self.file)
+        told = [f"{edit(changed)} in {self.file}"]
+        changed.save()
+        from florence_bt.app.places.check import ERROR, place_findings
+
+        findings = place_findings(read_places(self.file))
+        told += [str(finding.as_error()) for finding in findings if finding.severity == ERROR]
+        if self._client is not None:
+            answer = self._client.reload_places()
+            told.append(f"the running system uses it: {answer.message}" if answer.success else answer.message)
+        return told
+
+    def robot_pose(self) -> Pose2:
+        """Ask the running system where the robot is.
+
+        Raises:
+            NoPose: It does not know.
+        """
+        from florence_interfaces.srv import GetXYPhi
+
+        with self._system() as client:
+            answer = client.call(GetXYPhi, f"{_LOCATOR}/getRobotPosXYPhi", GetXYPhi.Request(), repeat=True)
+        if not answer.valid:
+            raise NoPose("the robot does not know where it is; florence where says more")
+        return Pose2(answer.x, answer.y, answer.phi)
+
+    def published_map(self) -> OccupancyGrid | None:
+        """Return the map of the running system; None when the command is about a file."""
+        if self._client is None:
+            return None
+        from florence_bt.app.maps.save import wait_for_map
+
+        return wait_for_map(self._client, "map", _MAP_BUDGET_S)
+
+    def _system(self) -> AbstractContextManager[MissionClient]:
+        return _make_client() if self._client is None else nullcontext(self._client)
+
+
+def _make_client() -> MissionClient:
+    from florence_bt.app.runs.client import MissionClient
+
+    return MissionClient("florence_hotspot")
+
+
+def _file_of_system(client: MissionClient) -> Path:
+    from rcl_interfaces.srv import GetParameters
+
+    from florence_bt.app.runs.client import SystemNotThere
+
+    question: Any = GetParameters.Request(names=["hotspots_file"])
+    try:
+        answer = client.call(GetParameters, f"{_LOCATOR}/get_parameters", question, repeat=True)
+    except SystemNotThere as error:
+        raise SystemNotThere(
+            "no system runs whose hotspots these could be; --hotspots FILE names a file, "
+            "florence up --sim brings a system up"
+        ) from error
+    file = Path(answer.values[0].string_value) if answer.values else Path()
+    if not file.is_file():
+        where = f"its file {str(file)!r} is not on this machine" if file != Path() else "it has no file"
+        raise ConfigError(f"the hotspots of the running system: {where}", valid=["--hotspots FILE"])
+    return file
+
+
+def add_hotspot(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
+    """Return the edit that adds a hotspot whose values are given as texts."""
+
+    def edit(file: HotspotFile) -> str:
+        if file.hotspots.get(label) is not None:
+            raise ConfigError(f"there is a hotspot {label!r} already", valid=["florence hotspot move"])
+        hotspot = read_hotspot(label, {"kind": kind_of_new(label)} | dict(values))
+        file.put(hotspot, values)
+        return f"the {hotspot.kind} {label} added"
+
+    return edit
+
+
+def move_hotspot(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
+    """Return the edit that changes some values of a hotspot, given as texts."""
+
+    def edit(file: HotspotFile) -> str:
+        known = file.hotspots.get(label)
+        if known is None:
+            raise ConfigError(file.hotspots.unknown(label))
+        file.put(read_hotspot(label, values, known), values)
+        return f"{label} moved"
+
+    return edit
+
+
+def put_here(label: str, pose: Pose2, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
+    """Return the edit that moves a hotspot to a pose, or adds one there."""
+    here = {
+        "x": f"{pose.x:.3f}",
+        "y": f"{pose.y:.3f}",
+        "yaw": f"{math.degrees(math.remainder(pose.yaw, math.tau)):.1f} deg",
+    } | dict(values)
+
+    def edit(file: HotspotFile) -> str:
+        known = file.hotspots.get(label)
+        kind = {} if known else {"kind": kind_of_new(label)}
+        hotspot = read_hotspot(label, kind | here, known)
+        file.put(hotspot, here)
+        place = f"({here['x']} m, {here['y']} m), {here['yaw']}"
+        return f"the {hotspot.kind} {label} {'moved to' if known else 'added at'} {place}"
+
+    return edit
+
+
+def rename_hotspot(old: str, new: str) -> Callable[[HotspotFile], str]:
+    """Return the edit that gives a hotspot another label."""
+
+    def edit(file: HotspotFile) -> str:
+        file.rename(old, new)
+        return f"{old} is called {new}"
+
+    return edit
+
+
+def remove_hotspot(label: str) -> Callable[[HotspotFile], str]:
+    """Return the edit that removes a hotspot."""
+
+    def edit(file: HotspotFile) -> str:
+        file.remove(label)
+        return f"{label} removed"
+
+    return edit
+
+
+def add_zone(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
+    """Return the edit that adds a zone, or replaces the one with its label."""
+
+    def edit(file: HotspotFile) -> str:
+        file.put_zone(read_zone(label, values))
+        return f"the zone {label} added"
+
+    return edit
+
+
+def remove_zone(label: str) -> Callable[[HotspotFile], str]:
+    """Return the edit that removes a zone."""
+
+    def edit(file: HotspotFile) -> str:
+        file.remove_zone(label)
+        return f"the zone {label} removed"
+
+    return edit

@@ -1,0 +1,308 @@
+"""``florence where``: where the robot is and what it is doing, on one screen; what is not known says why."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import TrackedUsers
+from florence_interfaces.srv import GetRoom, GetUserSeen, GetXYPhi
+from nav2_msgs.action import NavigateToPose
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Bool
+
+from florence_bt.app.runs.client import ACTIVE_STATES, LOCATOR, MISSION_SERVER, MissionClient, SystemNotThere
+from florence_bt.core.errors import DeviceTimeout
+from florence_bt.core.geometry import degrees_text
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.topics import MANUAL_OVERRIDE
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+WAIT_S = 2.5
+"""Wall seconds for what is published once a second."""
+OLD_S = 3.0
+"""Wall seconds after which such a message is old."""
+SEEN_S = 1.5
+"""Wall seconds for which a person counts as seen: the camera's node tells of people five times a second."""
+WATCH_PERIOD_S = 0.5
+_LOCALISER = "Place in the map"
+_GOALS = "navigate_to_pose/_action/status"
+_DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """One thing that is known, or why it is not.
+
+    Attributes:
+        text: For people.
+        known: Whether it is known.
+        values: For programs; metres, degrees, seconds, shares.
+    """
+
+    text: str
+    known: bool = True
+    values: dict[str, Any] = field(default_factory=dict)
+
+
+class _Latest:
+    """The newest message of a topic, and when it came."""
+
+    def __init__(self) -> None:
+        self.message: Any = None
+        self._at = -math.inf
+
+    def take(self, message: Any) -> None:
+        self.message, self._at = message, time.monotonic()
+
+    @property
+    def age(self) -> float:
+        """Wall seconds since it came; infinity before the first."""
+        return time.monotonic() - self._at
+
+
+class Where:
+    """Gathers where the robot is from the topics and services of a running system.
+
+    Args:
+        client: Talks to the system.
+    """
+
+    def __init__(self, client: MissionClient) -> None:
+        self._client = client
+        self._battery, self._users, self._localiser = _Latest(), _Latest(), _Latest()
+        self._goals, self._feedback, self._override = _Latest(), _Latest(), _Latest()
+        subscribe = client.node.create_subscription
+        subscribe(BatteryState, "battery_state", self._battery.take, SENSOR)
+        subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
+        subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        subscribe(GoalStatusArray, _GOALS, self._goals.take, LATCHED)
+        subscribe(Bool, MANUAL_OVERRIDE, self._override.take, LATCHED)
+        feedback = NavigateToPose.Impl.FeedbackMessage
+        subscribe(feedback, "navigate_to_pose/_action/feedback", self._feedback.take, RELIABLE)
+
+    def wait(self) -> None:
+        """Wait a little for what is published now and then."""
+        regular = (self._battery, self._localiser)
+        self._client.spin_until(lambda: all(each.message is not None for each in regular), WAIT_S)
+
+    def facts(self) -> dict[str, Fact]:
+        """Return everything: a word for what it is -> what is known of it.
+
+        Raises:
+            SystemNotThere: Neither a locator nor a mission server is there.
+        """
+        return {
+            "robot": self._robot(),
+            "certainty": self._certainty(),
+            "goal": self._goal(),
+            "mission": self._mission(),
+            "battery": self._battery_charge(),
+            "user": self._user(),
+            "seen": self._seen(),
+        }
+
+    def _ask(self, service_type: Any, name: str) -> Any:
+        if not self._client.sees(LOCATOR):
+            raise SystemNotThere("no locator")
+        return self._client.call(service_type, f"{LOCATOR}/{name}", service_type.Request(), repeat=True)
+
+    def _robot(self) -> Fact:
+        try:
+            pose, room = self._ask(GetXYPhi, "getRobotPosXYPhi"), self._ask(GetRoom, "getRobotPosRoom")
+        except (SystemNotThere, DeviceTimeout):
+            return Fact("not known: no locator answers (florence up --missions-only has none)", False)
+        if not pose.valid:
+            return Fact("not known: no transform leads from the map to the robot", False)
+        return Fact(
+            f"{_in(room)}at {_place(pose)}, heading {degrees_text(pose.phi)}", True, _values(pose, room)
+        )
+
+    def _certainty(self) -> Fact:
+        status = self._localiser.message
+        if status is None:
+            return Fact(f"not known: no localiser has told within {WAIT_S:g} s", False)
+        values = {value.key: value.value for value in status.values}
+        fit, metres, degrees = (float(value) for value in list(values.values())[:3])
+        text = f"{status.message}; {100 * fit:.0f} % of the scan fits the map"
+        text += f", ± {100 * metres:.0f} cm, ± {degrees:.1f} deg" if status.level == status.OK else ""
+        if self._localiser.age > OLD_S:
+            return Fact(f"not known: the localiser told last {self._localiser.age:.0f} s ago: {text}", False)
+        facts = {"fit": fit, "deviation_m": metres, "deviation_deg": degrees}
+        return Fact(text, status.level == status.OK, facts)
+
+    def _goal(self) -> Fact:
+        goals = self._goals.message
+        if goals is None:
+            if self._client.node.count_publishers(_GOALS):
+                return Fact("none: nothing has been driven to yet")
+            return Fact("not known: there is no navigation (navigate_to_pose)", False)
+        if not any(goal.status in _DRIVING for goal in goals.status_list):
+            return Fact("none: nothing drives to a place", True)
+        feedback = self._feedback.message.feedback if self._feedback.age < OLD_S else None
+        values: dict[str, Any] = {}
+        text = "a drive has just begun"
+        try:
+            pose, room = self._ask(GetXYPhi, "getGoalPosXYPhi"), self._ask(GetRoom, "getGoalPosRoom")
+        except (SystemNotThere, DeviceTimeout):
+            pose = None
+        if pose is not None and pose.valid:
+            text, values = f"{_in(room)}at {_place(pose)}", _values(pose, room)
+        if feedback is not None:
+            values["distance_left_m"] = round(float(feedback.distance_remaining), 3)
+            text += f", {feedback.distance_remaining:.1f} m left"
+        return Fact(text, True, values)
+
+    def _mission(self) -> Fact:
+        blocked = "; the manual override is on" if getattr(self._override.message, "data", False) else ""
+        state = self._client.state
+        if not self._client.sees(MISSION_SERVER):
+            return Fact(f"not known: no mission server is there{blocked}", False)
+        if not state.run_id:
+            return Fact(f"none has run yet{blocked}")
+        values = {"mission": state.mission, "run_id": state.run_id, "state": state.state}
+        if state.state in ACTIVE_STATES:
+            return Fact(f"{state.mission} runs (run {state.run_id}){blocked}", True, values)
+        reason = f": {state.reason}" if state.reason else ""
+        ended = f"none; the last one, {state.mission}, ended as {state.state}{reason}{blocked}"
+        return Fact(ended, True, values)
+
+    def _battery_charge(self) -> Fact:
+        battery = self._battery.message
+        if battery is None or self._battery.age > OLD_S:
+            last = "" if battery is None else f", the last time {self._battery.age:.0f} s ago"
+            return Fact(f"not known: the base's driver does not tell its battery{last}", False)
+        if not math.isfinite(battery.percentage):
+            return Fact("not known: the base does not measure its charge", False)
+        charging = battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        share = round(float(battery.percentage), 3)
+        text = f"{100 * share:.0f} %, {'charging' if charging else 'not charging'}"
+        return Fact(text, True, {"charge": share, "charging": charging})
+
+    def _user(self) -> Fact:
+        try:
+            seen = self._ask(GetUserSeen, "getUserSeen")
+        except (SystemNotThere, DeviceTimeout):
+            return Fact("not known: no locator answers", False)
+        if not seen.valid:
+            return Fact("not known: nothing has told yet where the user is", False)
+        values = {"room": seen.room, "age_s": round(seen.age, 1), "source": seen.source}
+        return Fact(f"last in {seen.room}, {_ago(seen.age)}, by {seen.source}", True, values)
+
+    def _seen(self) -> Fact:
+        users = self._users.message
+        if users is None or self._users.age > SEEN_S:
+            since = "" if users is None else f" for {_duration(self._users.age)}"
+            return Fact(f"not known: nobody has been looked for{since} (the user tracker rests)", False)
+        ids = sorted(users.user_ids)
+        if not ids:
+            return Fact("nobody is in view", True, {"users": []})
+        numbers = ", ".join(map(str, ids))
+        people = "one person is" if len(ids) == 1 else f"{len(ids)} people are"
+        return Fact(f"{people} in view (number {numbers})", True, {"users": ids})
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name.endswith(_LOCALISER):
+                self._localiser.take(status)
+
+
+def as_text(facts: dict[str, Fact]) -> str:
+    """Write the facts for people, one a line."""
+    width = max(map(len, facts))
+    return "\n".join(f"{name:<{width}}  {fact.text}" for name, fact in facts.items())
+
+
+def as_json(facts: dict[str, Fact]) -> str:
+    """Write the facts as a JSON object: for each ``known``, ``text`` and ``values``."""
+    return json.dumps({name: asdict(fact) for name, fact in facts.items()}, ensure_ascii=False)
+
+
+def show_where(console: Console, *, watch: bool, json_lines: bool) -> None:
+    """Show where the robot is, once or until Ctrl-C.
+
+    Args:
+        console: Where to.
+        watch: Whether to go on.
+        json_lines: Whether to write JSON, one object a line.
+
+    Raises:
+        SystemNotThere: No system is up.
+    """
+    with MissionClient("florence_where") as client:
+        where = Where(client)
+        where.wait()
+        if not client.sees(LOCATOR) and not client.sees(MISSION_SERVER):
+            raise SystemNotThere("no system was found; is it up? Start it with: florence up --sim")
+        _show(
+            where,
+            where.facts(),
+            console,
+            watch=watch,
+            json_lines=json_lines,
+            again=lambda: client.spin_until(lambda: False, WATCH_PERIOD_S),
+        )
+
+
+def _show(
+    where: Where,
+    facts: dict[str, Fact],
+    console: Console,
+    *,
+    watch: bool,
+    json_lines: bool,
+    again: Callable[[], object],
+) -> None:
+    if json_lines or not watch or not console.is_terminal:
+        _print(facts, console, json_lines)
+        while watch:
+            again()
+            _print(where.facts(), console, json_lines)
+        return
+    from rich.live import Live
+    from rich.text import Text
+
+    with Live(Text(as_text(facts)), console=console, auto_refresh=False) as live:
+        while True:
+            again()
+            live.update(Text(as_text(where.facts())), refresh=True)
+
+
+def _print(facts: dict[str, Fact], console: Console, json_lines: bool) -> None:
+    text = as_json(facts) if json_lines else as_text(facts)
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def _in(room: Any) -> str:
+    return f"in {room.room}, " if room.valid else ""
+
+
+def _place(pose: Any) -> str:
+    return f"({pose.x:.2f} m, {pose.y:.2f} m)"
+
+
+def _degrees(pose: Any) -> float:
+    return math.degrees(math.remainder(pose.phi, math.tau))
+
+
+def _values(pose: Any, room: Any) -> dict[str, Any]:
+    place = {"x": round(pose.x, 3), "y": round(pose.y, 3), "yaw_deg": round(_degrees(pose), 1)}
+    return place | ({"room": room.room} if room.valid else {})
+
+
+def _ago(seconds: float) -> str:
+    return "just now" if seconds < 2.0 else f"{_duration(seconds)} ago"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

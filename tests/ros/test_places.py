@@ -1,0 +1,216 @@
+"""Places over ROS: zones from the locator to navigation and to Nav2, and the commands of a terminal."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("florence_interfaces.srv")
+
+from florence_interfaces.msg import Zone as ZoneMsg
+from florence_interfaces.msg import Zones
+from florence_interfaces.srv import SetHotspot
+from geometry_msgs.msg import Point32, Polygon
+from nav2_msgs.action import ComputePathToPose
+from nav2_msgs.msg import CostmapFilterInfo
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rclpy.action import ActionClient
+from std_srvs.srv import Trigger
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_stamped_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.tf import TransformBroadcaster
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.locator.node import LocatorNode
+from florence_bt.skills.navigation.navigate.node import NavigationNode
+from tests.unit.skills.navigation_world import make_map
+
+pytestmark = pytest.mark.ros
+
+HOME = """\
+# Our home.
+hotspots:
+  - {label: kitchen, x: 1.0, y: 1.0, yaw: 90 deg, polygon: [[0, 0], [4, 0], [4, 5], [0, 5]]}   # cooking
+zones:
+  - {label: stairs, kind: keep_out, polygon: [[6, 3], [8, 3], [8, 5], [6, 5]]}
+  - {label: rug, kind: slow, speed_limit: 0.2 m/s, polygon: [[1, 2], [3, 2], [3, 4], [1, 4]]}
+  - {label: mat, kind: slow, speed_limit: 20 %, polygon: [[2, 2], [3, 2], [3, 4], [2, 4]]}
+"""
+
+
+class Terminal:
+    """A locator with its file, a map, and somebody who types commands."""
+
+    def __init__(self, ros: Any, folder: Path) -> None:
+        self.ros = ros
+        self.file = folder / "home.yaml"
+        self.file.write_text(HOME)
+        self.caller: FlorenceNode = ros.add(FlorenceNode("caller"))
+        self.maps = self.caller.create_publisher(OccupancyGridMsg, "map", LATCHED)
+        self.frames = TransformBroadcaster(self.caller)
+        self.locator = ros.add(LocatorNode(parameters={"hotspots_file": str(self.file)}))
+        self.heard: dict[str, Any] = {}
+
+    def hear(self, kind: Any, topic: str) -> None:
+        def take(message: Any) -> None:
+            self.heard[topic] = message
+
+        self.caller.create_subscription(kind, topic, take, LATCHED)
+
+    def tell_map(self) -> None:
+        self.maps.publish(grid_to_ros(make_map(), "map", 0.0))
+
+    def call(self, kind: Any, name: str, **fields: Any) -> Any:
+        client = self.caller.create_client(kind, name)
+        self.ros.spin_until(client.service_is_ready, what=name)
+        future = client.call_async(kind.Request(**fields))
+        self.ros.spin_until(future.done, what=f"the answer of {name}")
+        return future.result()
+
+    def type(self, *arguments: str) -> tuple[int, str]:
+        """Run a command; the robot stands at (2, 3, 0.5 rad) meanwhile."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", "florence_bt.cli", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+        told = 0.0
+
+        def over() -> bool:
+            nonlocal told
+            now = self.caller.timebase.now()
+            if now - told > 0.2:
+                told = now
+                self.frames.send("map", "base_link", now, Pose2(2.0, 3.0, 0.5))
+            return process.poll() is not None
+
+        self.ros.spin_until(over, what=" ".join(arguments))
+        output, _ = process.communicate()
+        return process.returncode, output
+
+
+@pytest.fixture
+def terminal(ros: Any, tmp_path: Path) -> Terminal:
+    return Terminal(ros, tmp_path)
+
+
+def test_zones_are_told_as_nav2s_filters_read_them(terminal: Terminal) -> None:
+    for topic in ("keepout_filter_info", "speed_filter_info"):
+        terminal.hear(CostmapFilterInfo, topic)
+    for topic in ("keepout_filter_mask", "speed_filter_mask"):
+        terminal.hear(OccupancyGridMsg, topic)
+    terminal.tell_map()
+    terminal.ros.spin_until(lambda: len(terminal.heard) == 4, what="the masks")
+    heard = terminal.heard
+    assert (heard["keepout_filter_info"].type, heard["speed_filter_info"].type) == (0, 2)
+    assert heard["speed_filter_info"].filter_mask_topic == "/speed_filter_mask"
+    keep_out, speed = (grid_from_ros(heard[f"{name}_filter_mask"]) for name in ("keepout", "speed"))
+    assert (
+        keep_out.cells[keep_out.cell_of(7.0, 4.0)] == 100 and keep_out.cells[keep_out.cell_of(5.0, 4.0)] == 0
+    )
+
+    def limit(x: float, y: float) -> float:
+        info = heard["speed_filter_info"]
+        return float(info.base + info.multiplier * speed.cells[speed.cell_of(x, y)])
+
+    # 20 % of 0.45 m/s are 0.09 m/s; 0 is no limit.
+    assert np.allclose([limit(1.5, 3.0), limit(2.5, 3.0), limit(5.0, 3.0)], [0.2, 0.09, 0.0])
+
+
+def test_navigation_keeps_to_the_zones_of_the_file_also_after_a_reload(terminal: Terminal) -> None:
+    ros, navigation = terminal.ros, terminal.ros.add(NavigationNode())
+    terminal.tell_map()
+    ros.spin_until(lambda: navigation.has_map, what="the costmaps")
+    plans = ActionClient(terminal.caller, ComputePathToPose, "compute_path_to_pose")
+    ros.spin_until(plans.server_is_ready, what="the planner")
+
+    def plan() -> Any:
+        start, goal = (pose_stamped_to_ros(pose, "map", 0.0) for pose in (Pose2(1, 1), Pose2(7, 4)))
+        sent = plans.send_goal_async(ComputePathToPose.Goal(start=start, goal=goal, use_start=True))
+        ros.spin_until(sent.done, what="the goal")
+        result = sent.result().get_result_async()
+        ros.spin_until(result.done, what="the plan")
+        return result.result().result
+
+    ros.spin_until(lambda: plan().error_code == 206, what="the zones")
+    assert "'stairs'" in plan().error_msg
+    terminal.file.write_text(HOME.partition("zones:")[0])
+    told = terminal.call(Trigger, "florenceLocator/reloadHotspots")
+    assert told.success and "zones: 0" in told.message
+    ros.spin_until(lambda: plan().error_code == 0, what="no zones")
+    terminal.file.write_text("hotspots:\n  - {label: a, x: 1, y: 2}\nzones: [{}]\n")
+    told = terminal.call(Trigger, "florenceLocator/reloadHotspots")
+    assert not told.success and f"{terminal.file}:3:9" in told.message
+    assert plan().error_code == 0
+    plans.destroy()
+
+
+def test_zones_that_cannot_be_meant_are_refused(terminal: Terminal) -> None:
+    navigation = terminal.ros.add(NavigationNode())
+    zones = terminal.caller.create_publisher(Zones, "zones", LATCHED)
+    square = [Point32(x=x, y=y) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0))]
+    for bad in (
+        ZoneMsg(label="a", kind=7, area=Polygon(points=square)),
+        ZoneMsg(label="a", area=Polygon(points=square[:2])),
+        ZoneMsg(label="a", area=Polygon(points=[*square, Point32(x=float("nan"))])),
+        ZoneMsg(label="a", kind=ZoneMsg.SLOW, area=Polygon(points=square)),
+        ZoneMsg(
+            label="a", kind=ZoneMsg.SLOW, area=Polygon(points=square), speed_limit=101.0, percentage=True
+        ),
+    ):
+        before = navigation.health.refused["zones"]
+        terminal.ros.spin_until(zones.get_subscription_count, what="the subscription")
+        zones.publish(Zones(zones=[bad]))
+        terminal.ros.spin_until(lambda before=before: navigation.health.refused["zones"] > before, what="it")
+
+
+def test_a_taught_place_is_an_object_unless_it_is_called_like_a_room(terminal: Terminal) -> None:
+    for label, kind in (
+        ("sofa", "object"),
+        ("Living Room", "room"),
+        ("bedroom_2", "room"),
+        ("kitchen", "room"),
+    ):
+        told = terminal.call(SetHotspot, "florenceLocator/setHotspot", label=label, x=3.0, y=2.0, phi=0.5)
+        assert told.success and f" {kind} in " in told.message
+        spot = load_hotspots(terminal.file).get(label)
+        assert spot is not None and (spot.kind, spot.pose.x) == (kind, 3.0)
+    assert "sofa" not in terminal.call(Trigger, "florenceLocator/getRooms").message
+    kitchen = load_hotspots(terminal.file).get("kitchen")
+    assert kitchen is not None and len(kitchen.polygon) == 4
+    assert terminal.file.read_text().startswith("# Our home.") and "# cooking" in terminal.file.read_text()
+
+
+def test_places_are_taught_and_looked_at_from_a_terminal(terminal: Terminal) -> None:
+    code, output = terminal.type("hotspot", "here", "sofa")
+    assert code == 0, output
+    sofa = load_hotspots(terminal.file).get("sofa")
+    assert sofa is not None and (sofa.kind, sofa.pose.x, sofa.pose.y) == ("object", 2.0, 3.0)
+    assert abs(sofa.pose.yaw - 0.5) < 1e-3
+    terminal.hear(Zones, "zones")
+    code, output = terminal.type("hotspot", "zone", "remove", "stairs")
+    assert code == 0, output
+    terminal.ros.spin_until(
+        lambda: [zone.label for zone in terminal.heard["zones"].zones] == ["rug", "mat"], what="the zones"
+    )
+    code, output = terminal.type("where", "--json")
+    facts = json.loads(output.splitlines()[-1])
+    assert code == 0 and facts["robot"]["values"] == {"x": 2.0, "y": 3.0, "yaw_deg": 28.6, "room": "kitchen"}
+    assert {name for name, fact in facts.items() if not fact["known"]} >= {
+        "mission",
+        "battery",
+        "user",
+        "seen",
+    }
+    assert all(fact["text"].startswith("not known: ") for fact in facts.values() if not fact["known"])
