@@ -133,9 +133,11 @@ def put(message: Any, path: str, value: Any, stamp: Any) -> None:
         ConfigError: There is no such field.
         ValueError: The field does not hold the value.
     """
-    *parents, (last, _) = _steps(path)
-    for name, _ in parents:
-        message = getattr(message, name)
+    *parents, (last, item) = _steps(path)
+    for name, index in parents:
+        message = _entered(message, name, index, path)
+    if item is not None:
+        raise ConfigError(f"{path!r} names an item of an array, and a whole field is sent")
     kind = field_type(type(message), last)
     try:
         setattr(message, last, _written(kind, getattr(message, last), value, stamp))
@@ -172,6 +174,16 @@ def _steps(path: str) -> list[tuple[str, int | None]]:
             raise ConfigError(f"{path!r} is not the path of a field", valid=["pose.position.x", "poses[0]"])
         steps.append((match[1], int(match[2]) if match[2] else None))
     return steps
+
+
+def _entered(message: Any, name: str, index: int | None, path: str) -> Any:
+    """Return a field, or an item of an array, which grows to have it."""
+    value = getattr(message, name)
+    if index is None:
+        return value
+    while len(value) <= index:
+        value.append(_nested(_item_type(field_type(type(message), name), path), path)())
+    return value[index]
 
 
 def _nested(kind: str, path: str) -> Any:

@@ -60,7 +60,7 @@ def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping])
     for name, mapping in mappings.items():
         what = f"{mapping.way} {mapping.name} ({mapping.interface})"
         skills[name] = skill = _attempt(partial(_of_file, node, mapping), what)
-        if isinstance(skill, MissingSkill):
+        if isinstance(skill, MissingSkill) and not mapping.stock:
             node.get_logger().error(f"the skill {name!r} is missing: {skill.reason}")
     return skills
 
