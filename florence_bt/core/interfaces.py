@@ -94,6 +94,14 @@ def holds(kind: Kind, written: str) -> bool:
     return re.sub(r"<\d+>", "", written) in _HOLDS[kind]
 
 
+def integer_limits(written: str) -> tuple[int, int] | None:
+    """Return the lowest and highest value of an integer field of a type; None for other fields."""
+    if written not in _INTEGERS:
+        return None
+    bits = int(written.lstrip("uint"))
+    return (0, 2**bits - 1) if written.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+
 def kind_of_field(written: str) -> Kind | None:
     """Return the kind of what a field of a type gives to an expression, None for what is no single value."""
     plain = re.sub(r"<\d+>", "", written)
@@ -218,11 +226,9 @@ def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
     if kind == _DURATION:
         there.sec, there.nanosec = divmod(round(value * 1e9), 1_000_000_000)
         return there
-    if kind in _INTEGERS:
-        bits = int(kind.lstrip("uint"))
-        low, high = (0, 2**bits - 1) if kind.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-        if not low <= value <= high:  # rclpy would cut it off
-            raise ValueError(f"{value} is not between {low} and {high}, as {kind} is")
+    limits = integer_limits(kind)
+    if limits is not None and not limits[0] <= value <= limits[1]:  # rclpy would cut it off
+        raise ValueError(f"{value} is not between {limits[0]} and {limits[1]}, as {kind} is")
     return float(value) if kind in _FLOATS else value
 
 

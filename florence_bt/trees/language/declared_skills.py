@@ -38,6 +38,8 @@ SKILL_KEYS = (
 """What can be said about a skill."""
 FAILURE_KEYS = ("meaning", "when")
 FILE_KEYS = ("skills", "templates")
+TO_BE_SAID = "say here"
+"""How the texts of a draft begin; who edits it puts others in their place."""
 STOCK = Path(__file__).with_name(f"stock{ENDING}")
 """The skills and templates that come with Florence."""
 
@@ -175,6 +177,7 @@ def _skill(
     outputs, _ = read_ports(reader, table.get("outputs"), "an output", (*OUTPUT_KEYS, "from"))
     resources = table.get("resources")
     failures, conditions = _failures(reader, table.get("failures"))
+    _note_draft(reader, summary, *(each for _, each in _meanings(table.get("failures"))))
     declaration = SkillDeclaration(
         name,
         (reader.text(summary, "summary") or "") if summary is not None else "",
@@ -190,6 +193,21 @@ def _skill(
     )
     paths = _paths(table.get("outputs"))
     return declaration, read_mapping(reader, declaration, table, paths, conditions, stock=stock)
+
+
+def _note_draft(reader: Reader, *texts: YamlNode | None) -> None:
+    """Warn of texts that nobody has put in place of those of a draft."""
+    for text in texts:
+        if isinstance(text, YamlScalar) and text.text.lower().startswith(TO_BE_SAID):
+            reader.warning(text.position, f"this is still the text of the draft: {text.text!r}")
+
+
+def _meanings(source: YamlNode | None) -> Iterable[tuple[str, YamlNode | None]]:
+    """Return what the file says of the meaning of each code."""
+    entries = source.entries if isinstance(source, YamlMapping) else ()
+    return [
+        (key.text, item.get("meaning") if isinstance(item, YamlMapping) else item) for key, item in entries
+    ]
 
 
 def _paths(source: YamlNode | None) -> dict[str, YamlNode]:

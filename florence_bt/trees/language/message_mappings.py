@@ -19,6 +19,7 @@ from florence_bt.core.interfaces import (
     field_type,
     get,
     holds,
+    integer_limits,
     kind_of_field,
     load_interface,
     part_of,
@@ -365,7 +366,26 @@ class _Mapping:
             raise ConfigError(
                 f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
             )
-        return (tree_value(value, Kind.TEXT if text else None, self._inputs),)
+        made = tree_value(value, Kind.TEXT if text else None, self._inputs)
+        limits = integer_limits(written) if written is not None else None
+        if limits is not None:
+            self._check_limits(key.text, value, made, limits)
+        return (made,)
+
+    def _check_limits(self, path: str, value: Value, made: Any, limits: tuple[int, int]) -> None:
+        """Check that an integer field takes every value that it may be given.
+
+        Raises:
+            ConfigError: It does not.
+        """
+        possible: tuple[Any, ...] = (made,)
+        if isinstance(value, Reference):
+            port = self._declaration.inputs.get(value.key)
+            possible = (port.minimum, port.maximum) if port is not None else ()
+        low, high = limits
+        for each in possible:
+            if isinstance(each, (int, float)) and not low <= each <= high:
+                raise ConfigError(f"{path} takes {low} to {high}, and would be given {each}")
 
     def _check_keys(self, value: Value, position: Position) -> None:
         """Check that only inputs of the skill are named."""

@@ -234,3 +234,38 @@ def test_the_example_passes_the_check() -> None:
     library = MissionLibrary.load([ROOT / "examples" / "foreign_robot" / "missions"], built_in=False)
     assert library.findings == [] and len(library.names()) == 3
     assert check(library.missions(), library, collect_declarations()) == []
+
+
+@pytest.mark.parametrize(
+    ("port", "wrong"),
+    [
+        ("{type: integer, min: 0, max: 255}", False),
+        ("{type: integer}", False),
+        ("{type: integer, min: -1, max: 255}", True),
+        ("{type: integer, max: 256}", True),
+    ],
+)
+def test_limits_of_an_input_lie_within_those_of_the_field(read: Any, port: str, wrong: bool) -> None:
+    findings = read(
+        f"  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n"
+        f"    inputs: {{times: {port}}}\n    send: {{data: $times}}\n"
+    ).findings
+    assert [finding.line for finding in findings] == ([6] if wrong else [])
+
+
+def test_a_constant_lies_within_the_limits_of_the_field(read: Any) -> None:
+    (finding,) = read(
+        "  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n    send: {data: 300}\n"
+    ).findings
+    assert finding.line == 5 and "0 to 255" in finding.message
+
+
+def test_items_of_arrays_are_sent(read: Any) -> None:
+    found = read(
+        "  limit:\n    service: x/set_parameters\n    type: rcl_interfaces/srv/SetParameters\n"
+        "    inputs: {value: {type: number}}\n"
+        '    send: {"parameters[0].name": speed, "parameters[1].value.double_value": $value}\n'
+    )
+    message = found.mappings["limit"].message({"value": 2.5}, STAMP)
+    assert [each.name for each in message.parameters] == ["speed", ""]
+    assert message.parameters[1].value.double_value == 2.5
