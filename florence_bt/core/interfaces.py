@@ -58,7 +58,8 @@ def load_interface(name: str) -> Any:
     try:
         module = importlib.import_module(f"{package}.{kind}")
     except ImportError as error:
-        raise ConfigError(f"the interface package {package!r} is not installed: {error}") from error
+        problem = f"the interface package {package!r} is not installed: {error}"
+        raise ConfigError(problem, valid=["florence interfaces add FOLDER"]) from error
     found = getattr(module, last, None)
     if found is None:
         names = [each for each in dir(module) if each[:1].isupper() and "_" not in each]

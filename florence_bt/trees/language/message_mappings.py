@@ -326,7 +326,7 @@ class _Mapping:
             if "not installed" not in error.problem:
                 self._error(position, error.problem, error.valid)
                 return False
-            self._reader.warning(position, f"{error.problem}; its fields are not checked")
+            self._reader.warning(position, f"{error.problem}; its fields are not checked", error.valid)
             return True
         parts = [part for part in (self._way.sent, self._way.answered) if part is not None]
         return all(self._attempt(position, part_of, self._interface, part) is not None for part in parts)
