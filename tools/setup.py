@@ -21,6 +21,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 (it may be run by any Python)
     found = ".".join(map(str, sys.version_info[:2]))
     sys.exit(f"Florence needs Python 3.11 or 3.12, and this is {found}: make setup PYTHON=python3.12")
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from setup_steps import dependencies, interfaces, kernels, machine

@@ -1,7 +1,8 @@
 """A robot that Florence knows nothing of: its own names, interfaces of other packages, plain rclpy.
 
-It drives by Nav2's action, has a gripper behind a service, and tells its battery and who presses its button.
-``python robot.py`` starts it; ``--battery 0.1`` empties it.
+It drives by Nav2's action, has a gripper and a light behind services, a parameter for its speed, and tells
+its battery and who presses its button. With ``--hand`` it has a hand that needs interfaces of its own
+(``florence interfaces add gripper_interfaces``). ``python robot.py`` starts it; ``--battery 0.1`` empties it.
 """
 
 from __future__ import annotations
@@ -25,14 +26,18 @@ PLACE_WITHOUT_WAY = 99.0
 """Nobody gets to an x beyond this."""
 NO_VALID_PATH = 208
 DRIVE_S = 0.5
+GRIP_S = 0.3
+THINNEST = 0.005
+"""Metres; the hand does not feel what is thinner."""
 
 
 class Robot(Node):
     """All servers of the robot."""
 
-    def __init__(self, battery: float) -> None:
+    def __init__(self, battery: float, *, hand: bool) -> None:
         super().__init__("robot", namespace="tb4")
         self._battery = battery
+        self.declare_parameter("speed", 0.5)
         group = ReentrantCallbackGroup()
         self._server = ActionServer(
             self,
@@ -42,7 +47,12 @@ class Robot(Node):
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=group,
         )
+        if hand:
+            from gripper_interfaces.action import Grip
+
+            self._hand = ActionServer(self, Grip, "hand/grip", self._take, callback_group=group)
         self.create_service(SetBool, "gripper", self._grip)
+        self.create_service(SetBool, "light", self._light)
         self._batteries = self.create_publisher(BatteryState, "battery", qos_profile_sensor_data)
         self._buttons = self.create_publisher(String, "button", 10)
         self.create_timer(0.1, self._tell, callback_group=group)
@@ -56,6 +66,27 @@ class Robot(Node):
         response.success = request.data
         response.message = "" if request.data else "the hand is open already"
         return response
+
+    def _light(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        response.success = True
+        return response
+
+    def _take(self, goal: Any) -> Any:
+        """Close the hand round what is as wide as the goal says."""
+        from gripper_interfaces.action import Grip
+        from gripper_interfaces.msg import Finger
+
+        for _ in range(goal.request.tries):
+            goal.publish_feedback(Grip.Feedback(width=goal.request.width))
+            time.sleep(GRIP_S)
+        if goal.request.width < THINNEST:
+            goal.abort()
+            said = f"nothing felt in {goal.request.tries} tries"
+            return Grip.Result(error_code=Grip.Result.NOTHING_THERE, error_msg=said)
+        goal.succeed()
+        half = goal.request.width / 2.0
+        fingers = [Finger(force=float(goal.request.force), position=side) for side in (half, -half)]
+        return Grip.Result(fingers=fingers)
 
     def _drive(self, goal: Any) -> NavigateToPose.Result:
         x = goal.request.pose.pose.position.x
@@ -77,10 +108,11 @@ def main() -> None:
     """Serve until a signal comes."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--battery", type=float, default=0.8, help="its charge, 0 to 1")
+    parser.add_argument("--hand", action="store_true", help="with the hand of gripper_interfaces")
     arguments = parser.parse_args()
     rclpy.init()
     executor = MultiThreadedExecutor(4)
-    executor.add_node(Robot(arguments.battery))
+    executor.add_node(Robot(arguments.battery, hand=arguments.hand))
     try:
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -50,8 +50,12 @@ def list_all(
     f"--file missions/robot.skills.yaml\n\n{EXIT_CODES}"
 )
 def add(
-    way: Annotated[str, typer.Argument(metavar="WAY", help=f"How it is served: {', '.join(_WAYS)}.")],
-    name: Annotated[str, typer.Argument(help="The name of the action, service or topic.")],
+    way: Annotated[
+        str | None, typer.Argument(metavar="[WAY]", help=f"How it is served: {', '.join(_WAYS)}.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="The name of the action, service or topic.")
+    ] = None,
     interface: Annotated[
         str | None,
         typer.Argument(metavar="[TYPE]", help="Its type; that of the running system when not given."),
@@ -61,10 +65,19 @@ def add(
         Path | None, typer.Option(help="The file of skills it is added to.", show_default="the terminal")
     ] = None,
 ) -> None:
-    """Draft a skill without code from the type of its action, service or topic; then edit it."""
+    """Draft a skill without code from the type of its action, service or topic; then edit it.
+
+    Without WAY and NAME it lists what the running system has to offer, each line ready to follow "add".
+    """
     from florence_bt.app.mission_files.skill_draft import add_to_file, draft_skill
     from florence_bt.core.errors import ConfigError, closest_first
 
+    if way is None or name is None:
+        from florence_bt.app.mission_files.live_skills import offered
+
+        lines = [line for line in offered().splitlines() if way is None or line.startswith(f"{way} ")]
+        typer.echo("\n".join(lines) or "nothing was found: no other node runs in this ROS domain")
+        return
     if way not in _WAYS:
         raise ConfigError(f"a skill is not served by {way!r}", valid=closest_first(way, _WAYS))
     way = way.replace("-", "_")

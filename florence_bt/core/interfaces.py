@@ -58,7 +58,8 @@ def load_interface(name: str) -> Any:
     try:
         module = importlib.import_module(f"{package}.{kind}")
     except ImportError as error:
-        raise ConfigError(f"the interface package {package!r} is not installed: {error}") from error
+        problem = f"the interface package {package!r} is not installed: {error}"
+        raise ConfigError(problem, valid=["florence interfaces add FOLDER"]) from error
     found = getattr(module, last, None)
     if found is None:
         names = [each for each in dir(module) if each[:1].isupper() and "_" not in each]
@@ -92,6 +93,14 @@ def holds(kind: Kind, written: str) -> bool:
         match = _SEQUENCE.fullmatch(written)
         return match is not None and holds(kind.item, match[1] or match[2])
     return re.sub(r"<\d+>", "", written) in _HOLDS[kind]
+
+
+def integer_limits(written: str) -> tuple[int, int] | None:
+    """Return the lowest and highest value of an integer field of a type; None for other fields."""
+    if written not in _INTEGERS:
+        return None
+    bits = int(written.lstrip("uint"))
+    return (0, 2**bits - 1) if written.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
 
 
 def kind_of_field(written: str) -> Kind | None:
@@ -133,9 +142,11 @@ def put(message: Any, path: str, value: Any, stamp: Any) -> None:
         ConfigError: There is no such field.
         ValueError: The field does not hold the value.
     """
-    *parents, (last, _) = _steps(path)
-    for name, _ in parents:
-        message = getattr(message, name)
+    *parents, (last, item) = _steps(path)
+    for name, index in parents:
+        message = _entered(message, name, index, path)
+    if item is not None:
+        raise ConfigError(f"{path!r} names an item of an array, and a whole field is sent")
     kind = field_type(type(message), last)
     try:
         setattr(message, last, _written(kind, getattr(message, last), value, stamp))
@@ -174,6 +185,16 @@ def _steps(path: str) -> list[tuple[str, int | None]]:
     return steps
 
 
+def _entered(message: Any, name: str, index: int | None, path: str) -> Any:
+    """Return a field, or an item of an array, which grows to have it."""
+    value = getattr(message, name)
+    if index is None:
+        return value
+    while len(value) <= index:
+        value.append(_nested(_item_type(field_type(type(message), name), path), path)())
+    return value[index]
+
+
 def _nested(kind: str, path: str) -> Any:
     if "/" not in kind or _SEQUENCE.fullmatch(kind):
         raise ConfigError(f"a field of the type {kind} has no fields, in {path!r}")
@@ -206,11 +227,9 @@ def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
     if kind == _DURATION:
         there.sec, there.nanosec = divmod(round(value * 1e9), 1_000_000_000)
         return there
-    if kind in _INTEGERS:
-        bits = int(kind.lstrip("uint"))
-        low, high = (0, 2**bits - 1) if kind.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-        if not low <= value <= high:  # rclpy would cut it off
-            raise ValueError(f"{value} is not between {low} and {high}, as {kind} is")
+    limits = integer_limits(kind)
+    if limits is not None and not limits[0] <= value <= limits[1]:  # rclpy would cut it off
+        raise ValueError(f"{value} is not between {limits[0]} and {limits[1]}, as {kind} is")
     return float(value) if kind in _FLOATS else value
 
 

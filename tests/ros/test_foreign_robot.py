@@ -126,7 +126,25 @@ def test_the_running_robot_tells_types_and_who_is_there(
     with pytest.raises(ConfigError, match="/tb4/drive_two"):
         type_in_graph("action", "tb4/drive_two")
     now = servers_now(MissionLibrary.load([EXAMPLE / "missions"]))
-    assert now["drive_robot"].startswith("there:") and now["turn"].startswith("NOT THERE")
+    assert now["drive_robot"].startswith("there:") and "turn" not in now
+
+
+def test_a_topic_of_another_type_is_told_by_those_who_look(
+    ros_domain: int, start_process: Callable[..., Child], tmp_path: Path
+) -> None:
+    from florence_bt.app.mission_files.live_skills import servers_now
+    from florence_bt.trees.language.loader import MissionLibrary
+
+    start_process(sys.executable, EXAMPLE / "robot.py")
+    (tmp_path / "mine.skills.yaml").write_text(
+        "skills:\n  lit: {like: is_true, condition: tb4/battery}\n"
+        "  grip: {like: call_set_bool, service: tb4/gripper}\n",
+        encoding="utf-8",
+    )
+    now = servers_now(MissionLibrary.load([tmp_path]))
+    assert now["lit"].startswith("WRONG TYPE") and "sensor_msgs/msg/BatteryState" in now["lit"]
+    assert list(now)[:2] == ["grip", "lit"] and now["grip"].startswith("there"), "one's own skills come first"
+    assert "dock_robot" not in now, "nobody asked for it, and nobody serves it"
 
 
 def test_two_types_on_one_topic_take_away_only_one_skill(ros: RosBench, tmp_path: Path) -> None:

@@ -13,8 +13,10 @@ import venv
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from florence_bt.app.interfaces.building import content_hash
+
 from . import machine
-from .progress import Log, Step, StepFailed, content_hash, stamped
+from .progress import Log, Step, StepFailed, stamped
 
 LOCK = machine.ROOT / "requirements.lock"
 PROJECT = machine.ROOT / "pyproject.toml"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
-import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from florence_bt.app.interfaces.building import C_COMPILERS, CXX_COMPILERS, compiler
 
 from .progress import StepFailed
 
@@ -20,9 +21,6 @@ STATE = VENV / "florence-setup"
 """Stamps, logs and build folders."""
 
 PYTHONS = ((3, 11), (3, 12))
-C_COMPILERS = ("CC", "cc", "gcc", "clang")
-CXX_COMPILERS = ("CXX", "c++", "g++", "clang++")
-"""The variable that names a compiler, then those that CMake looks for."""
 
 
 def check() -> None:
@@ -63,9 +61,3 @@ def only_one() -> Iterator[None]:
             print("waiting for another set-up of this checkout ...", flush=True)
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
-
-
-def compiler(variable: str, *names: str) -> str:
-    """Return the path of the compiler that CMake takes, empty when there is none."""
-    found = (shutil.which(name) for name in (os.environ.get(variable, ""), *names) if name)
-    return next(filter(None, found), "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import signal
 import subprocess
@@ -21,19 +20,6 @@ NOISE = ("WARNING: Location ",)
 
 class StepFailed(Exception):
     """A step cannot be done; the message says what to do about it."""
-
-
-def content_hash(parts: Iterable[Path | str]) -> str:
-    """Compute a hash of texts, files and folders (all files in them, by name)."""
-    digest = hashlib.sha256()
-    for part in parts:
-        if isinstance(part, str):
-            digest.update(part.encode() + b"\0")
-            continue
-        for file in sorted(part.rglob("*")) if part.is_dir() else [part]:
-            if file.is_file():
-                digest.update(str(file.relative_to(part)).encode() + b"\0" + file.read_bytes())
-    return digest.hexdigest()
 
 
 @dataclass(frozen=True)

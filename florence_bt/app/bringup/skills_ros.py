@@ -66,7 +66,7 @@ def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping])
         name: _attempt(partial(_of_file, node, each), f"{each.way} {each.name} ({each.interface})")
         for name, each in mappings.items()
     }
-    _log_missing(node, skills)
+    _log_missing(node, {name: skill for name, skill in skills.items() if not mappings[name].stock})
     return skills
 
 

@@ -324,11 +324,11 @@ def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.runtime.node import MissionNode
     from florence_bt.skills.navigation.navigate.declaration import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
     from florence_bt.trees.language.declarations import collect_declarations
-    from florence_bt.trees.language.declared_skills import mappings_in
+    from florence_bt.trees.language.declared_skills import STOCK, mappings_in
     from florence_bt.trees.language.third_party import ThirdParty
 
     installed = [folder for _, folder in ThirdParty().mission_folders()]
-    mappings = mappings_in([*installed, *map(Path, settings.options.mission_folders)])
+    mappings = mappings_in([STOCK.parent, *installed, *map(Path, settings.options.mission_folders)])
     alone = settings.options.missions_only
     without = NOT_OF_NAV2 if settings.options.nav == "nav2" and not alone else ()
     parameters = settings.of(

@@ -23,6 +23,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.model import CallMission, Mission, RunSkill
 
 SEARCH_S = 5.0
@@ -75,7 +76,9 @@ def compare_with_system(
         client.spin_until(lambda: client.servers() > 0, SEARCH_S)
         served = {info.name: info for info in client.missions().missions}
         findings = [finding for mission in missions for finding in _compare_mission(mission, served)]
-        findings += _compare_skills(client, _skills_of(missions, library), build(client.node), library)
+        findings += _compare_skills(
+            client, _skills_of(missions, library), build(client.node), library.mappings
+        )
         return findings + _compare_hotspots(client, missions, labels)
 
 
@@ -126,10 +129,22 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
     return needs
 
 
+def wrong_type(node: FlorenceNode, mapping: MessageMapping | None) -> str:
+    """Return the types that a topic has now instead of a skill's; empty when it fits or nobody is there."""
+    if mapping is None or mapping.way in ("action", "service"):
+        return ""
+    publishes = mapping.way == "publish"
+    others = node.get_subscriptions_info_by_topic if publishes else node.get_publishers_info_by_topic
+    types = {each.topic_type for each in others(node.resolve_topic_name(mapping.name))}
+    return "" if mapping.interface in types else ", ".join(sorted(types))
+
+
 def _compare_skills(
-    client: MissionClient, needs: list[_Need], skills: Mapping[str, Skill], library: MissionLibrary
+    client: MissionClient,
+    needs: list[_Need],
+    skills: Mapping[str, Skill],
+    mappings: Mapping[str, MessageMapping],
 ) -> list[Finding]:
-    """Report skills without a server; whoever wrote the mapping of a skill knows what serves it."""
     findings: list[Finding] = []
     waiting: dict[str, ServedSkill] = {}
     for need in needs:
@@ -140,11 +155,20 @@ def _compare_skills(
         elif isinstance(skill, ServedSkill):
             waiting[need.name] = skill
     client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
+    for need in needs:
+        mapping = mappings.get(need.name)
+        others = wrong_type(client.node, mapping) if need.name in waiting else ""
+        if others and mapping is not None:
+            del waiting[need.name]
+            message = (
+                f"the skill {need.name!r} wants {mapping.interface} on the topic {mapping.name}, which has"
+            )
+            findings.append(need.finding(f"{message} {others}", [f"type: {others}"]))
     lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}
     return findings + [
         need.finding(
             f"the skill {need.name!r} has no server: no {lost[need.name]} was found",
-            ["starting the program that serves it"] if need.name in library.mappings else STARTS,
+            ["starting the program that serves it"] if need.name in mappings else STARTS,
         )
         for need in needs
         if need.name in lost

@@ -2,29 +2,64 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from rclpy.action import get_action_names_and_types
 from rclpy.qos import DurabilityPolicy
 
 from florence_bt.app.bringup.skills_ros import make_skills
-from florence_bt.app.mission_files.live_check import SEARCH_S
+from florence_bt.app.mission_files.live_check import SEARCH_S, wrong_type
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.trees.language.loader import MissionLibrary
 
+DISCOVERY_S = 3.0
+"""So long other nodes are looked for, when any may be there."""
+_EVERYWHERE = re.compile(
+    r" /(rosout|parameter_events|clock) |/_action/| (rcl|type_description)_interfaces/| /florence_"
+)
+"""What every node has, the parts of actions, and the mission server itself."""
+
 
 def servers_now(library: MissionLibrary) -> Mapping[str, str]:
-    """Return for each skill whether its server is there now, for people."""
+    """Return for each skill whether its server is there now, for people: those of files first.
+
+    Of what comes with Florence only those with a server are named: nobody asked for the others.
+    """
     with MissionClient("florence_skills") as client:
         skills = make_skills(client.node, mappings=library.mappings)
         served = {name: skill for name, skill in skills.items() if isinstance(skill, ServedSkill)}
-        client.spin_until(lambda: all(skill.server_is_there() for skill in served.values()), SEARCH_S)
-        return {
-            name: f"{'there' if skill.server_is_there() else 'NOT THERE'}: {skill.label}"
-            for name, skill in served.items()
-        }
+        theirs = {name for name, mapping in library.mappings.items() if not mapping.stock}
+        client.spin_until(
+            lambda: all(served[name].server_is_there() for name in theirs & served.keys()), SEARCH_S
+        )
+        now: dict[str, str] = {}
+        for name in sorted(served, key=lambda name: (name not in theirs, name)):
+            others = wrong_type(client.node, library.mappings.get(name))
+            there = served[name].server_is_there()
+            if others:
+                now[name] = f"WRONG TYPE: {served[name].label} has {others}"
+            elif there or name in theirs:
+                now[name] = f"{'there' if there else 'NOT THERE'}: {served[name].label}"
+        return now
+
+
+def offered() -> str:
+    """Return what the running system has for skills: a line for each, as ``florence skills add`` takes it."""
+    with MissionClient("florence_skills") as client:
+        node = client.node
+        client.spin_until(lambda: False, DISCOVERY_S)
+        lines = [f"action {name} {types[0]}" for name, types in get_action_names_and_types(node)]
+        lines += [f"service {name} {types[0]}" for name, types in node.get_service_names_and_types()]
+        for name, types in node.get_topic_names_and_types():
+            theirs = [
+                each for each in node.get_publishers_info_by_topic(name) if each.node_name != node.get_name()
+            ]
+            way = "condition" if theirs else "publish"
+            lines.append(f"{way} {name} {types[0]}")
+    return "\n".join(sorted(line for line in lines if not _EVERYWHERE.search(line)))
 
 
 def type_in_graph(way: str, name: str) -> tuple[str, bool]:

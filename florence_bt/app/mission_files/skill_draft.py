@@ -13,7 +13,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import holds, load_interface, part_of
 from florence_bt.core.text_files import refuse_to_replace, replace_text
-from florence_bt.trees.language.declared_skills import ENDING, port_document, read_skills_file
+from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS
 from florence_bt.trees.language.vocabulary import RESERVED
 
@@ -22,6 +22,8 @@ _KINDS = (
     *(Kind.LIST_OF_TEXT, Kind.LIST_OF_BOOLEAN, Kind.LIST_OF_NUMBER, Kind.LIST_OF_INTEGER, Kind.LIST_OF_POSE),
 )
 """What a field is drafted as: the first of these that it holds."""
+_NO_POSES = ("geometry_msgs/Point", "geometry_msgs/Point[]", "sequence<geometry_msgs/Point>")
+"""They hold the place of a pose, and mostly are something else: a way, or the corner of a box."""
 _WORDS = ("error_msg", "error_message", "message", "status_message")
 """Fields that have the server's own words."""
 _MOST_FIELDS = 20
@@ -50,7 +52,7 @@ def draft_skill(
     loaded = load_interface(interface)
     parts = WAYS[way]
     skill = skill or _skill_name(name)
-    entry: dict[str, Any] = {"summary": f"Say here what {skill.replace('_', ' ')} does."}
+    entry: dict[str, Any] = {"summary": f"{TO_BE_SAID.capitalize()} what {skill.replace('_', ' ')} does."}
     sent = dict(_fields(part_of(loaded, parts.sent))) if parts.sent is not None else {}
     answered = dict(_fields(part_of(loaded, parts.answered))) if parts.answered is not None else {}
     names = {path: path.replace(".", "_") for path in sent}
@@ -65,7 +67,7 @@ def draft_skill(
     plain = {path: kind for path, kind in outputs.items() if "." not in path and kind in _EXAMPLES}
     if way == "condition" and plain:
         path, kind = next(iter(plain.items()))
-        entry["failures"] = {"not_so": {"meaning": "say here what fails", "when": _example(path, kind)}}
+        entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": _example(path, kind)}}
     elif failures:
         entry["failures"] = failures
     if way in DEADLINES:
@@ -111,6 +113,8 @@ def _fields(message_type: Any, above: str = "") -> Iterator[tuple[str, Kind]]:
     for name, written in message_type.get_fields_and_field_types().items():
         path = f"{above}{name}"
         kind = next((kind for kind in _KINDS if holds(kind, written)), None)
+        if written in _NO_POSES:
+            kind = None
         if written == "std_msgs/Header" or count >= _MOST_FIELDS:
             continue
         if kind is not None:
@@ -130,6 +134,8 @@ def _failures(message_type: Any, answered: Mapping[str, Kind]) -> dict[str, Any]
         for name, number in sorted(_constants(message_type), key=lambda pair: pair[1]):
             if number != 0:
                 found[name.lower()] = {"when": f"$error_code == {number}"}
+        if not found:
+            found["gave_up"] = {"meaning": f"{TO_BE_SAID} what fails", "when": "$error_code != 0"}
     if answered.get("success") is Kind.BOOLEAN:
         found["refused"] = {"when": "not $success"}
     return found

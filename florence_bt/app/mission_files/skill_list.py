@@ -28,7 +28,7 @@ def list_skills(
     Args:
         names: Those to tell everything about; a line for each skill when empty.
         folders: More mission folders, with their files of skills.
-        live: Gives for each skill what is there now of its server, as text.
+        live: Gives for the skills to list what is there now of their servers, as text.
 
     Returns:
         The list, and what is wrong with files and packages that should have been on it.
@@ -43,9 +43,9 @@ def list_skills(
         if name not in declarations:
             raise ConfigError(f"there is no skill {name!r}", valid=closest_first(name, declarations))
     servers = _servers(declarations, library)
-    if live is not None:
-        servers |= live(library)
-    shown = [declarations[name] for name in names or sorted(declarations)]
+    now = live(library) if live is not None else {}
+    servers |= now
+    shown = [declarations[name] for name in names or now or sorted(declarations) if name in declarations]
     lines = [
         line for each in shown for line in (_whole(each, servers) if names else _brief(each, servers, live))
     ]

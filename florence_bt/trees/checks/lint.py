@@ -6,6 +6,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.interfaces import load_interface
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.checks.keys import KeyChecks
 from florence_bt.trees.checks.names import NameChecks
@@ -146,7 +148,15 @@ def _lacking_skills(mission: Mission, skills: Collection[str], library: MissionL
         if not isinstance(node, RunSkill) or node.skill in seen or node.skill in skills:
             continue
         seen.add(node.skill)
-        if node.skill in library.declarations and node.skill not in library.mappings:
+        place, mapping = node.position, library.mappings.get(node.skill)
+        message, valid = "", tuple[str, ...]()
+        if mapping is None and node.skill in library.declarations:
             message = f"the skill {node.skill!r} is declared but not implemented on this robot (no_skill)"
-            place = node.position
-            yield Finding(str(mission.file), place.line, place.column, WARNING, message)
+        elif mapping is not None and mapping.stock:  # of others the file's own findings tell it
+            try:
+                load_interface(mapping.interface)
+            except ConfigError as error:
+                message = f"the skill {node.skill!r} needs {mapping.interface}: {error.problem}"
+                valid = (f"florence interfaces add {mapping.interface.partition('/')[0]}",)
+        if message:
+            yield Finding(str(mission.file), place.line, place.column, WARNING, message, valid)

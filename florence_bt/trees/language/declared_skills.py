@@ -3,22 +3,27 @@
 A file can say how a skill is served, by any action, service or topic (:mod:`.message_mappings`). A skill of
 which it does not say that can be checked, drawn and tested with mocks; an import of other people's trees
 declares such. ``florence check`` says which skills this installation lacks.
+
+A skill can be ``like`` another one: it has all that the other one has, but for the keys that it has itself.
+The other one stands above it, among the ``templates`` of the file, or in the file that comes with Florence
+(:data:`STOCK`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, CodeGroup, Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, read_yaml
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.trees.language.findings import Finding
-from florence_bt.trees.language.message_mappings import MAPPING_KEYS, MessageMapping, read_mapping
+from florence_bt.trees.language.message_mappings import MAPPING_KEYS, WAYS, MessageMapping, read_mapping
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
@@ -27,11 +32,16 @@ from florence_bt.trees.language.vocabulary import INPUT_KEYS, OUTPUT_KEYS, RESER
 ENDING = ".skills.yaml"
 """How the names of these files end."""
 SKILL_KEYS = (
-    *("summary", "inputs", "outputs", "failures", "groups", "resources", "deadline", "instant"),
+    *("like", "summary", "inputs", "outputs", "failures", "groups", "resources", "deadline", "instant"),
     *MAPPING_KEYS,
 )
 """What can be said about a skill."""
 FAILURE_KEYS = ("meaning", "when")
+FILE_KEYS = ("skills", "templates")
+TO_BE_SAID = "say here"
+"""How the texts of a draft begin; who edits it puts others in their place."""
+STOCK = Path(__file__).with_name(f"stock{ENDING}")
+"""The skills and templates that come with Florence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,24 +81,76 @@ def read_skills_file(path: Path) -> DeclaredSkills:
         )
         return DeclaredSkills({}, tuple(reader.findings))
     for key, _ in source.entries:
-        if key.text != "skills":
-            reader.unknown(
-                key.position, f"unknown key of a file of skills {key.text!r}", key.text, ["skills"]
-            )
+        if key.text not in FILE_KEYS:
+            reader.unknown(key.position, f"unknown key of a file of skills {key.text!r}", key.text, FILE_KEYS)
     declared: dict[str, SkillDeclaration] = {}
     mappings: dict[str, MessageMapping] = {}
+    above: dict[str, YamlMapping] = {}
+    templates = reader.mapping(source.get("templates"), "templates")
+    for key, item in templates.entries if templates is not None else ():
+        _extended(reader, key.text, item, above)
     for key, item in skills.entries:
+        item = _extended(reader, key.text, item, above)
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
             reader.error(
                 name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
             )
         elif name is not None:
-            declared[name.text], mapping = _skill(reader, name.text, item)
+            declared[name.text], mapping = _skill(reader, name.text, item, stock=path == STOCK)
             if mapping is not None:
                 declared[name.text] = mapping.declaration
                 mappings[name.text] = mapping
     return DeclaredSkills(declared, tuple(reader.findings), mappings)
+
+
+def _extended(reader: Reader, name: str, source: YamlNode, above: dict[str, YamlMapping]) -> YamlNode:
+    """Return what the file says about a skill with what it takes from the one that it is like.
+
+    Args:
+        reader: Receives what is wrong.
+        name: The skill.
+        source: What the file says.
+        above: What it says about those above it; this one is added.
+    """
+    if not isinstance(source, YamlMapping):
+        return source
+    like = source.get("like")
+    other = reader.text(like, "like") if like is not None else None
+    if like is not None and other is not None:
+        base = above.get(other)
+        if base is None and other in _stock():
+            base = _placed(_stock()[other], like.position)
+        if base is None:
+            known = {**_stock(), **above}
+            message = f"there is no skill or template {other!r} above this one, and none comes with Florence"
+            reader.error(like.position, message, closest_first(other, known))
+        own = {key.text for key, _ in source.entries}
+        own |= WAYS.keys() if own & WAYS.keys() else set()
+        taken = [entry for entry in base.entries if entry[0].text not in own] if base is not None else []
+        source = YamlMapping((*source.entries, *taken), source.position)
+    above[name] = source
+    return source
+
+
+@cache
+def _stock() -> Mapping[str, YamlMapping]:
+    """Return what the file that comes with Florence says about its skills and templates."""
+    source = read_yaml(STOCK)
+    assert isinstance(source, YamlMapping)
+    tables = [table for _, table in source.entries if isinstance(table, YamlMapping)]
+    entries = [entry for table in tables for entry in table.entries]
+    return {key.text: item for key, item in entries if isinstance(item, YamlMapping)}
+
+
+def _placed(node: YamlNode, position: Position) -> Any:
+    """Return a part of another file as if it stood at a place of this one."""
+    if isinstance(node, YamlMapping):
+        entries = ((_placed(key, position), _placed(item, position)) for key, item in node.entries)
+        return YamlMapping(tuple(entries), position)
+    if isinstance(node, YamlSequence):
+        return YamlSequence(tuple(_placed(item, position) for item in node.items), position)
+    return replace(node, position=position, first_column=None)
 
 
 def mappings_in(folders: Iterable[Path]) -> dict[str, MessageMapping]:
@@ -101,7 +163,9 @@ def mappings_in(folders: Iterable[Path]) -> dict[str, MessageMapping]:
     return found
 
 
-def _skill(reader: Reader, name: str, source: YamlNode) -> tuple[SkillDeclaration, MessageMapping | None]:
+def _skill(
+    reader: Reader, name: str, source: YamlNode, *, stock: bool
+) -> tuple[SkillDeclaration, MessageMapping | None]:
     table = reader.mapping(source, f"the skill {name!r}") or YamlMapping((), source.position)
     for key, _ in table.entries:
         if key.text not in SKILL_KEYS:
@@ -113,6 +177,7 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> tuple[SkillDeclaratio
     outputs, _ = read_ports(reader, table.get("outputs"), "an output", (*OUTPUT_KEYS, "from"))
     resources = table.get("resources")
     failures, conditions = _failures(reader, table.get("failures"))
+    _note_draft(reader, summary, *(each for _, each in _meanings(table.get("failures"))))
     declaration = SkillDeclaration(
         name,
         (reader.text(summary, "summary") or "") if summary is not None else "",
@@ -126,7 +191,23 @@ def _skill(reader: Reader, name: str, source: YamlNode) -> tuple[SkillDeclaratio
         instant is not None and reader.choice(instant, "instant", ("true", "false")) == "true",
         groups=_groups(reader, table.get("groups")),
     )
-    return declaration, read_mapping(reader, declaration, table, _paths(table.get("outputs")), conditions)
+    paths = _paths(table.get("outputs"))
+    return declaration, read_mapping(reader, declaration, table, paths, conditions, stock=stock)
+
+
+def _note_draft(reader: Reader, *texts: YamlNode | None) -> None:
+    """Warn of texts that nobody has put in place of those of a draft."""
+    for text in texts:
+        if isinstance(text, YamlScalar) and text.text.lower().startswith(TO_BE_SAID):
+            reader.warning(text.position, f"this is still the text of the draft: {text.text!r}")
+
+
+def _meanings(source: YamlNode | None) -> Iterable[tuple[str, YamlNode | None]]:
+    """Return what the file says of the meaning of each code."""
+    entries = source.entries if isinstance(source, YamlMapping) else ()
+    return [
+        (key.text, item.get("meaning") if isinstance(item, YamlMapping) else item) for key, item in entries
+    ]
 
 
 def _paths(source: YamlNode | None) -> dict[str, YamlNode]:

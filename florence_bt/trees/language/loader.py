@@ -9,7 +9,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.language.declared_skills import ENDING, is_skills_file, read_skills_file
+from florence_bt.trees.language.declared_skills import ENDING, STOCK, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.model import CallMission, Mission, RunSkill
@@ -68,6 +68,8 @@ class MissionLibrary:
         library = cls()
         packages = ThirdParty()
         further = built_in if third_party is None else third_party
+        if built_in:
+            library._add_skills(STOCK)
         installed = [folder for _, folder in packages.mission_folders()] if further else []
         library._findings += packages.findings
         library.folders = ([BUILT_IN] if built_in else []) + [*installed, *folders]

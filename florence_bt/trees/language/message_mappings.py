@@ -19,6 +19,7 @@ from florence_bt.core.interfaces import (
     field_type,
     get,
     holds,
+    integer_limits,
     kind_of_field,
     load_interface,
     part_of,
@@ -85,6 +86,7 @@ class MessageMapping:
         max_age_s: Seconds after which a message does not count any more; infinite for a latched topic, which
             speaks only when something changes.
         latched: Whether the topic gives its last message to who comes later.
+        stock: Whether it comes with Florence, so that perhaps nobody wants it here.
     """
 
     declaration: SkillDeclaration
@@ -99,6 +101,7 @@ class MessageMapping:
     feedback: TextTemplate | None = None
     max_age_s: float = MAX_AGE_S
     latched: bool = False
+    stock: bool = False
 
     def message(self, inputs: Inputs, stamp: Any) -> Any:
         """Return the goal, request or message.
@@ -208,6 +211,8 @@ def read_mapping(
     table: YamlMapping,
     paths: Mapping[str, YamlNode],
     conditions: Mapping[str, YamlNode],
+    *,
+    stock: bool = False,
 ) -> MessageMapping | None:
     """Read how a skill is served.
 
@@ -217,6 +222,7 @@ def read_mapping(
         table: All that the file says about it.
         paths: Output -> ``from`` of it.
         conditions: Failure code -> ``when`` of it.
+        stock: Whether the skill comes with Florence; its interface is not looked at before it is used.
 
     Returns:
         The mapping; None when the file does not say, or not well enough.
@@ -230,15 +236,18 @@ def read_mapping(
     if len(ways) > 1:
         reader.error(ways[1].position, f"a skill is served in one way, not by {ways[1].text} too")
         return None
-    return _Mapping(reader, declaration, table, ways[0].text).read(paths, conditions)
+    return _Mapping(reader, declaration, table, ways[0].text, stock).read(paths, conditions)
 
 
 class _Mapping:
-    def __init__(self, reader: Reader, declaration: SkillDeclaration, table: YamlMapping, way: str) -> None:
+    def __init__(
+        self, reader: Reader, declaration: SkillDeclaration, table: YamlMapping, way: str, stock: bool
+    ) -> None:
         self._reader = reader
         self._declaration = declaration
         self._table = table
         self._way_name, self._way = way, WAYS[way]
+        self._stock = stock
         self._inputs = {name: port.kind for name, port in declaration.inputs.items()}
         self._interface: Any = None
 
@@ -258,7 +267,7 @@ class _Mapping:
         interface = self._reader.text(kind, "type") if kind is not None else None
         if name is None or interface is None or kind is None:
             return None
-        if not self._load(interface, kind.position):
+        if not self._stock and not self._load(interface, kind.position):
             return None
         if way == "condition":
             declaration = replace(declaration, instant=True, reports_changes=True)
@@ -281,6 +290,7 @@ class _Mapping:
             self._read_feedback(),
             self._read_max_age(math.inf if latched else MAX_AGE_S),
             latched,
+            self._stock,
         )
 
     def _read_max_age(self, usual_s: float) -> float:
@@ -316,7 +326,7 @@ class _Mapping:
             if "not installed" not in error.problem:
                 self._error(position, error.problem, error.valid)
                 return False
-            self._reader.warning(position, f"{error.problem}; its fields are not checked")
+            self._reader.warning(position, f"{error.problem}; its fields are not checked", error.valid)
             return True
         parts = [part for part in (self._way.sent, self._way.answered) if part is not None]
         return all(self._attempt(position, part_of, self._interface, part) is not None for part in parts)
@@ -356,7 +366,26 @@ class _Mapping:
             raise ConfigError(
                 f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
             )
-        return (tree_value(value, Kind.TEXT if text else None, self._inputs),)
+        made = tree_value(value, Kind.TEXT if text else None, self._inputs)
+        limits = integer_limits(written) if written is not None else None
+        if limits is not None:
+            self._check_limits(key.text, value, made, limits)
+        return (made,)
+
+    def _check_limits(self, path: str, value: Value, made: Any, limits: tuple[int, int]) -> None:
+        """Check that an integer field takes every value that it may be given.
+
+        Raises:
+            ConfigError: It does not.
+        """
+        possible: tuple[Any, ...] = (made,)
+        if isinstance(value, Reference):
+            port = self._declaration.inputs.get(value.key)
+            possible = (port.minimum, port.maximum) if port is not None else ()
+        low, high = limits
+        for each in possible:
+            if isinstance(each, (int, float)) and not low <= each <= high:
+                raise ConfigError(f"{path} takes {low} to {high}, and would be given {each}")
 
     def _check_keys(self, value: Value, position: Position) -> None:
         """Check that only inputs of the skill are named."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 pytest.importorskip("nav2_msgs")
@@ -36,7 +38,8 @@ def test_a_draft_passes_the_check(tmp_path: Path, way: str, interface: str) -> N
     file = tmp_path / "mine.skills.yaml"
     add_to_file(file, *draft_skill(way, "tb4/my_thing", interface))
     found = read_skills_file(file)
-    assert found.findings == () and set(found.mappings) == {"my_thing"}
+    assert {finding.severity for finding in found.findings} == {"warning"}  # texts of the draft
+    assert set(found.mappings) == {"my_thing"}
     assert len(found.mappings["my_thing"].send) == len(found.declarations["my_thing"].inputs)
 
 
@@ -86,3 +89,26 @@ def test_the_commands() -> None:
     assert drafted.exit_code == 0 and "service: gripper" in drafted.output
     wrong = run(app, ["skills", "add", "servise", "gripper", "std_srvs/srv/SetBool"])
     assert wrong.exit_code == 2
+
+
+def drafted(interface: str, way: str = "action") -> dict[str, Any]:
+    return yaml.safe_load("".join(draft_skill(way, "it", interface)[1:]))["it"]
+
+
+def test_a_result_with_a_code_but_no_names_of_codes_can_fail() -> None:
+    draft = drafted("nav2_msgs/action/NavigateThroughPoses")
+    assert "error_code" not in draft.get("outputs", {})
+    assert [failure["when"] for failure in draft["failures"].values()] == ["$error_code != 0"]
+
+
+def test_a_point_is_three_numbers() -> None:
+    assert {"target_x", "target_y", "target_z"} < drafted("nav2_msgs/action/DriveOnHeading")["inputs"].keys()
+    assert drafted("nav2_msgs/action/NavigateToPose")["inputs"]["pose"]["type"] == "pose"
+
+
+def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("condition", "battery", "std_msgs/msg/Bool"))
+    assert len(read_skills_file(file).findings) == 2
+    file.write_text(file.read_text().replace("Say here", "Told").replace("say here", "told"))
+    assert read_skills_file(file).findings == ()

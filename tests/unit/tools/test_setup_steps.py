@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from florence_bt.app.interfaces import building
+
 ROOT = Path(__file__).parents[3]
 
 
@@ -33,15 +35,13 @@ def interfaces(steps, monkeypatch, tmp_path):
     """The step of the interfaces, for an empty environment and an empty cache."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(steps.machine, "VENV", tmp_path / "venv")
-    monkeypatch.setattr(steps.machine, "STATE", tmp_path / "venv" / "state")
-    monkeypatch.setattr(steps.interfaces, "INSTALLED", tmp_path / "venv" / "state" / "interfaces")
     monkeypatch.setattr(steps.interfaces, "SOURCES", tmp_path / "interfaces")
+    monkeypatch.setattr(steps.interfaces, "NAV2_MSGS", tmp_path / "interfaces" / "tf2_msgs")
+    monkeypatch.setattr(steps.interfaces, "OF_NAV2", ("msg/TFMessage.msg",))
     package = tmp_path / "interfaces" / "tf2_msgs"
     (package / "msg").mkdir(parents=True)
-    (package / "package.xml").write_text("<package/>")
+    (package / "package.xml").write_text("<package><name>tf2_msgs</name></package>")
     (package / "msg" / "TFMessage.msg").write_text("int8 a")
-    for name in ("python_only.cmake", "python_include_dirs.cmake"):
-        (tmp_path / "interfaces" / name).write_text("")
     return steps.interfaces
 
 
@@ -85,9 +85,8 @@ def installed(tmp_path: Path) -> set[str]:
 def test_a_package_is_built_once_for_all_checkouts(interfaces, tmp_path, monkeypatch, capsys):
     build = fake_build(tmp_path)
     interfaces.step(build).work()
-    assert installed(tmp_path) == {"lib/python/tf2_msgs/_tf.py", "share/tf2_msgs/package.xml"}
+    assert installed(tmp_path) == {"lib/python/tf2_msgs/_tf.py", "include/tf.h", "share/tf2_msgs/package.xml"}
     monkeypatch.setattr(interfaces.machine, "VENV", tmp_path / "second")
-    monkeypatch.setattr(interfaces, "INSTALLED", tmp_path / "second" / "state" / "interfaces")
     interfaces.step(build).work()
     assert build.builds == 1
     assert (tmp_path / "second" / "lib/python/tf2_msgs/_tf.py").read_text() == "int8 a"
@@ -109,16 +108,16 @@ def test_a_changed_message_is_built_and_the_one_of_before_comes_from_the_cache(i
     assert (tmp_path / "venv" / "lib/python/tf2_msgs/_tf.py").read_text() == "int8 a"
 
 
-@pytest.mark.parametrize("change", ["lock", "compiler"])
+@pytest.mark.parametrize("change", ["generator", "compiler"])
 def test_other_tools_build_again(interfaces, steps, tmp_path, monkeypatch, change):
     build = fake_build(tmp_path)
     interfaces.step(build).work()
-    if change == "lock":
-        lock = tmp_path / "requirements.lock"
-        lock.write_text(interfaces.LOCK.read_text().replace("numpy==", "numpy==9"))
-        monkeypatch.setattr(interfaces, "LOCK", lock)
+    if change == "generator":
+        python = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+        installed = tmp_path / "venv" / "lib" / python / "site-packages" / "ros_rosidl_parser-9.dist-info"
+        installed.mkdir(parents=True)
     else:
-        monkeypatch.setattr(interfaces, "_version", lambda program: "cc 99")
+        monkeypatch.setattr(building, "_version", lambda program: "cc 99")
     interfaces.step(build).work()
     assert build.builds == 2
 
@@ -127,7 +126,7 @@ def test_other_tools_build_again(interfaces, steps, tmp_path, monkeypatch, chang
 def test_a_build_that_did_not_end_leaves_nothing_in_the_cache(interfaces, tmp_path, error):
     with pytest.raises(type(error)):
         interfaces.step(fake_build(tmp_path, error)).work()
-    assert list(interfaces.cache_folder().iterdir()) == []
+    assert list((tmp_path / "cache" / "florence_bt" / "interfaces").iterdir()) == []
     assert installed(tmp_path) == set()
     interfaces.step(build := fake_build(tmp_path)).work()
     assert build.builds == 1
@@ -137,13 +136,13 @@ def test_two_set_ups_that_build_the_same_package_keep_one(interfaces, tmp_path):
     for name in ("first", "second"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "file").write_text(name)
-        interfaces.keep(tmp_path / "entry", tmp_path / name)
+        building.keep(tmp_path / "entry", tmp_path / name)
     assert (tmp_path / "entry" / "file").read_text() == "first"
 
 
 def test_a_cache_that_cannot_be_written_is_replaced_by_one_in_the_environment(interfaces, tmp_path):
     (tmp_path / "cache").write_text("a file, so that nobody can make the folder, not even root")
-    assert interfaces.cache_folder() == tmp_path / "venv" / "state" / "cache"
+    assert building.cache_folder(interfaces._environment()) == tmp_path / "venv" / "florence-setup" / "cache"
     interfaces.step(fake_build(tmp_path)).work()
     assert "lib/python/tf2_msgs/_tf.py" in installed(tmp_path)
 
@@ -155,7 +154,7 @@ def test_files_that_a_package_no_longer_has_are_removed_and_no_others(interfaces
         (entry / "lib").mkdir(parents=True)
         for name in names:
             (entry / "lib" / name).write_text(name)
-        interfaces.install(entry, tmp_path / "venv", files_list)
+        building.install(entry, tmp_path / "venv", files_list)
         (tmp_path / "venv" / "lib" / "other").touch()
     assert {file.name for file in (tmp_path / "venv" / "lib").iterdir()} == {"b", "other"}
 

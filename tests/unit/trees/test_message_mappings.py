@@ -225,7 +225,7 @@ ROOT = Path(__file__).parents[3]
 def test_the_page_shows_the_file_of_the_example() -> None:
     page = (ROOT / "docs" / "skills_without_code.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```yaml (\S+)#(\w+)\n(.*?)```", page, re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 8
     for file, name, block in blocks:
         assert block.startswith(f"  {name}:") and block in (ROOT / file).read_text(encoding="utf-8"), name
 
@@ -248,3 +248,38 @@ def test_a_plain_number_beside_a_length_is_told_how_it_gets_its_unit(tmp_path: P
     (hint,) = finding.valid
     file.write_text(f"{text}    {hint}\n")
     assert not read_skills_file(file).findings
+
+
+@pytest.mark.parametrize(
+    ("port", "wrong"),
+    [
+        ("{type: integer, min: 0, max: 255}", False),
+        ("{type: integer}", False),
+        ("{type: integer, min: -1, max: 255}", True),
+        ("{type: integer, max: 256}", True),
+    ],
+)
+def test_limits_of_an_input_lie_within_those_of_the_field(read: Any, port: str, wrong: bool) -> None:
+    findings = read(
+        f"  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n"
+        f"    inputs: {{times: {port}}}\n    send: {{data: $times}}\n"
+    ).findings
+    assert [finding.line for finding in findings] == ([6] if wrong else [])
+
+
+def test_a_constant_lies_within_the_limits_of_the_field(read: Any) -> None:
+    (finding,) = read(
+        "  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n    send: {data: 300}\n"
+    ).findings
+    assert finding.line == 5 and "0 to 255" in finding.message
+
+
+def test_items_of_arrays_are_sent(read: Any) -> None:
+    found = read(
+        "  limit:\n    service: x/set_parameters\n    type: rcl_interfaces/srv/SetParameters\n"
+        "    inputs: {value: {type: number}}\n"
+        '    send: {"parameters[0].name": speed, "parameters[1].value.double_value": $value}\n'
+    )
+    message = found.mappings["limit"].message({"value": 2.5}, STAMP)
+    assert [each.name for each in message.parameters] == ["speed", ""]
+    assert message.parameters[1].value.double_value == 2.5

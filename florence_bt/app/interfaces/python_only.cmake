@@ -1,14 +1,19 @@
-# Include this after the find_package calls of an interface package, before rosidl_generate_interfaces.
-#
-# With -DFLORENCE_PYTHON_ONLY=ON (make setup) only what rclpy over Fast DDS loads is generated and compiled: the C
-# messages, their type supports for Fast DDS (serialization) and introspection (the type that Fast DDS announces),
-# and the Python extension. The C++ messages and the type supports for C++ would take half of the time, and nothing
-# in .venv loads them. colcon builds everything: C++ nodes may want it.
-option(FLORENCE_PYTHON_ONLY "Generate only what Python nodes over Fast DDS load" OFF)
-if(NOT FLORENCE_PYTHON_ONLY)
-  return()
-endif()
+# Included after the find_package calls of an interface package, before rosidl_generate_interfaces.
 
+# ROS 2 wheels export targets that name the Python include folder of the machine they were built on. CMake
+# refuses targets with folders that do not exist, so this machine's folder takes their place.
+find_package(Python3 REQUIRED COMPONENTS Interpreter Development.Module)
+get_property(_imported_targets DIRECTORY PROPERTY IMPORTED_TARGETS)
+foreach(_target IN LISTS _imported_targets)
+  if(_target MATCHES "__rosidl_generator_py$")
+    set_target_properties("${_target}" PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${Python3_INCLUDE_DIRS}")
+  endif()
+endforeach()
+
+# Only what rclpy over Fast DDS loads is generated and compiled: the C messages, their type supports for Fast DDS
+# (serialization) and introspection (the type that Fast DDS announces), and the Python extension. The C++ messages and
+# the type supports for C++ would take half of the time, and nothing in the environment loads them.
+#
 # The generators run as extensions of rosidl_generate_interfaces; finding a package registers its generator.
 list(FILTER AMENT_EXTENSIONS_rosidl_generate_idl_interfaces EXCLUDE REGEX "_cpp:")
 
