@@ -9,11 +9,12 @@ from typing import Any
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
+from florence_bt.core.interfaces import name_of_interface
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled
 from florence_bt.core.serving import WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun
+from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun, search_limit
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 
@@ -51,7 +52,7 @@ class TopicSkill(RemoteSkill):
         self._stop_command = stop_command
         self._deadlines = deadlines or Deadlines()
         self._commands = node.create_publisher(command[0], command[1], qos)
-        super().__init__(f"topic {self._commands.topic_name}", "command", to_command)
+        super().__init__(_label(self._commands.topic_name, command[0]), "command", to_command)
         self._run: TopicRun | None = None
         node.create_subscription(status[0], status[1], self._on_status, qos)
 
@@ -101,7 +102,7 @@ class TopicCondition(MessageCondition):
         """
         self._node = node
         self._topic = node.resolve_topic_name(source[1])
-        self.label = f"topic {self._topic}"
+        self.label = _label(self._topic, source[0])
         super().__init__(node.timebase, self.label, to_result, max_age_s)
         node.create_subscription(source[0], source[1], self.take, qos)
 
@@ -113,14 +114,14 @@ class TopicCondition(MessageCondition):
 class TopicPublication(RemoteSkill):
     """A skill that publishes one message, as soon as somebody listens."""
 
-    external = True
-
     def __init__(
         self,
         node: FlorenceNode,
         topic: tuple[Any, str],
         to_message: Callable[[Inputs], Any],
         qos: QoSProfile = RELIABLE,
+        *,
+        deadline_s: float = 60.0,
     ) -> None:
         """Make a publisher.
 
@@ -130,10 +131,13 @@ class TopicPublication(RemoteSkill):
             to_message: The message from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
                 when they do not fit.
             qos: Of the topic.
+            deadline_s: What the skill declares; a subscriber is looked for within
+                :func:`~florence_bt.ros._runs.search_limit`.
         """
         self._node = node
+        self._within_s = search_limit(deadline_s)
         self._publisher = node.create_publisher(topic[0], topic[1], qos)
-        super().__init__(f"topic {self._publisher.topic_name}", "message", to_message)
+        super().__init__(_label(self._publisher.topic_name, topic[0]), "message", to_message)
 
     def server_is_there(self) -> bool:
         """Tell whether somebody listens."""
@@ -141,13 +145,11 @@ class TopicPublication(RemoteSkill):
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
         channel = _Channel(self._publisher, message, None)
-        return PublicationRun(self._node.steady, channel, Deadlines().accept_s, self.label)
+        return PublicationRun(self._node.steady, channel, self._within_s, self.label)
 
 
 class TopicWait(MessageWait):
     """A skill that waits for the next message of a topic."""
-
-    external = True
 
     def __init__(
         self, node: FlorenceNode, message_type: Any, served: WaitBinding, qos: QoSProfile = RELIABLE
@@ -162,7 +164,7 @@ class TopicWait(MessageWait):
         """
         self._node = node
         self._topic = node.resolve_topic_name(served.name)
-        self.label = f"topic {self._topic}"
+        self.label = _label(self._topic, message_type)
         super().__init__(node.timebase, self.label, served)
         node.create_subscription(message_type, served.name, self.take, qos)
 
@@ -188,3 +190,7 @@ class _Channel:
     def stop(self) -> None:
         if self.stop_command is not None:
             self.publisher.publish(self.stop_command)
+
+
+def _label(topic: str, message_type: type) -> str:
+    return f"topic {topic} ({name_of_interface(message_type)})"

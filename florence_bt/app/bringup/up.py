@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 from rich.console import Console
 
@@ -54,10 +53,5 @@ def run_up(options: BringUp) -> None:
             say("the robot does not know where it is; publish its pose on initialpose, e.g. with RViz")
         mission = "MISSION" if options.missions_only else "goto_user"
         say(f"in another terminal: florence run {mission}, florence status, florence stop; Ctrl-C ends all")
-        missing = MissingServers(system.client.node, map(Path, options.mission_folders), say)
-
-        def watch() -> None:
-            system.keep_up()
-            missing.look()
-
-        system.client.spin_until(lambda: False, FOREVER_S, watch=watch)
+        MissingServers(system.client.node, say)
+        system.client.spin_until(lambda: False, FOREVER_S, watch=system.keep_up)
