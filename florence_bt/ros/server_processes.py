@@ -32,7 +32,7 @@ class _Process:
 
 
 class DiscoveredServers:
-    """The servers of one name, without those whose process is known to have ended.
+    """The servers of one name, or who else has a topic, without those whose process is known to have ended.
 
     A process of another user or machine, or with another middleware, counts until discovery misses it.
 

@@ -17,6 +17,7 @@ from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun, search_limit
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.server_processes import DiscoveredServers
 
 
 class TopicSkill(RemoteSkill):
@@ -52,19 +53,20 @@ class TopicSkill(RemoteSkill):
         self._stop_command = stop_command
         self._deadlines = deadlines or Deadlines()
         self._commands = node.create_publisher(command[0], command[1], qos)
+        self._listeners = _listeners(node, self._commands)
         super().__init__(_label(self._commands.topic_name, command[0]), "command", to_command)
         self._run: TopicRun | None = None
         node.create_subscription(status[0], status[1], self._on_status, qos)
 
     def server_is_there(self) -> bool:
         """Tell whether the commands have a subscriber."""
-        return bool(self._commands.get_subscription_count() > 0)
+        return bool(self._listeners.ids())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
         """Send the command; a run that goes on is replaced."""
         if self._run is not None and self._run.poll() is None:
             self._run.finished(cancelled("replaced by a newer command"))
-        channel = _Channel(self._commands, message, self._stop_command)
+        channel = _Channel(self._commands, self._listeners, message, self._stop_command)
         self._run = TopicRun(self._node.timebase, channel, self._deadlines, self.label, self._node.steady)
         return self._run
 
@@ -100,15 +102,15 @@ class TopicCondition(MessageCondition):
             max_age_s: Seconds after which a message does not count any more.
             qos: Of the topic.
         """
-        self._node = node
         self._topic = node.resolve_topic_name(source[1])
+        self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
         self.label = _label(self._topic, source[0])
         super().__init__(node.timebase, self.label, to_result, max_age_s)
         node.create_subscription(source[0], source[1], self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Tell whether the topic has a publisher."""
-        return bool(self._node.count_publishers(self._topic) > 0)
+        """Tell whether the topic has a publisher whose process has not ended."""
+        return bool(self._publishers.ids())
 
 
 class TopicPublication(RemoteSkill):
@@ -137,14 +139,15 @@ class TopicPublication(RemoteSkill):
         self._node = node
         self._within_s = search_limit(deadline_s)
         self._publisher = node.create_publisher(topic[0], topic[1], qos)
+        self._listeners = _listeners(node, self._publisher)
         super().__init__(_label(self._publisher.topic_name, topic[0]), "message", to_message)
 
     def server_is_there(self) -> bool:
         """Tell whether somebody listens."""
-        return bool(self._publisher.get_subscription_count() > 0)
+        return bool(self._listeners.ids())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        channel = _Channel(self._publisher, message, None)
+        channel = _Channel(self._publisher, self._listeners, message, None)
         return PublicationRun(self._node.steady, channel, self._within_s, self.label)
 
 
@@ -162,15 +165,15 @@ class TopicWait(MessageWait):
             served: The topic, what a message means, and how long to wait for one.
             qos: Of the topic.
         """
-        self._node = node
         self._topic = node.resolve_topic_name(served.name)
+        self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
         self.label = _label(self._topic, message_type)
         super().__init__(node.timebase, self.label, served)
         node.create_subscription(message_type, served.name, self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Tell whether the topic has a publisher."""
-        return bool(self._node.count_publishers(self._topic) > 0)
+        """Tell whether the topic has a publisher whose process has not ended."""
+        return bool(self._publishers.ids())
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,11 +181,12 @@ class _Channel:
     """The way of one command."""
 
     publisher: Publisher
+    listeners: DiscoveredServers
     command: Any
     stop_command: Any
 
     def server_is_there(self) -> bool:
-        return bool(self.publisher.get_subscription_count() > 0)
+        return bool(self.listeners.ids())
 
     def send(self) -> None:
         self.publisher.publish(self.command)
@@ -190,6 +194,10 @@ class _Channel:
     def stop(self) -> None:
         if self.stop_command is not None:
             self.publisher.publish(self.stop_command)
+
+
+def _listeners(node: FlorenceNode, publisher: Publisher) -> DiscoveredServers:
+    return DiscoveredServers(lambda: node.get_subscriptions_info_by_topic(publisher.topic_name))
 
 
 def _label(topic: str, message_type: type) -> str:

@@ -92,17 +92,14 @@ class SkillServers:
         if not missing and not self._told:
             return
         news, self._told = missing != self._told, missing
+        log = self._node.get_logger()
         if missing:
             diagnosis = Diagnosis(Severity.WARN, "missions that need one fail with server_lost", missing)
+            if news:
+                lines = [f"{name}: {label}" for name, label in missing.items()]
+                log.warning("\n  ".join([f"nobody serves, and {diagnosis.message}:", *lines]))
         else:
             diagnosis = Diagnosis(Severity.OK, "every server that missions need is there")
-        if news:
-            lines = [f"{name}: {label}" for name, label in missing.items()]
-            log = self._node.get_logger()
-            (log.warning if missing else log.info)(
-                "\n  ".join([f"nobody serves, and {diagnosis.message}:", *lines])
-                if missing
-                else diagnosis.message
-            )
+            log.info(diagnosis.message)
         name = self._node.get_name()
         self._publisher.publish(diagnostics_to_ros({STATUS: diagnosis}, name, name, self._node.stamp()))
