@@ -51,14 +51,19 @@ def install(wheel: Path, prefix: Path) -> Path:
     done = run([sys.executable, "-m", "pip", "-q", "--python", str(python), "install", "--no-deps",
                 "--no-compile", "--no-index", str(wheel)], prefix)  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    dependencies = prefix / "dependencies"
-    dependencies.mkdir()
-    for entry in Path(sysconfig.get_path("purelib")).iterdir():
-        if not entry.name.startswith(OURS) or entry.name.startswith("florence_interfaces"):
-            (dependencies / entry.name).symlink_to(entry)
+    dependencies = dependencies_of_florence(prefix / "dependencies")
     site = prefix / "lib" / f"python{sys.version_info[0]}.{sys.version_info[1]}" / "site-packages"
     (site / "dependencies.pth").write_text(f"{dependencies}\n")
     return prefix / "bin"
+
+
+def dependencies_of_florence(folder: Path) -> Path:
+    """Make a folder with links to everything that this environment has, but Florence."""
+    folder.mkdir()
+    for entry in Path(sysconfig.get_path("purelib")).iterdir():
+        if not entry.name.startswith(OURS) or entry.name.startswith("florence_interfaces"):
+            (folder / entry.name).symlink_to(entry)
+    return folder
 
 
 def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
