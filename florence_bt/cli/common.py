@@ -66,10 +66,10 @@ class _Verbs(TyperGroup):
         except FlorenceError as error:
             _fail(str(error), NOT_THERE)
         except ModuleNotFoundError as error:
-            from florence_bt.core.installation import how_to_install
+            from florence_bt.core.installation import how_to_get
 
-            advice = how_to_install(error.name or "")
-            _fail(f"this command needs the package {error.name!r}, which is not installed; {advice}", USAGE)
+            advice = how_to_get(error.name or "")
+            _fail(f"this command needs {error.name!r}, which is not installed: {advice}", USAGE)
         except KeyboardInterrupt:
             _fail("interrupted", INTERRUPTED)
 

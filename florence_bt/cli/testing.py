@@ -44,7 +44,9 @@ def test(
     try:
         import pytest
     except ModuleNotFoundError as error:
-        raise ConfigError("florence test needs pytest", valid=["pip install 'florence-bt[test]'"]) from error
+        from florence_bt.core.installation import how_to_get
+
+        raise ConfigError("florence test needs pytest", valid=[how_to_get("pytest")]) from error
 
     arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
     arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]

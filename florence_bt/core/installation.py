@@ -1,40 +1,49 @@
-"""What to install for a package that is missing: it depends on how Florence itself was installed."""
+"""How this installation of Florence gets what it lacks: in a checkout, by pip or in a ROS workspace."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import importlib.metadata
 
-from florence_bt.core.paths import PACKAGE
+from florence_bt.core.paths import PACKAGE, share_folder
 
+DISTRIBUTION = "florence-bt"
 EXTRAS = {
     "robot": ("numpy", "numba", "scipy", "cv2", "onnxruntime", "serial", "usb", "xacro", "pydantic"),
     "sim": ("mujoco", "matplotlib"),
     "draw": ("resvg_py",),
     "home": ("paho",),
     "test": ("pytest",),
-    "ros": ("rclpy", "std_msgs", "std_srvs", "geometry_msgs", "nav_msgs", "sensor_msgs", "diagnostic_msgs"),
 }
-"""Extra of ``pip install florence-bt[EXTRA]`` -> modules that come with it (``pyproject.toml``)."""
-INTERFACES = ("florence_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs")
-"""Packages of ROS interfaces, which no package index has."""
+"""Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""
+OWN_INTERFACES = ("florence_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs")
+"""Interface packages that no package index has; built from ``interfaces/``."""
 
 
-def how_to_install(module: str, package: Path = PACKAGE) -> str:
-    """Tell what to install so that a module can be imported.
+def in_checkout() -> bool:
+    """Tell whether the package lies in a checkout, as in an editable install of one."""
+    return (PACKAGE.parent / "pyproject.toml").is_file()
 
-    Args:
-        module: Its name; of one in a package, the package counts.
-        package: The folder of Florence's own package.
-    """
+
+def how_to_get(module: str) -> str:
+    """Return what to do in this installation to get a module, for people."""
     name = module.partition(".")[0]
-    if (package.parent / "Makefile").is_file() and (package.parent / "pyproject.toml").is_file():
-        return f"run `make setup` in {package.parent}"
-    if name in INTERFACES:
-        return (
-            "pip has no ROS interfaces: source a ROS workspace with Florence, built with colcon, or run "
-            "`make setup` in a checkout of Florence"
-        )
     extra = next((extra for extra, modules in EXTRAS.items() if name in modules), "")
-    if extra == "ros":
-        return "source a ROS 2 Jazzy, or where there is none: pip install 'florence-bt[ros]'"
-    return f"pip install 'florence-bt[{extra}]'" if extra else f"install it, e.g. with: pip install {name}"
+    if in_checkout():
+        return "make setup"
+    if extra:
+        return f"pip install '{DISTRIBUTION}[{extra}]'"
+    if not _installed_by_pip():
+        return f"rosdep install --from-paths src, or apt install ros-jazzy-{name.replace('_', '-')}"
+    if name in OWN_INTERFACES:
+        return (
+            f"source a ROS 2 Jazzy, colcon build --base-paths {share_folder() / 'interfaces'}, and source "
+            "install/setup.bash; or make setup in a checkout"
+        )
+    return f"source a ROS 2 Jazzy, or pip install '{DISTRIBUTION}[ros]'"
+
+
+def _installed_by_pip() -> bool:
+    try:
+        return bool(importlib.metadata.distribution(DISTRIBUTION).read_text("INSTALLER"))
+    except importlib.metadata.PackageNotFoundError:
+        return False

@@ -45,6 +45,12 @@ _HOLDS: dict[Kind, frozenset[str]] = {
 """Kind -> the types of fields that hold such a value."""
 
 
+def name_of_interface(interface: type) -> str:
+    """Return the name by which :func:`load_interface` finds a class: ``nav2_msgs/action/Spin``."""
+    package, kind = interface.__module__.split(".")[:2]
+    return f"{package}/{kind}/{interface.__name__}"
+
+
 def load_interface(name: str) -> Any:
     """Return the class of an interface, such as ``nav2_msgs/action/Spin``.
 

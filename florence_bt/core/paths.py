@@ -59,7 +59,7 @@ def find_data(kind: str, name: str) -> Path:
 
 
 def _candidates(package: Path) -> Iterator[Path]:
-    if (package.parent / "pyproject.toml").is_file():
+    if (package.parent / "pyproject.toml").is_file():  # the checkout
         yield package.parent
     for prefix in package.parents:
         yield prefix / SHARE

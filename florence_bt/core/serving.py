@@ -62,7 +62,6 @@ class NodeBinding(SkillBinding):
         component: The part of the rig that performs the skill.
         start_in_rig: Given the component and the inputs: the result of a skill that answers at once, else its
             run.
-        external: Whether the server may be anybody's: nothing waits for it when the system starts.
         request: The fields of the goal or request from the inputs. A :class:`Pose2` becomes a stamped pose in
             the map frame, a ``timedelta`` a duration, a tuple x, y, z a point; a list a list of these.
     """
@@ -70,7 +69,6 @@ class NodeBinding(SkillBinding):
     component: str
     start_in_rig: Callable[[Any, Inputs], Result | SkillRun]
     request: Callable[[Inputs], Mapping[str, Any]] = lambda inputs: {}
-    external: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

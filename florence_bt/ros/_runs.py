@@ -27,6 +27,14 @@ SETTLE_S = 0.25
 """How long to wait after a server was found: it may not know the way back to this client yet, and its first
 answer would be lost."""
 
+SEARCH_S = 5.0
+"""How long to look for a server at most."""
+SEARCH_SHARE = 0.8
+"""The share of a skill's deadline that the search may take at most: whoever watches the deadline must not be
+first, or a server that is not there would read ``timed_out``."""
+
+LOST_S = 1.0
+"""How long a server may be out of sight: discovery blinks under load."""
 WATCH_PERIOD_S = 0.25
 """How often to look whether the server is still there, and to read its feedback."""
 
@@ -48,13 +56,23 @@ class Deadlines(CheckedParameters):
             steady time.
         result_s: From the acceptance to the result; time of the robot.
         cancel_s: From a cancel request to the result; passed when both clocks say so.
-        lost_s: How long a server may be out of sight during a run; discovery blinks under load; steady time.
+        lost_s: How long a server may be out of sight during a run; steady time.
     """
 
-    accept_s: Positive = 5.0
+    accept_s: Positive = SEARCH_S
     result_s: Positive = 60.0
     cancel_s: Positive = 5.0
-    lost_s: Positive = 1.0
+    lost_s: Positive = LOST_S
+
+    @staticmethod
+    def within(deadline_s: float) -> Deadlines:
+        """Return the usual ones for a skill that declares a deadline."""
+        return Deadlines(accept_s=search_limit(deadline_s), result_s=deadline_s)
+
+
+def search_limit(deadline_s: float) -> float:
+    """Return for how long a skill looks for its server, seconds, given the deadline that it declares."""
+    return min(SEARCH_S, SEARCH_SHARE * deadline_s)
 
 
 class Channel(Protocol):
@@ -153,10 +171,7 @@ class RemoteSkill(ABC):
 
     Attributes:
         label: Names the action, service or topic, for people.
-        external: Whether the server may come and go; who starts the system does not wait for it.
     """
-
-    external = False
 
     def __init__(self, label: str, what: str, to_message: Callable[[Inputs], Any]) -> None:
         self.label = label
@@ -189,16 +204,30 @@ class ServiceRun(RemoteRun):
             label: Names the service in reasons.
         """
         super().__init__(channel, clock, label, f"calling {label}")
-        self._deadline_s = deadline_s
-        self._set_deadline(clock.call_at(clock.now() + deadline_s, self._too_late))
+        self._too_late_at = clock.now() + deadline_s
+        within_s = search_limit(deadline_s)
+        no_server = self._not_found(within_s)
+        self._no_answer = failure("timed_out", f"{label} did not answer within {deadline_s:g} s")
+        self._set_deadline(clock.call_at(clock.now() + within_s, lambda: self._stop_with(no_server)))
         self._search()
 
-    def _too_late(self) -> None:
-        if not self.sent:
-            self._stop_with(self._not_found(self._deadline_s))
+    def _search(self) -> None:
+        super()._search()
+        if self.sent and self.phase is not Phase.DONE:
+            self._set_deadline(
+                self._steady.call_at(self._too_late_at, lambda: self._stop_with(self._no_answer))
+            )
+            self._seen = self._steady.now()
+            self._watch()
+
+    def _watch(self) -> None:
+        now = self._steady.now()
+        if self._channel.server_is_there():
+            self._seen = now
+        elif now - self._seen >= LOST_S:
+            self._stop_with(failure("server_lost", f"{self._label} went away during the call"))
             return
-        reason = f"{self._label} did not answer within {self._deadline_s:g} s"
-        self._stop_with(failure("timed_out", reason))
+        self._look = self._steady.call_at(now + WATCH_PERIOD_S, self._watch)
 
 
 class PublicationRun(RemoteRun):
@@ -454,7 +483,9 @@ class ActionRun(RemoteRun):
             return
         # Its answer may be lost: a server that works on the goal anyway is asked to stop.
         self._stop.begin()
-        if self._cancelling():
+        if not self._channel.server_is_there():
+            self._finish(self._without_server("went away before it answered the goal; start its node again"))
+        elif self._cancelling():
             self._finish(cancelled(f"cancelled; {self._no_answer(limit)}"))
         else:
             self._finish(failure("timed_out", self._no_answer(limit)))

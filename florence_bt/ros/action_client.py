@@ -20,6 +20,7 @@ from rclpy.type_support import check_is_valid_msg_type
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.server_processes import DiscoveredServers
 
 
 class LatestMessages:
@@ -81,25 +82,24 @@ class ActionClient:
         self._feedback = LatestMessages(
             node, self._types.FeedbackMessage, f"{name}/_action/feedback", FEEDBACK_DEPTH
         )
+        self._servers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._status_topic))
 
     @property
     def _status_topic(self) -> str:
         return f"{self.name}/_action/status"
 
     def server_is_ready(self) -> bool:
-        """Tell whether every part of a server has been discovered."""
+        """Tell whether every part of a server has been discovered, and its process has not ended since."""
         services = (self._goals, self._results, self._cancels)
         return all(service.service_is_ready() for service in services) and self.servers() > 0
 
     def servers(self) -> int:
-        """Return how many servers of this name have been discovered."""
-        return self._node.count_publishers(self._status_topic)
+        """Return how many servers of this name are there."""
+        return len(self.server_ids())
 
     def server_ids(self) -> set[bytes]:
-        """Return the ids of the discovered servers."""
-        return {
-            bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
-        }
+        """Return the ids of the servers that are there."""
+        return self._servers.ids()
 
     def send_goal(self, goal_id: UUID, goal: Any) -> Future:
         """Send a goal; the answer has ``accepted``."""

@@ -11,6 +11,7 @@ from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from unique_identifier_msgs.msg import UUID
 
+from florence_bt.core.interfaces import name_of_interface
 from florence_bt.core.outcome import Outcome, Result, failure
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import ActionRun, Deadlines, RemoteSkill, StopAnswer
@@ -70,7 +71,7 @@ class ActionSkill(RemoteSkill):
         self._runs: list[ActionRun] = []
         self.action = name
         self._client = ActionClient(node, action_type, name)
-        super().__init__(f"action {self._client.name} ({_type_name(action_type)})", "goal", to_goal)
+        super().__init__(f"action {self._client.name} ({name_of_interface(action_type)})", "goal", to_goal)
         node.on_close(self._shut_down)
         node.before_leaving(self._goals_are_over)
 
@@ -182,8 +183,3 @@ class _SentGoal:
 
     def feedback(self) -> str:
         return self.read_feedback(self.uuid)
-
-
-def _type_name(action_type: Any) -> str:
-    package, kind = action_type.__module__.split(".")[:2]
-    return f"{package}/{kind}/{action_type.__name__}"

@@ -9,10 +9,12 @@ from typing import Any
 from rclpy.client import Client
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.interfaces import name_of_interface
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import RemoteSkill, ServiceRun
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.server_processes import DiscoveredServers
 
 
 class ServiceSkill(RemoteSkill):
@@ -38,7 +40,8 @@ class ServiceSkill(RemoteSkill):
             to_request: The request message from the inputs; raises FlorenceError, KeyError, TypeError or
                 ValueError when they do not fit.
             to_result: The result from the response message.
-            deadline_s: Seconds from the start to the answer, the search for the server included.
+            deadline_s: Seconds from the start to the answer, the search for the server included
+                (:func:`~florence_bt.ros._runs.search_limit`).
             judge: The result of the skill, from the inputs and a success of the service; the success itself
                 when not given.
         """
@@ -49,14 +52,25 @@ class ServiceSkill(RemoteSkill):
         self._deadline_s = deadline_s
         self._client = node.create_client(srv_type, name)
         self._judge = judge
-        super().__init__(f"service {node.resolve_service_name(name)}", "request", to_request)
+        whole = node.resolve_service_name(name)
+        # The topic of the answers, as the middlewares of ROS 2 name it.
+        self._servers = DiscoveredServers(
+            lambda: node.get_publishers_info_by_topic(f"rr{whole}Reply", no_mangle=True)
+        )
+        super().__init__(f"service {whole} ({name_of_interface(srv_type)})", "request", to_request)
 
     def server_is_there(self) -> bool:
-        """Tell whether a server has been discovered."""
-        return bool(self._client.service_is_ready())
+        """Tell whether a server has been discovered, and its process has not ended since."""
+        return bool(self._client.service_is_ready()) and not self._servers.all_ended()
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        call = _Call(self._node, self._client, message, lambda answer: self._result(inputs, answer))
+        call = _Call(
+            self._client,
+            message,
+            self.server_is_there,
+            lambda answer: self._result(inputs, answer),
+            self._node,
+        )
         call.run = ServiceRun(self._node.steady, call, self._deadline_s, self.label)
         return call.run
 
@@ -69,15 +83,13 @@ class ServiceSkill(RemoteSkill):
 class _Call:
     """The way to the server for one call."""
 
-    node: FlorenceNode
     client: Client
     request: Any
+    server_is_there: Callable[[], bool]
     to_result: Callable[[Any], Result]
+    node: FlorenceNode
     future: Any = None
     run: ServiceRun | None = None
-
-    def server_is_there(self) -> bool:
-        return bool(self.client.service_is_ready())
 
     def send(self) -> None:
         self.future = self.client.call_async(self.request)

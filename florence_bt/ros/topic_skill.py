@@ -10,13 +10,15 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
+from florence_bt.core.interfaces import name_of_interface
 from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
 from florence_bt.core.outcome import Result
 from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill
+from florence_bt.ros._runs import PublicationRun, RemoteSkill, search_limit
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.server_processes import DiscoveredServers
 
 
 class TopicCondition(MessageCondition):
@@ -43,21 +45,19 @@ class TopicCondition(MessageCondition):
             max_age_s: Seconds after which a message does not count any more.
             qos: Of the topic.
         """
-        self._node = node
         self._topic = node.resolve_topic_name(source[1])
-        self.label = f"topic {self._topic}"
+        self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
+        self.label = _label(self._topic, source[0])
         super().__init__(node.timebase, self.label, to_result, max_age_s)
         node.create_subscription(source[0], source[1], self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Tell whether the topic has a publisher."""
-        return bool(self._node.count_publishers(self._topic) > 0)
+        """Tell whether the topic has a publisher whose process has not ended."""
+        return bool(self._publishers.ids())
 
 
 class TopicPublication(RemoteSkill):
     """A skill that publishes one message, as soon as somebody listens."""
-
-    external = True
 
     def __init__(
         self,
@@ -65,6 +65,8 @@ class TopicPublication(RemoteSkill):
         topic: tuple[Any, str],
         to_message: Callable[[Inputs], Any],
         qos: QoSProfile = RELIABLE,
+        *,
+        deadline_s: float = 60.0,
     ) -> None:
         """Make a publisher.
 
@@ -74,24 +76,26 @@ class TopicPublication(RemoteSkill):
             to_message: The message from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
                 when they do not fit.
             qos: Of the topic.
+            deadline_s: What the skill declares; a subscriber is looked for within
+                :func:`~florence_bt.ros._runs.search_limit`.
         """
         self._node = node
+        self._within_s = search_limit(deadline_s)
         self._publisher = node.create_publisher(topic[0], topic[1], qos)
-        super().__init__(f"topic {self._publisher.topic_name}", "message", to_message)
+        self._listeners = _listeners(node, self._publisher)
+        super().__init__(_label(self._publisher.topic_name, topic[0]), "message", to_message)
 
     def server_is_there(self) -> bool:
         """Tell whether somebody listens."""
-        return bool(self._publisher.get_subscription_count() > 0)
+        return bool(self._listeners.ids())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        channel = _Channel(self._publisher, message)
-        return PublicationRun(self._node.steady, channel, Deadlines().accept_s, self.label)
+        channel = _Channel(self._publisher, self._listeners, message)
+        return PublicationRun(self._node.steady, channel, self._within_s, self.label)
 
 
 class TopicWait(MessageWait):
     """A skill that waits for the next message of a topic."""
-
-    external = True
 
     def __init__(
         self, node: FlorenceNode, message_type: Any, served: WaitBinding, qos: QoSProfile = RELIABLE
@@ -104,15 +108,15 @@ class TopicWait(MessageWait):
             served: The topic, what a message means, and how long to wait for one.
             qos: Of the topic.
         """
-        self._node = node
         self._topic = node.resolve_topic_name(served.name)
-        self.label = f"topic {self._topic}"
+        self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
+        self.label = _label(self._topic, message_type)
         super().__init__(node.timebase, self.label, served)
         node.create_subscription(message_type, served.name, self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Tell whether the topic has a publisher."""
-        return bool(self._node.count_publishers(self._topic) > 0)
+        """Tell whether the topic has a publisher whose process has not ended."""
+        return bool(self._publishers.ids())
 
 
 class TopicAnswerWait(AnswerWait):
@@ -136,13 +140,22 @@ class _Channel:
     """The way of one message."""
 
     publisher: Publisher
+    listeners: DiscoveredServers
     message: Any
 
     def server_is_there(self) -> bool:
-        return bool(self.publisher.get_subscription_count() > 0)
+        return bool(self.listeners.ids())
 
     def send(self) -> None:
         self.publisher.publish(self.message)
 
     def stop(self) -> None:
         """Do nothing: what was published is out."""
+
+
+def _listeners(node: FlorenceNode, publisher: Publisher) -> DiscoveredServers:
+    return DiscoveredServers(lambda: node.get_subscriptions_info_by_topic(publisher.topic_name))
+
+
+def _label(topic: str, message_type: type) -> str:
+    return f"topic {topic} ({name_of_interface(message_type)})"

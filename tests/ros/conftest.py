@@ -21,7 +21,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import pytest
 
@@ -182,10 +182,10 @@ class Child:
         """Everything printed so far."""
         return self._output.read_text()
 
-    def wait_for(self, text: str, timeout_s: float = GENEROUS_S) -> str:
-        """Wait until a text was printed; give the whole output."""
+    def wait_for(self, text: str, timeout_s: float = GENEROUS_S, *, begin: int = 0) -> str:
+        """Wait until a text was printed, after so many characters; give the whole output."""
         end = time.monotonic() + timeout_s
-        while text not in self.output:
+        while text not in self.output[begin:]:
             assert self.process.poll() is None, f"ended with {self.process.returncode}:\n{self.output}"
             assert time.monotonic() < end, f"did not print {text!r} within {timeout_s} s:\n{self.output}"
             time.sleep(0.01)
@@ -283,6 +283,8 @@ class FakeSafety:
 class MissionBench:
     """A mission server with a client's node beside it."""
 
+    parameters: ClassVar[dict] = {}
+
     def __init__(self, ros, folder, script):
         from florence_bt.ros.node import FlorenceNode
         from florence_bt.runtime.node import MissionNode
@@ -311,7 +313,11 @@ class MissionBench:
                 {"drive": DRIVE},
                 make_safety=lambda node, goals: self.safety,
                 on_recorded=self.recorded.append,
-                parameters={"runs_folder": str(self.runs), "mission_folders": (str(missions),)},
+                parameters={
+                    "runs_folder": str(self.runs),
+                    "mission_folders": (str(missions),),
+                    **self.parameters,
+                },
             )
         )
         self.node = ros.add(FlorenceNode("client"))

@@ -176,10 +176,10 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
     (missions / "quiz.yaml").write_text(QUIZ)
     folders = ("--missions", missions, "--out", tmp_path / "out")
     system = start_process(*florence, "up", "--missions-only", *folders)
-    told = system.wait_for("nobody serves:")
-    assert "grip (service tb4/gripper, std_srvs/srv/SetBool)" in told and "navigate_to" not in told
-    start_process(sys.executable, EXAMPLE / "robot.py")
-    system.wait_for("everything that these missions need is served now")
+    told = system.wait_for("  grip: service /tb4/gripper (std_srvs/srv/SetBool)")
+    assert "nobody serves" in told and "navigate_to" not in told
+    robot = start_process(sys.executable, EXAMPLE / "robot.py")
+    system.wait_for("every server that missions need is there")
     run = start_process(*florence, "run", "try_places", "--headless")
     assert run.process.wait(120) == 0, run.output
     check = start_process(*florence, "check", "--live", EXAMPLE / "missions")
@@ -202,4 +202,10 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
         file.write("\n# edited\n")
     reload = start_process(*florence, "reload")
     assert reload.process.wait(120) == 1 and "robot.skills.yaml: " in reload.output, reload.output
+    told = system.output
+    robot.end(signal.SIGKILL)
+    # Far less than the 20 s after which discovery misses it.
+    lost = start_process(*florence, "run", "open_hand", "--headless")
+    assert lost.process.wait(120) == 1 and "server_lost" in lost.output, lost.output
+    system.wait_for("  grip: service /tb4/gripper (std_srvs/srv/SetBool)", begin=len(told))
     assert system.end() == 130

@@ -1,95 +1,41 @@
-"""Whose servers are missing: of the skills that a robot's own missions use, by skill, server and type."""
+"""What the mission server says about servers that are missing, as lines for the console."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable, Mapping
 
-from florence_bt.core.serving import (
-    ActionBinding,
-    ConditionBinding,
-    PublicationBinding,
-    ServiceBinding,
-    WaitBinding,
-)
+from diagnostic_msgs.msg import DiagnosticArray
+
+from florence_bt.app.runs.client import MISSION_SERVER
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.skills.served import BINDINGS
-from florence_bt.trees.language.loader import MissionLibrary
-
-FIRST_LOOK_S = 5.0
-"""Discovery takes up to so long; and so often is looked again."""
-
-_WAYS = {
-    ActionBinding: "action",
-    ServiceBinding: "service",
-    ConditionBinding: "topic",
-    WaitBinding: "topic",
-    PublicationBinding: "topic",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class _Server:
-    skill: str
-    way: str
-    name: str
-    interface: str
-
-    def __str__(self) -> str:
-        return f"{self.skill} ({self.way} {self.name}, {self.interface})"
+from florence_bt.ros.qos import RELIABLE
+from florence_bt.runtime.node import SERVERS_STATUS
 
 
 class MissingServers:
-    """Tells which servers the missions of some folders lack, after 5 s and whenever that changes.
+    """Reports which servers are missing whenever that changes: by skill, name and type.
 
     Args:
-        node: Sees the graph.
-        folders: Folders of missions; those that they call count, too.
-        report: Told a line.
+        node: Subscribes to ``diagnostics``.
+        report: Told the lines.
     """
 
-    def __init__(self, node: FlorenceNode, folders: Iterable[Path], report: Callable[[str], None]) -> None:
-        self._node = node
+    def __init__(self, node: FlorenceNode, report: Callable[[str], None]) -> None:
         self._report = report
-        self._needed = tuple(_servers_of(list(folders)))
-        self._told: tuple[_Server, ...] = ()
-        self._due = node.steady.now() + FIRST_LOOK_S
+        self._told: Mapping[str, str] = {}
+        node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
 
-    def look(self) -> None:
-        """Look when it is time; call it often."""
-        now = self._node.steady.now()
-        if now < self._due:
-            return
-        self._due = now + FIRST_LOOK_S
-        missing = tuple(server for server in self._needed if not self._is_there(server))
-        if missing != self._told:
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name != f"{MISSION_SERVER}: {SERVERS_STATUS}":
+                continue
+            missing = {value.key: value.value for value in status.values}
+            if missing == self._told:
+                continue
             self._told = missing
-            self._report(
-                f"nobody serves: {'; '.join(map(str, missing))}; missions that need it fail with server_lost"
-                if missing
-                else "everything that these missions need is served now"
-            )
-
-    def _is_there(self, server: _Server) -> bool:
-        name = self._node.resolve_topic_name(server.name)
-        if server.way == "topic":
-            return self._node.count_publishers(name) + self._node.count_subscribers(name) > 1
-        suffix = "/_action/send_goal" if server.way == "action" else ""
-        return self._node.count_services(f"{name}{suffix}") > 0
-
-
-def _servers_of(folders: list[Path]) -> Iterator[_Server]:
-    library = MissionLibrary.load(folders)
-    served = {
-        each.skill.name: _Server(each.skill.name, _WAYS[type(each)], each.name, each.interface)
-        for each in BINDINGS
-        if type(each) in _WAYS
-    }
-    for name, mapping in library.mappings.items():
-        way = mapping.way if mapping.way in ("action", "service") else "topic"
-        served.setdefault(name, _Server(name, way, mapping.name, mapping.interface))
-    own = [mission.name for mission in library if mission.file.parent in folders]
-    for skill in sorted({skill for name in own for skill, _ in library.skills_below(name)}):
-        if skill in served:
-            yield served[skill]
+            if missing:
+                self._report(f"nobody serves, and {status.message}:")
+                for skill, server in missing.items():
+                    self._report(f"  {skill}: {server}")
+            else:
+                self._report(status.message)

@@ -73,8 +73,6 @@ def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping])
 def _of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
     """Make a skill of a file.
 
-    Its server may be anybody's: nothing waits for it, and only a mission that needs it fails.
-
     Raises:
         ConfigError: Its interface is not installed.
     """
@@ -86,20 +84,19 @@ def _of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
     def to_message(inputs: Inputs) -> Any:
         return mapping.message(inputs, stamp_to_ros(node.stamp()))
 
-    skill: ActionSkill | ServiceSkill
     match mapping.way:
         case "action":
-            skill = ActionSkill(
+            return ActionSkill(
                 node,
                 interface,
                 mapping.name,
                 to_goal=to_message,
                 to_result=mapping.result,
                 to_feedback=mapping.feedback_text,
-                deadlines=Deadlines(result_s=deadline_s),
+                deadlines=Deadlines.within(deadline_s),
             )
         case "service":
-            skill = ServiceSkill(
+            return ServiceSkill(
                 node,
                 interface,
                 mapping.name,
@@ -108,14 +105,13 @@ def _of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
                 deadline_s=deadline_s,
             )
         case "publish":
-            return TopicPublication(node, topic, to_message, LATCHED if mapping.latched else RELIABLE)
+            qos = LATCHED if mapping.latched else RELIABLE
+            return TopicPublication(node, topic, to_message, qos, deadline_s=deadline_s)
         case "condition":
             max_age_s = mapping.max_age_s
             return TopicCondition(node, topic, to_result=mapping.judge, max_age_s=max_age_s, qos=heard)
         case _:
             return TopicWait(node, interface, mapping.wait(), heard)
-    skill.external = True
-    return skill
 
 
 def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
@@ -184,15 +180,16 @@ def _over_ros(node: FlorenceNode, served: SkillBinding) -> Skill:
         return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
     if isinstance(served, PublicationBinding):
         topic = (interface, served.name)
-        return TopicPublication(node, topic, lambda inputs: interface(**served.message(inputs)))
+        deadline_s = served.skill.deadline_s
+        return TopicPublication(
+            node, topic, lambda inputs: interface(**served.message(inputs)), deadline_s=deadline_s
+        )
     if isinstance(served, QuestionBinding):
         return TopicAnswerWait(node, served)
     if isinstance(served, WaitBinding):
         return TopicWait(node, interface, served)
     assert isinstance(served, NodeBinding)
-    skill = _of_node(node, served, interface)
-    skill.external = served.external
-    return skill
+    return _of_node(node, served, interface)
 
 
 def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> ActionSkill | ServiceSkill:
@@ -209,7 +206,7 @@ def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> ActionS
             to_goal=to_message,
             to_result=served.result,
             to_feedback=served.feedback,
-            deadlines=Deadlines(result_s=served.skill.deadline_s),
+            deadlines=Deadlines.within(served.skill.deadline_s),
         )
     assert isinstance(served, ServiceBinding)
     return ServiceSkill(

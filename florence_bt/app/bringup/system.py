@@ -19,14 +19,13 @@ from florence_bt.app.bringup.private_files import owner_only
 from florence_bt.app.bringup.signals import ignored, once
 from florence_bt.app.bringup.simulated import clear_ports, with_world_files
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
-from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
+from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups, own_bindings
 from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.core.serving import ActionBinding, NodeBinding, SkillBinding
+from florence_bt.core.serving import ActionBinding, NodeBinding
 from florence_bt.ros.open_goals import OpenGoals
-from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
-from florence_bt.skills.served import ACTIONS, BINDINGS
+from florence_bt.skills.served import ACTIONS
 
 READY_BUDGET_S = 180.0
 """Wall seconds that all nodes get to start, and then the devices of a simulation to answer."""
@@ -100,7 +99,7 @@ class System:
             self._down()
 
     def wait_ready(self) -> float:
-        """Wait until a mission can run. A real robot may still need its initial pose.
+        """Wait until our own nodes are ready. A robot may still need its pose, and other people's servers.
 
         Returns:
             Wall seconds it took.
@@ -116,14 +115,12 @@ class System:
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):
             missing = ", ".join(self._not_served() or self._not_up()) or "the robot's pose"
-            if self.options.nav == "nav2":
-                missing += " (with --nav nav2, Nav2 has to run beside: map, localisation, actions)"
             raise DeviceTimeout(
                 f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
                 f"see the logs in {self.options.folder}/logs"
             )
-        # Emulated devices are there, but on a busy machine their drivers find them late.
-        budget_s = READY_BUDGET_S if self.options.in_flat else DEVICES_S
+        # Emulated devices are there, but on a busy machine their drivers find them late. Nav2 may be not.
+        budget_s = READY_BUDGET_S if self.options.in_flat and self._knows_pose_itself else DEVICES_S
         if self.options.base == "running":
             return time.monotonic() - start
         self.client.spin_until(self._devices_answer, budget_s, watch=self._check_start, every_s=READY_LOOK_S)
@@ -199,27 +196,25 @@ class System:
     def _is_ready(self) -> bool:
         if self._not_up() or self._not_served():
             return False
-        return not self.options.simulated or self.client.knows_pose()
+        return not (self.options.simulated and self._knows_pose_itself) or self.client.knows_pose()
+
+    @property
+    def _knows_pose_itself(self) -> bool:
+        """Whether our own localisation says where the robot is."""
+        return self.options.nav == "own"
 
     def _devices_answer(self) -> bool:
         return not self._devices.missing() and self.client.knows_pose()
 
     def _not_served(self) -> list[str]:
-        """Return the actions and services of the shipped missions that have no server yet."""
+        """Return the actions and services of our own nodes that have no server yet."""
         names = {name for name, _ in self.client.node.get_service_names_and_types()}
         needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
-        for served in BINDINGS:
-            if not isinstance(served, NodeBinding) or self._is_left_out(served):
-                continue
-            suffix = "/_action/send_goal" if isinstance(served, ActionBinding) else ""
-            needed[f"/{served.name}{suffix}"] = served.name
+        for served in own_bindings(self.options):
+            if isinstance(served, NodeBinding):
+                suffix = "/_action/send_goal" if isinstance(served, ActionBinding) else ""
+                needed[f"/{served.name}{suffix}"] = served.name
         return [shown for name, shown in needed.items() if name not in names]
-
-    def _is_left_out(self, served: SkillBinding) -> bool:
-        """Tell whether this bring-up goes without a skill."""
-        if self.options.missions_only or (isinstance(served, NodeBinding) and served.external):
-            return True
-        return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2
 
     def _not_up(self) -> list[str]:
         """Return the groups whose process has not all its nodes yet; an earlier bring-up left other ids."""

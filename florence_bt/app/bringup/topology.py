@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import fields
 from functools import partial
 from math import inf
@@ -17,7 +17,13 @@ from florence_bt.app.bringup.rehearsal import TOO_SLOW_ADVICE
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
+from florence_bt.core.serving import ConditionBinding, NodeBinding, SkillBinding
+from florence_bt.skills.base import declaration as base
+from florence_bt.skills.locator import declaration as locator
+from florence_bt.skills.navigation.navigate import declaration as navigate
 from florence_bt.skills.robot_description.room import RoomParameters
+from florence_bt.skills.served import BINDINGS
+from florence_bt.skills.speech import declaration as speech
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -109,6 +115,20 @@ def groups(options: BringUp) -> list[str]:
         "people": options.missions_only,
     }
     return [group for group in NODES if not absent.get(group)]
+
+
+def own_bindings(options: BringUp) -> list[SkillBinding]:
+    """Return the skills that nodes of this bring-up serve; of the others the servers may come and go."""
+    if options.missions_only:
+        served: Collection[SkillBinding] = locator.BINDINGS
+    else:
+        others = [
+            *speech.BINDINGS,  # --speech none leaves the voice to another node
+            *(navigate.BINDINGS if options.nav == "nav2" else ()),
+            *(base.BINDINGS if options.base == "running" else ()),
+        ]
+        served = [each for each in BINDINGS if each not in others]
+    return [each for each in served if isinstance(each, NodeBinding | ConditionBinding)]
 
 
 def factories(group: str, options: BringUp) -> list[Factory]:
@@ -347,7 +367,8 @@ def _missions(settings: _Settings) -> list[Factory]:
             make_safety=BaseSafety,
             on_recorded=pictures.draw if settings.options.map_file or not alone else None,
             other_actions=ACTIONS_WITHOUT_SKILL,
-            wait_for_servers=not alone,
+            own_skills=[each.skill.name for each in own_bindings(settings.options)],
+            only_used=alone,
             parameters=parameters,
         )
         node.on_close(pictures.close)

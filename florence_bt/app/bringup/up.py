@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 from rich.console import Console
 
@@ -56,14 +55,13 @@ def run_up(options: BringUp) -> None:
         mission = "MISSION" if options.missions_only else "goto_user"
         say(f"in another terminal: florence run {mission}, florence status, florence stop; Ctrl-C ends all")
         system.client.follow_speech(lambda text: say(f"the robot says: {text}"))
-        missing = MissingServers(system.client.node, map(Path, options.mission_folders), say)
+        MissingServers(system.client.node, say)
         pace = RehearsalPace()
         if options.emulated:
             system.client.follow_truth()
 
         def watch() -> None:
             system.keep_up()
-            missing.look()
             too_slow = pace.look(system.client.truth) if options.emulated else ""
             if too_slow:
                 say(too_slow)

@@ -23,7 +23,7 @@ from florence_bt.app.doctor.machine import check_machine
 from florence_bt.app.doctor.ports import check_ports, users_of
 from florence_bt.app.doctor.usb import check_usb
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.installation import how_to_install
+from florence_bt.core.installation import how_to_get
 
 SERIAL_NODES = ("turtlebot_node", "hokuyo_node")
 WATCH_S, WATCH_LONGER_S = 2.5, 15.0
@@ -93,7 +93,7 @@ def _ros() -> tuple[GraphView, list[HealthFinding]]:
     try:
         from florence_bt.app.doctor.graph_watch import watch_graph
     except ModuleNotFoundError as error:
-        advice = how_to_install(error.name or "rclpy")
+        advice = how_to_get(error.name or "rclpy")
         return view, [*findings, note("ROS", "rclpy", f"{error.name} is not installed", advice)]
 
     def look() -> Iterator[HealthFinding]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from florence_bt.app.doctor.finding import HealthFinding, good, note, problem, warning
+from florence_bt.core.installation import in_checkout
 from florence_bt.trees.language.declarations import collect_declarations
 
 GROUP = "libraries"
@@ -87,7 +88,7 @@ def _python(version: tuple[int, ...]) -> HealthFinding:
 def _library(library: Library, version_of: Version) -> HealthFinding:
     report = problem if library.needed else warning
     wanted = ".".join(str(part) for part in library.least)
-    install = f"pip install '{library.name}>={wanted}' (or `make setup` in a checkout)"
+    install = "make setup" if in_checkout() else f"pip install '{library.name}>={wanted}'"
     try:
         found = version_of(library.name)
     except importlib.metadata.PackageNotFoundError:

@@ -5,5 +5,6 @@ together. Here, as in every module named ``node``, rclpy and messages may be imp
 """
 
 from florence_bt.runtime.node._server import MissionNode, MissionNodeParameters
+from florence_bt.runtime.node._servers import STATUS as SERVERS_STATUS
 
-__all__ = ["MissionNode", "MissionNodeParameters"]
+__all__ = ["SERVERS_STATUS", "MissionNode", "MissionNodeParameters"]

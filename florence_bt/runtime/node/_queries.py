@@ -128,6 +128,8 @@ class Queries:
             if isinstance(skill, MissingSkill)
         ]
         response.findings += self._missions.warnings()
+        if self._missions.blocked_by:
+            response.findings.append(f"no mission starts: {self._missions.blocked_by}")
         return response
 
     def _problem(self, mission: Mission) -> str:

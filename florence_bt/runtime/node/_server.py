@@ -14,9 +14,9 @@ from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.message_skills import AnswerWait
 from florence_bt.core.skill import Skill
 from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Done, Lifecycle
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
-from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.tf import TransformListener
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
@@ -25,6 +25,7 @@ from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.runtime.node._controls import Controls
 from florence_bt.runtime.node._queries import Queries
 from florence_bt.runtime.node._robot_goals import RobotGoals, exclusive_actions
+from florence_bt.runtime.node._servers import SkillServers
 from florence_bt.runtime.node._topics import RunTopics
 from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
@@ -44,6 +45,7 @@ class MissionNodeParameters(CheckedParameters):
         keep_runs: How many runs that ended are kept in the journal, with their folders.
         recovery_limit: Seconds since the last entry of the journal within which runs that a dead process left
             are resumed, restarted and queued again.
+        autostart: Whether the node configures and activates itself; otherwise a lifecycle manager does.
     """
 
     runs_folder: str = "runs"
@@ -51,10 +53,21 @@ class MissionNodeParameters(CheckedParameters):
     base_frame: str = "base_footprint"
     keep_runs: Annotated[int, Limits(0)] = 1000
     recovery_limit: Annotated[float, Limits(0.0)] = FRESH_S
+    autostart: bool = True
+
+
+STOP_LIMIT_S = 30.0
+"""How long a run may take to end when the node is deactivated, clean-ups included; steady time."""
+STOP_LOOK_S = 0.05
+INACTIVE = "lifecycle"
+"""What blocks triggers while the node is not active."""
 
 
 class MissionNode(FlorenceNode):
-    """Serves the missions.
+    """Serves the missions. A managed node: missions start only while it is active (docs/ros_api.md).
+
+    Its services are there in every state: the executor of rclpy 7.1 may die of a service that is taken away
+    while somebody calls it. Triggers are refused with the state as the reason.
 
     Args:
         make_skills: Builds the skills by name over this node.
@@ -62,7 +75,9 @@ class MissionNode(FlorenceNode):
         make_safety: Builds what stops the robot after a crash, over this node and the goals that may use it.
         on_recorded: Called when the files of a run are written.
         other_actions: Actions that use the robot and that no skill asks: their goals end with ``stop``, too.
-        wait_for_servers: Whether the node is not ready before the servers of the skills are there.
+        own_skills: Skills whose servers come up together with the node: it is not ready before they are
+            there. Those of others may come and go; which are missing is told (:class:`SkillServers`).
+        only_used: Whether nobody misses a server that no mission of the folders uses.
         parameters: Overrides of the node's parameters.
     """
 
@@ -76,13 +91,13 @@ class MissionNode(FlorenceNode):
         make_safety: Callable[[FlorenceNode, OpenGoals], Safety] | None = None,
         on_recorded: Callable[[RunRecord], None] | None = None,
         other_actions: Collection[str] = (),
-        wait_for_servers: bool = True,
+        own_skills: Collection[str] = (),
+        only_used: bool = False,
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__("florence_bt", parameters=parameters)
         self._settings = self.read_parameters(MissionNodeParameters)
         self._declarations = declarations
-        self._waits = wait_for_servers
         self._on_recorded = on_recorded
         self._tf: TransformListener | None = None
         self._skills = make_skills(self)
@@ -91,8 +106,25 @@ class MissionNode(FlorenceNode):
         safety = make_safety(self, goals) if make_safety is not None else None
         self._robot_goals = RobotGoals(goals, actions)
         self._build_executor()
+        self._servers = SkillServers(
+            self,
+            self._missions,
+            self._skills,
+            own=own_skills,
+            folders=map(Path, self._settings.mission_folders),
+            only_used=only_used,
+        )
+        stop = self._on_stop
+        work = {CONFIGURE: self._on_configure, DEACTIVATE: stop, SHUTDOWN: stop}
+        self._lifecycle = Lifecycle(self, work, self._follow_state)
+        self._follow_state()
         self._serve()
         self._recover(safety)
+        if self._settings.autostart:
+            self._lifecycle.change(CONFIGURE)
+            self._lifecycle.change(ACTIVATE)
+        else:
+            self.get_logger().info(f"no mission starts: {self._missions.blocked_by}")
 
     def _build_executor(self) -> None:
         """Build what runs missions and keeps a record of them."""
@@ -159,21 +191,46 @@ class MissionNode(FlorenceNode):
 
     def missing(self) -> list[str]:
         """Return what is missing, for people: servers of the robot's skills, and safety after a crash."""
-        unseen = self._missing_servers()
+        unseen = self._servers.missing_own()
         return [*unseen, "what a crash left"] if self._recovery.going_on else unseen
-
-    def _missing_servers(self) -> list[str]:
-        if not self._waits:
-            return []
-        served = [skill for skill in self._skills.values() if isinstance(skill, ServedSkill)]
-        # What listens or answers outside of the robot's processes may come and go.
-        needed = [skill for skill in served if not getattr(skill, "external", False)]
-        return [skill.label for skill in needed if not skill.server_is_there()]
 
     def _still_booting(self) -> list[str]:
         """Return what a mission that goes on after a crash needs; the odometry is part of the pose."""
-        missing = [*self._missing_servers(), *self._controls.missing_override()]
+        servers = self._servers.missing_for(self._recovery.missions)
+        missing = [*servers, *self._controls.missing_override()]
+        if not self._lifecycle.active:
+            missing.append("the activation of the mission server")
         return missing if self._robot_pose() is not None else [*missing, "the robot's pose"]
+
+    def _follow_state(self) -> None:
+        """Refuse triggers while the node is not active, and say in which state it is."""
+        state = self._lifecycle.state
+        ways = {"unconfigured": "configure and activate it", "inactive": "activate it"}
+        way = ways.get(state, "wait, or start it again")
+        reason = None if self._lifecycle.active else f"the mission server is {state} (lifecycle): {way}"
+        self._missions.block(INACTIVE, reason)
+
+    def _on_configure(self, done: Done) -> None:
+        """Load the missions anew."""
+        self._reload()
+        done(True)
+
+    def _on_stop(self, done: Done) -> None:
+        """Stop every run; the transition is done when the last has ended, with its skills and clean-ups."""
+        self._missions.stop_all(f"the mission server is {self._lifecycle.state}")
+        give_up_at = self.steady.now() + STOP_LIMIT_S
+
+        def look() -> None:
+            run = self._missions.current
+            if run is None:
+                done(True)
+            elif self.steady.now() < give_up_at:
+                self.steady.call_at(self.steady.now() + STOP_LOOK_S, look)
+            else:
+                self.get_logger().error(f"{run.run_id} has not ended within {STOP_LIMIT_S:g} s")
+                done(False)
+
+        look()
 
     def close(self) -> None:
         """Stop what runs; the skills' cancels go out, and their answers are waited for only for a moment."""

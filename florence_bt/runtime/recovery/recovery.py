@@ -177,6 +177,11 @@ class Recovery:
         """Whether the robot is being made safe or something still boots: triggers are refused."""
         return self._executor.left_runs is self
 
+    @property
+    def missions(self) -> set[str]:
+        """The missions of the runs that it is not decided of yet what becomes of them."""
+        return {past.row.mission for past in self._past}
+
     def stop(self, reason: str, run_id: str | None) -> MissionRun | None:
         """Give up the run with this id, else the one that had the robot; None when there is none."""
         for past in self._past:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.installation import how_to_get
 from florence_bt.skills.home_sensors.payload import MAX_PAYLOAD_BYTES
 from florence_bt.skills.home_sensors.settings import BrokerSettings
 
@@ -158,7 +159,7 @@ def require_paho() -> Any:
     except ModuleNotFoundError as error:
         raise ConfigError(
             "home sensors over MQTT need paho-mqtt 2, which is not installed",
-            valid=["pip install 'florence-bt[home]'"],
+            valid=[how_to_get("paho")],
         ) from error
     return paho
 

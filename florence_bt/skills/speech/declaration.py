@@ -58,7 +58,6 @@ BINDINGS = (
         skill=SAY,
         interface="florence_interfaces/action/Speak",
         name="speak",
-        external=True,
         request=lambda inputs: {"text": inputs["text"]},
         result=_said,
         feedback=lambda message: f"says: {message.text}",

@@ -9,7 +9,7 @@ import pytest
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
-from florence_bt.app.bringup.topology import factories
+from florence_bt.app.bringup.topology import factories, own_bindings
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
 
@@ -123,3 +123,17 @@ def test_the_robots_voice_is_left_out_where_another_node_speaks(tmp_path, speech
     assert len(made) == nodes
     if speech == "cat":
         assert made[0].keywords["parameters"]["program"] == "cat"
+
+
+def test_nobody_waits_for_the_servers_of_others(tmp_path):
+    def own(**options):
+        return {each.name for each in own_bindings(BringUp(folder=str(tmp_path), **options))}
+
+    everything = own()
+    assert {"navigate_to_pose", "florenceLocator/getRooms", "battery_state"} <= everything
+    with_nav2 = own(nav="nav2")
+    assert "spin" not in with_nav2 and {"battery_state", "florenceLocator/getRooms"} <= with_nav2
+    beside = own(nav="nav2", base="running", simulated=False)
+    assert "battery_state" not in beside and "florenceLocator/getRooms" in beside
+    only = own(nav="nav2", base="running", simulated=False, missions_only=True)
+    assert only and all(name.startswith("florenceLocator/") for name in only)

@@ -79,3 +79,19 @@ def test_cancel_ends_at_once_and_for_good() -> None:
         clock.advance(5.0)
         assert ended(run).outcome is Outcome.CANCELLED
         assert service.log == (["sent", "dropped"] if there else [])
+
+
+def test_a_server_that_is_not_there_is_lost_before_the_deadline_of_the_skill() -> None:
+    clock, _, run = begin(there=False)
+    clock.advance(1.7)
+    assert ended(run).code == "server_lost"
+
+
+def test_a_server_that_dies_during_the_call_is_lost_at_once() -> None:
+    clock, service, run = begin()
+    service.there = False
+    clock.advance(0.5)
+    assert run.poll() is None  # discovery blinks
+    clock.advance(1.0)
+    assert ended(run).code == "server_lost"
+    assert clock.next_time() is None

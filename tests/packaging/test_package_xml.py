@@ -1,0 +1,50 @@
+"""What the code imports is named in ``package.xml``, or comes from pip (docs/setup.md)."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from florence_bt.core.installation import EXTRAS, OWN_INTERFACES
+
+ROOT = Path(__file__).parents[2]
+KEYS = {
+    "cv2": "python3-opencv",
+    "yaml": "python3-yaml",
+    "paho": "python3-paho-mqtt",
+    "usb": "python3-usb",
+    "pydantic_core": "python3-pydantic",
+}
+"""Module -> rosdep key, where the key is neither the module nor ``python3-MODULE``."""
+FROM_PIP = {"numba", "onnxruntime", "mujoco", "resvg_py"}
+"""rosdep has no keys for these."""
+
+
+def imported(package: str) -> set[str]:
+    """The modules that the code of a package imports from outside of Python and of itself."""
+    names = set()
+    for file in (ROOT / package).rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                names.add(node.module or "")
+    return {name.partition(".")[0] for name in names} - sys.stdlib_module_names - {package}
+
+
+def test_everything_imported_is_named() -> None:
+    tree = ET.parse(ROOT / "package.xml")
+    named = {element.text for element in tree.getroot() if element.tag in ("depend", "exec_depend")}
+    for module in imported("florence_bt") - FROM_PIP:
+        assert {module, f"python3-{module}", KEYS.get(module, module)} & named, module
+    comment = (ROOT / "package.xml").read_text()
+    for module in FROM_PIP:
+        assert module.replace("_", "-") in comment, module
+
+
+def test_advice_knows_every_module_that_pip_brings() -> None:
+    known = {module for modules in EXTRAS.values() for module in modules}
+    assert known >= FROM_PIP and not known & set(OWN_INTERFACES)
+    assert set(OWN_INTERFACES) == {path.parent.name for path in (ROOT / "interfaces").glob("*/package.xml")}
