@@ -75,16 +75,13 @@ class ActionClient:
         self._node = node
         self._types = action_type.Impl
         self.name = node.resolve_service_name(name)
+        self._status_topic = node.resolve_topic_name(f"{name}/_action/status")
         self._goals = node.create_client(self._types.SendGoalService, f"{name}/_action/send_goal")
         self._results = node.create_client(self._types.GetResultService, f"{name}/_action/get_result")
         self._cancels = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
         self._feedback = LatestMessages(
             node, self._types.FeedbackMessage, f"{name}/_action/feedback", FEEDBACK_DEPTH
         )
-
-    @property
-    def _status_topic(self) -> str:
-        return f"{self.name}/_action/status"
 
     def server_is_ready(self) -> bool:
         """Tell whether every part of a server has been discovered."""

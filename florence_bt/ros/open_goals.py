@@ -66,9 +66,12 @@ class OpenGoals:
         return [
             OpenGoal(action, goal_id)
             for action, goal_ids in self._open.items()
-            if goal_ids and self._node.count_publishers(_status_topic(action))
+            if goal_ids and self._is_served(action)
             for goal_id in goal_ids
         ]
+
+    def _is_served(self, action: str) -> bool:
+        return self._node.count_publishers(self._node.resolve_topic_name(_status_topic(action))) > 0
 
     def server_is_there(self, action: str) -> bool:
         """Tell whether the server of an action has been discovered."""
