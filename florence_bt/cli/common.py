@@ -36,11 +36,6 @@ class _Verbs(TyperGroup):
 
     _complete = False
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Begin without ROS arguments; those of the verb come with it."""
-        use_arguments(())
-        return super().parse_args(ctx, args)
-
     def list_commands(self, ctx: Any) -> list[str]:
         """List the verbs, those of other packages last."""
         self._add_others()
@@ -85,6 +80,8 @@ class _Verbs(TyperGroup):
             )
         except KeyboardInterrupt:
             _fail("interrupted", INTERRUPTED)
+        finally:
+            use_arguments(())  # those of the verb, which came while it was read
 
 
 app = typer.Typer(

@@ -74,8 +74,8 @@ class ActionClient:
     def __init__(self, node: FlorenceNode, action_type: Any, name: str) -> None:
         self._node = node
         self._types = action_type.Impl
-        self.name = node.resolve_service_name(name)
-        self._status_topic = node.resolve_topic_name(f"{name}/_action/status")
+        self.name = name = node.resolve_action_name(name)
+        self._status_topic = f"{name}/_action/status"
         self._goals = node.create_client(self._types.SendGoalService, f"{name}/_action/send_goal")
         self._results = node.create_client(self._types.GetResultService, f"{name}/_action/get_result")
         self._cancels = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")

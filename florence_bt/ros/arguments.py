@@ -99,8 +99,7 @@ def namespace() -> str:
 def where_else(namespaces: Iterable[str]) -> str:
     """Say where systems of other namespaces are, and how to reach one; empty when there is none."""
     found = sorted(set(namespaces))
-    there = ", ".join("the root" if each == "/" else each for each in found)
-    return f"a system runs in the namespace {there}: --namespace {found[0]}" if found else ""
+    return f"elsewhere one runs: --namespace {' or '.join(found)}" if found else ""
 
 
 def renamed_nodes(words: Sequence[str]) -> list[str]:

@@ -48,10 +48,11 @@ class OpenGoals:
         self._open: dict[str, tuple[str, ...]] = {}
         self._clients: dict[str, Client] = {}
         for action in actions:
-            self._clients[action] = node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
+            name = node.resolve_action_name(action)
+            self._clients[action] = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
             node.create_subscription(
                 GoalStatusArray,
-                _status_topic(action),
+                f"{name}/_action/status",
                 partial(self._on_status, action),
                 qos_profile_action_status_default,
             )
@@ -71,7 +72,7 @@ class OpenGoals:
         ]
 
     def _is_served(self, action: str) -> bool:
-        return self._node.count_publishers(self._node.resolve_topic_name(_status_topic(action))) > 0
+        return self._node.count_publishers(f"{self._node.resolve_action_name(action)}/_action/status") > 0
 
     def server_is_there(self, action: str) -> bool:
         """Tell whether the server of an action has been discovered."""
@@ -100,7 +101,3 @@ class OpenGoals:
             for status in message.status_list
             if status.status in OPEN
         )
-
-
-def _status_topic(action: str) -> str:
-    return f"{action}/_action/status"

@@ -212,13 +212,15 @@ class System:
         """Return the actions and services of the shipped missions that have no server yet."""
         node = self.client.node
         names = {name for name, _ in node.get_service_names_and_types()}
-        needed = [RUN_MISSION]
+        needed = {node.resolve_service_name(RUN_MISSION): RUN_MISSION}
         for served in BINDINGS:
             if not isinstance(served, NodeBinding) or self._is_left_out(served):
                 continue
-            suffix = "/_action/send_goal" if isinstance(served, ActionBinding) else ""
-            needed.append(f"{served.name}{suffix}")
-        return [name for name in needed if node.resolve_service_name(name) not in names]
+            if isinstance(served, ActionBinding):
+                needed[f"{node.resolve_action_name(served.name)}/_action/send_goal"] = served.name
+            else:
+                needed[node.resolve_service_name(served.name)] = served.name
+        return [shown for name, shown in needed.items() if name not in names]
 
     def _is_left_out(self, served: SkillBinding) -> bool:
         """Tell whether this bring-up goes without a skill."""
