@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -134,6 +135,22 @@ def test_one_file_may_serve_several_robots(tmp_path):
     options = BringUp(folder=str(tmp_path), ros_arguments=(*ROBOT1, "--params-file", str(file)))
     check_options(options)
     assert config_of(options).of("navigate")["max_vel_x"] == 0.2
+
+
+def test_the_example_of_the_documentation_is_right(tmp_path):
+    page = (Path(__file__).parents[3] / "docs" / "ros_api.md").read_text()
+    (example,) = re.findall(r"```yaml\n(# params\.yaml\n.*?)```", page, re.DOTALL)
+    file = written(tmp_path, example)
+    speeds = {}
+    for namespace in ("/robot1", "/robot2"):
+        rules = ("-r", f"__ns:={namespace}", "--params-file", str(file))
+        options = BringUp(folder=str(tmp_path), ros_arguments=rules)
+        check_options(options)
+        config = config_of(options)
+        speeds[namespace] = config.of("navigate")["max_vel_x"]
+        assert config.of("navigate")["scan.obstacle_range"] == 2.5
+        assert config.of("florence_bt")["keep_runs"] == 50
+    assert speeds == {"/robot1": 0.25, "/robot2": 0.15}
 
 
 @pytest.mark.parametrize("rule", ["__node:=florence", "navigate:__node:=nav", "navigate:__ns:=/x"])
