@@ -137,9 +137,13 @@ def test_two_systems_side_by_side(
     def florence(*words: str | Path) -> Child:
         return start_process(sys.executable, "-m", "florence_bt.cli", *words)
 
-    def done(*words: str) -> tuple[int, str]:
-        child = florence(*words)
-        return child.process.wait(120), child.output
+    def done(*commands: str) -> list[tuple[int, str]]:
+        """Run commands at the same time; gives the exit code and the output of each."""
+        children = [florence(*command.split()) for command in commands]
+        return [(child.process.wait(120), child.output) for child in children]
+
+    def status_of(*robots: str) -> list[str]:
+        return [said.split()[1] for _, said in done(*(f"status --namespace {robot}" for robot in robots))]
 
     folders = ("--missions", EXAMPLE / "missions", "--missions", "far", "--params-file", "params.yaml")
     systems = [florence("up", "--missions-only", "--namespace", f"robot{n}", *folders) for n in (1, 2)]
@@ -149,18 +153,12 @@ def test_two_systems_side_by_side(
         assert f"runs/up_robot{number}" in system.wait_for("ready after")
         system.wait_for("served now") if "nobody serves" in system.output else None
 
-    for robot in ("/robot1", "/robot2"):
-        code, said = done("run", "go_far", "--detach", "--namespace", robot)
-        assert code == 0, said
-    code, said = done("stop", "--ros-args", "-r", "__ns:=/robot1")
-    assert code == 0, said
-    assert "STOPPED" in done("status", "--namespace", "/robot1")[1]
-    assert "RUNNING" in done("status", "--namespace", "/robot2")[1]
-    code, said = done("status")
-    assert code == 3 and "--namespace /robot1 or /robot2" in said
-    code, said = done("up", "--missions-only", "--namespace", "/robot1", "--out", "another")
-    assert code == 2 and "namespace /robot1" in said
-
+    started = done(*(f"run go_far --detach --namespace {robot}" for robot in ("/robot1", "/robot2")))
+    assert [code for code, _ in started] == [0, 0], started
+    (stopped, elsewhere) = done("stop --ros-args -r __ns:=/robot1", "status")
+    assert stopped[0] == 0, stopped
+    assert elsewhere[0] == 3 and "--namespace /robot1 or /robot2" in elsewhere[1]
+    assert status_of("/robot1", "/robot2") == ["STOPPED", "RUNNING"]
     assert systems[0].end() == 130
-    assert "RUNNING" in done("status", "--namespace", "/robot2")[1]
+    assert status_of("/robot2") == ["RUNNING"]
     assert systems[1].end() == 130
