@@ -2,7 +2,9 @@
 
 It drives by Nav2's action, has a gripper and a light behind services, a parameter for its speed, and tells
 its battery and who presses its button. With ``--hand`` it has a hand that needs interfaces of its own
-(``florence interfaces add gripper_interfaces``). ``python robot.py`` starts it; ``--battery 0.1`` empties it.
+(``florence interfaces add gripper_interfaces``). ``python robot.py`` starts it; ``--battery 0.1`` empties
+it, and ``--ros-args -r __ns:=/robot1/tb4`` makes it the one of
+``florence up --missions-only --namespace /robot1``.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -109,7 +112,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--battery", type=float, default=0.8, help="its charge, 0 to 1")
     parser.add_argument("--hand", action="store_true", help="with the hand of gripper_interfaces")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(remove_ros_args()[1:])
     rclpy.init()
     executor = MultiThreadedExecutor(4)
     executor.add_node(Robot(arguments.battery, hand=arguments.hand))

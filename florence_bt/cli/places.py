@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, app, key_values
+from florence_bt.cli.common import EXIT_CODES, RosVerb, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
 
 if TYPE_CHECKING:
@@ -45,7 +45,9 @@ def _zones() -> None:
 
 
 @hotspot.command(
-    "list", epilog=f"Example: florence hotspot list --hotspots hotspots/flat.yaml\n\n{EXIT_CODES}"
+    "list",
+    cls=RosVerb,
+    epilog=f"Example: florence hotspot list --hotspots hotspots/flat.yaml\n\n{EXIT_CODES}",
 )
 def list_places(
     hotspots: HotspotsOption = None,
@@ -60,7 +62,9 @@ def list_places(
     typer.echo(listing.as_json(places) if as_json else listing.as_table(places))
 
 
-@hotspot.command(epilog=f'Example: florence hotspot add sofa x=1.5 y=2 yaw="90 deg"\n\n{EXIT_CODES}')
+@hotspot.command(
+    cls=RosVerb, epilog=f'Example: florence hotspot add sofa x=1.5 y=2 yaw="90 deg"\n\n{EXIT_CODES}'
+)
 def add(
     label: LabelArgument,
     values: Annotated[
@@ -79,7 +83,7 @@ def add(
     _change(hotspots, add_hotspot(label, key_values(values)), create=True)
 
 
-@hotspot.command(epilog=f"Example: florence hotspot here sofa\n\n{EXIT_CODES}")
+@hotspot.command(cls=RosVerb, epilog=f"Example: florence hotspot here sofa\n\n{EXIT_CODES}")
 def here(
     label: LabelArgument,
     values: Annotated[
@@ -99,7 +103,7 @@ def here(
         _tell(target.change(edit, create=True))
 
 
-@hotspot.command(epilog=f'Example: florence hotspot move sofa yaw="-90 deg"\n\n{EXIT_CODES}')
+@hotspot.command(cls=RosVerb, epilog=f'Example: florence hotspot move sofa yaw="-90 deg"\n\n{EXIT_CODES}')
 def move(
     label: LabelArgument,
     values: Annotated[
@@ -113,7 +117,7 @@ def move(
     _change(hotspots, move_hotspot(label, key_values(values)))
 
 
-@hotspot.command(epilog=f"Example: florence hotspot rename sofa settee\n\n{EXIT_CODES}")
+@hotspot.command(cls=RosVerb, epilog=f"Example: florence hotspot rename sofa settee\n\n{EXIT_CODES}")
 def rename(
     label: LabelArgument,
     new: Annotated[str, typer.Argument(help="The new label.")],
@@ -125,7 +129,7 @@ def rename(
     _change(hotspots, rename_hotspot(label, new))
 
 
-@hotspot.command(epilog=f"Example: florence hotspot remove sofa\n\n{EXIT_CODES}")
+@hotspot.command(cls=RosVerb, epilog=f"Example: florence hotspot remove sofa\n\n{EXIT_CODES}")
 def remove(label: LabelArgument, hotspots: HotspotsOption = None) -> None:
     """Remove a hotspot."""
     from florence_bt.app.places.target import remove_hotspot
@@ -134,8 +138,9 @@ def remove(label: LabelArgument, hotspots: HotspotsOption = None) -> None:
 
 
 @hotspot.command(
+    cls=RosVerb,
     epilog="Example: florence hotspot check --hotspots hotspots/flat.yaml --map maps/flat.yaml"
-    f"\n\n{EXIT_CODES}"
+    f"\n\n{EXIT_CODES}",
 )
 def check(
     hotspots: HotspotsOption = None,
@@ -153,8 +158,9 @@ def check(
 
 
 @hotspot.command(
+    cls=RosVerb,
     epilog="Example: florence hotspot draw --hotspots hotspots/flat.yaml --map maps/flat.yaml"
-    f"\n\n{EXIT_CODES}"
+    f"\n\n{EXIT_CODES}",
 )
 def draw(
     hotspots: HotspotsOption = None,
@@ -183,6 +189,7 @@ def draw(
 
 @zone.command(
     "add",
+    cls=RosVerb,
     epilog="Examples: florence hotspot zone add stairs kind=keep_out polygon='[[1, 0], [2, 0], [2, 1]]'; "
     "florence hotspot zone add rug kind=slow speed_limit='0.2 m/s' polygon='[[3, 0], [4, 0], [4, 2]]'"
     f"\n\n{EXIT_CODES}",
@@ -204,7 +211,7 @@ def add_zone(
     _change(hotspots, target.add_zone(label, key_values(values)), create=True)
 
 
-@zone.command("remove", epilog=f"Example: florence hotspot zone remove stairs\n\n{EXIT_CODES}")
+@zone.command("remove", cls=RosVerb, epilog=f"Example: florence hotspot zone remove stairs\n\n{EXIT_CODES}")
 def remove_zone(label: LabelArgument, hotspots: HotspotsOption = None) -> None:
     """Remove a zone."""
     from florence_bt.app.places import target
@@ -213,7 +220,9 @@ def remove_zone(label: LabelArgument, hotspots: HotspotsOption = None) -> None:
 
 
 @app.command(
-    rich_help_panel="The robot", epilog=f"Examples: florence where; florence where --watch\n\n{EXIT_CODES}"
+    cls=RosVerb,
+    rich_help_panel="The robot",
+    epilog=f"Examples: florence where; florence where --watch\n\n{EXIT_CODES}",
 )
 def where(
     watch: Annotated[bool, typer.Option("--watch", help="Keep showing until Ctrl-C.")] = False,

@@ -22,7 +22,6 @@ from florence_interfaces.srv import (
     RunMission,
     StopMission,
 )
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -31,7 +30,7 @@ from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
-from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.arguments import start_ros, where_else
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -55,6 +54,8 @@ LOCATOR = "florenceLocator"
 """Node name of the locator, and the first part of its services' names."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
+RUN_MISSION = f"{MISSION_SERVER}/run_mission"
+"""The service that starts missions."""
 
 
 class SystemNotThere(FlorenceError):
@@ -69,9 +70,8 @@ class MissionClient(Closing):
     """
 
     def __init__(self, name: str = "florence_client") -> None:
-        stay_on_this_machine()
         self._context = rclpy.Context()
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        start_ros(self._context)
         self.node = FlorenceNode(name, context=self._context)
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
@@ -178,8 +178,10 @@ class MissionClient(Closing):
         """
         client = self._client(service_type, name)
         if not self._is_discovered(client):
+            start = f"is the system up? Start it with: {', or '.join(STARTS)}"
             raise SystemNotThere(
-                f"no server of {name} was found; is the system up? Start it with: {', or '.join(STARTS)}"
+                f"no server of {self.node.resolve_service_name(name)} was found; "
+                f"{where_else(self._namespaces()) or start}"
             )
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):
@@ -221,8 +223,13 @@ class MissionClient(Closing):
         return node in self.node.get_node_names()
 
     def servers(self) -> int:
-        """Return how many mission servers have been discovered."""
-        return self.node.get_node_names().count(MISSION_SERVER)
+        """Return how many mission servers have been discovered in our namespace."""
+        return self._namespaces().count(self.node.get_namespace())
+
+    def _namespaces(self) -> list[str]:
+        """Return the namespace of each mission server that has been discovered."""
+        nodes = self.node.get_node_names_and_namespaces()
+        return [where for name, where in nodes if name == MISSION_SERVER]
 
     def run(
         self, mission: str, inputs: Mapping[str, str], *, caller: str, policy: str = "", priority: int = 0
@@ -236,7 +243,7 @@ class MissionClient(Closing):
             policy=policy,
             priority=priority,
         )
-        return self.call(RunMission, "florence_bt/run_mission", request)
+        return self.call(RunMission, RUN_MISSION, request)
 
     def status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
         """Ask for the status of a run, or of the current or last one.
