@@ -334,16 +334,17 @@ class Screen:
         columns, lines = self._size
         # How many further lines each part may have.
         rich = max((lines - 12) // 6, 0)
+        most = 1 + max(rich, int(lines > LEAST_LINES + 1))
         drawn = [self._head()]
         drawn += [Text(note, "dim") for note in self.status.notes[:rich]]
         leaves = [self.status.rows[place] for place in running_leaves(self.status.rows)]
         if self.where:
-            drawn += _labelled("where", [self.where], columns, 1 + rich)
+            drawn += _labelled("where", [self.where], columns, most)
         if leaves:
-            drawn += _labelled("now", [_one_line(leaf) for leaf in leaves[: 1 + rich]], columns, 1 + rich)
+            drawn += _labelled("now", [_one_line(leaf) for leaf in leaves[: 1 + rich]], columns, most)
         for place, failure in enumerate(self._failures.last(1 + rich // 2)):
-            label, most = ("failed", min(rich + 1, 2)) if place == 0 else ("", 1)
-            drawn += _labelled(label, [self._failure(failure)], columns, most, "red")
+            label, room = ("failed", min(most, 2)) if place == 0 else ("", 1)
+            drawn += _labelled(label, [self._failure(failure)], columns, room, "red")
         for result in self.status.results[-1 - rich :]:
             drawn += [Text(line) for line in _wrapped(result, columns)[: 1 + rich]]
         if self.said:
@@ -436,7 +437,7 @@ class Screen:
             return Text(f"n and N go to the next and the last {view.search!r}, Esc ends it", "reverse")
         fold = "fold" if view.detail in (Detail.VISITED, Detail.ALL) else "unfold"
         follow = "" if view.top is None else "f follow  "
-        return Text(f"↑↓ scroll  {follow}u {fold}  a all  / find  {self.keys}", "reverse")
+        return Text(f"{self.keys}  ↑↓ scroll  {follow}u {fold}  a all  / find", "reverse")
 
 
 _MOVES: dict[str, Callable[[int, int, int], int]] = {
