@@ -215,12 +215,14 @@ class ScreenView:
         top: The first line that is shown; None follows what runs.
         search: What is looked for, empty for nothing.
         typing: Whether it is being typed.
+        hit: The line where it was found last.
     """
 
     detail: Detail | None = None
     top: int | None = None
     search: str = ""
     typing: bool = False
+    hit: int | None = None
 
 
 @dataclass(slots=True)
@@ -261,7 +263,7 @@ class Screen:
         if view.typing:
             self.view = self._typed(key)
         elif key in _MOVES:
-            self.view = replace(view, top=self._moved(key))
+            self.view = replace(view, top=self._moved(key), hit=None)
         elif key == "f":
             self.view = ScreenView(detail=view.detail)
         elif key in ("u", "enter"):
@@ -270,7 +272,7 @@ class Screen:
         elif key == "a":
             self.view = replace(view, detail=None if view.detail is Detail.ALL else Detail.ALL)
         elif key == "/":
-            self.view = replace(view, search="", typing=True)
+            self.view = replace(view, search="", typing=True, hit=None)
         elif key == "escape":
             self.view = replace(view, search="")
         elif key in ("n", "N") and view.search:
@@ -293,14 +295,15 @@ class Screen:
         if not self.view.search or not hits:
             return self.view
         room = self._room_for_tree()
-        at = self._top(len(lines), starts, room) + room // 2
+        middle = self._top(len(lines), starts, room) + room // 2
+        at = middle if self.view.hit is None else self.view.hit
         if step > 0:
             hit = next((place for place in hits if place > at), hits[0])
         elif step < 0:
             hit = next((place for place in reversed(hits) if place < at), hits[-1])
         else:
             hit = min(hits, key=lambda place: abs(place - at))
-        return replace(self.view, top=max(hit - room // 2, 0) if step == 0 or len(lines) > room else 0)
+        return replace(self.view, top=max(hit - room // 2, 0), hit=hit)
 
     def _moved(self, key: str) -> int:
         lines, starts = self._tree_lines()
