@@ -254,16 +254,19 @@ class MissionClient(Closing):
             whole: Whether called missions are shown with all their nodes, and not folded.
         """
         question = MissionStatus.Request(run_id=run_id, durations=durations)
-        return self.call(MissionStatus, _status_service(whole), question, repeat=True)
+        return self.call(MissionStatus, status_service(whole), question, repeat=True)
 
-    def ask_status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
-        """Ask as :meth:`status` does, without waiting; the answer comes in the future that is returned."""
-        question = MissionStatus.Request(run_id=run_id, durations=durations)
-        return self.ask(MissionStatus, _status_service(whole), question)
+    def ask_status(self) -> Any:
+        """Ask for the status without waiting; the answer comes in the future that is returned."""
+        return self.ask(MissionStatus, status_service(False), MissionStatus.Request())
 
     def ask(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service without waiting; the answer comes in the future that is returned."""
         return self._client(service_type, name).call_async(request)
+
+    def drop(self, name: str, future: Any) -> None:
+        """Wait no more for what :meth:`ask` asked."""
+        self._clients[name].remove_pending_request(future)
 
     def stop(self, reason: str, run_id: str = "") -> Any:
         """Stop a run, or the current one."""
@@ -309,7 +312,40 @@ class MissionClient(Closing):
         self.truth = json.loads(message.data)
 
 
-def _status_service(whole: bool) -> str:
+class OpenQuestion:
+    """One question at a time to a service, asked without waiting; one without an answer is dropped.
+
+    Args:
+        client: The client that is spun meanwhile.
+        patience_s: Wall seconds after which a question counts as lost.
+    """
+
+    def __init__(self, client: MissionClient, patience_s: float = ANSWER_BUDGET_S) -> None:
+        self._client = client
+        self._patience_s = patience_s
+        self._asked: tuple[str, Any, float] | None = None
+
+    def take(self) -> Any:
+        """Return the answer, once; None while there is none."""
+        if self._asked is None or not self._asked[1].done():
+            return None
+        answer, self._asked = self._asked[1].result(), None
+        return answer
+
+    def ask(self, service_type: Any, name: str, request: Any) -> bool:
+        """Ask, unless a question is open; tell whether it was asked."""
+        now = time.monotonic()
+        if self._asked is not None:
+            asked, future, since = self._asked
+            if now - since < self._patience_s:
+                return False
+            self._client.drop(asked, future)
+        self._asked = (name, self._client.ask(service_type, name, request), now)
+        return True
+
+
+def status_service(whole: bool) -> str:
+    """Name the service that gives the status, with called missions folded or with all their nodes."""
     return "florence_bt/whole_status" if whole else "florence_bt/status"
 
 

@@ -34,7 +34,10 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
         raise ConfigError(f"there is no state {state!r}", valid=closest_first(state.lower(), states))
     if limit < 1:
         raise ConfigError(f"the limit must be at least 1, not {limit}", valid=["20"])
-    with JournalReader(journal_folder(folder)) as reader:
+    place = journal_folder(folder)
+    if folder is None and not any(place.glob(f"{Path(JOURNAL_FILE).stem}*")):
+        return [f"the running system has recorded no run yet in {place}"]
+    with JournalReader(place) as reader:
         runs = reader.runs(limit, mission, state)
         missions = {run.mission for run in reader.runs(10_000)} if mission and not runs else set()
     if missions and mission not in missions:

@@ -54,6 +54,7 @@ class LiveDisplay:
         self._screen = Screen(keys, view=ScreenView(Detail.ALL if whole else None))
         self._keyboard = Keyboard()
         self._said: list[str] = []
+        self._shown = ("", "", "")
         self._lock = threading.Lock()
         self._wake, self._waker = os.pipe()
         self._closing = False
@@ -81,8 +82,9 @@ class LiveDisplay:
             where: Where the robot is, empty when nobody knows.
             latest: A status that is newer or folded otherwise, whose failures count; the same when empty.
         """
-        if not status:
+        if not status or (status, where, latest) == self._shown:
             return
+        self._shown = (status, where, latest)
         with self._lock:
             self._screen.show(status, latest or status)
             self._screen.where = where

@@ -215,12 +215,14 @@ class ScreenView:
         top: The first line that is shown; None follows what runs.
         search: What is looked for, empty for nothing.
         typing: Whether it is being typed.
+        hit: The line where it was found last.
     """
 
     detail: Detail | None = None
     top: int | None = None
     search: str = ""
     typing: bool = False
+    hit: int | None = None
 
 
 @dataclass(slots=True)
@@ -261,7 +263,7 @@ class Screen:
         if view.typing:
             self.view = self._typed(key)
         elif key in _MOVES:
-            self.view = replace(view, top=self._moved(key))
+            self.view = replace(view, top=self._moved(key), hit=None)
         elif key == "f":
             self.view = ScreenView(detail=view.detail)
         elif key in ("u", "enter"):
@@ -270,7 +272,7 @@ class Screen:
         elif key == "a":
             self.view = replace(view, detail=None if view.detail is Detail.ALL else Detail.ALL)
         elif key == "/":
-            self.view = replace(view, search="", typing=True)
+            self.view = replace(view, search="", typing=True, hit=None)
         elif key == "escape":
             self.view = replace(view, search="")
         elif key in ("n", "N") and view.search:
@@ -293,14 +295,15 @@ class Screen:
         if not self.view.search or not hits:
             return self.view
         room = self._room_for_tree()
-        at = self._top(len(lines), starts, room) + room // 2
+        middle = self._top(len(lines), starts, room) + room // 2
+        at = middle if self.view.hit is None else self.view.hit
         if step > 0:
             hit = next((place for place in hits if place > at), hits[0])
         elif step < 0:
             hit = next((place for place in reversed(hits) if place < at), hits[-1])
         else:
             hit = min(hits, key=lambda place: abs(place - at))
-        return replace(self.view, top=max(hit - room // 2, 0) if step == 0 or len(lines) > room else 0)
+        return replace(self.view, top=max(hit - room // 2, 0), hit=hit)
 
     def _moved(self, key: str) -> int:
         lines, starts = self._tree_lines()
@@ -334,16 +337,17 @@ class Screen:
         columns, lines = self._size
         # How many further lines each part may have.
         rich = max((lines - 12) // 6, 0)
+        most = 1 + max(rich, int(lines > LEAST_LINES + 1))
         drawn = [self._head()]
         drawn += [Text(note, "dim") for note in self.status.notes[:rich]]
         leaves = [self.status.rows[place] for place in running_leaves(self.status.rows)]
         if self.where:
-            drawn += _labelled("where", [self.where], columns, 1 + rich)
+            drawn += _labelled("where", [self.where], columns, most)
         if leaves:
-            drawn += _labelled("now", [_one_line(leaf) for leaf in leaves[: 1 + rich]], columns, 1 + rich)
+            drawn += _labelled("now", [_one_line(leaf) for leaf in leaves[: 1 + rich]], columns, most)
         for place, failure in enumerate(self._failures.last(1 + rich // 2)):
-            label, most = ("failed", min(rich + 1, 2)) if place == 0 else ("", 1)
-            drawn += _labelled(label, [self._failure(failure)], columns, most, "red")
+            label, room = ("failed", min(most, 2)) if place == 0 else ("", 1)
+            drawn += _labelled(label, [self._failure(failure)], columns, room, "red")
         for result in self.status.results[-1 - rich :]:
             drawn += [Text(line) for line in _wrapped(result, columns)[: 1 + rich]]
         if self.said:
@@ -436,7 +440,7 @@ class Screen:
             return Text(f"n and N go to the next and the last {view.search!r}, Esc ends it", "reverse")
         fold = "fold" if view.detail in (Detail.VISITED, Detail.ALL) else "unfold"
         follow = "" if view.top is None else "f follow  "
-        return Text(f"↑↓ scroll  {follow}u {fold}  a all  / find  {self.keys}", "reverse")
+        return Text(f"{self.keys}  ↑↓ scroll  {follow}u {fold}  a all  / find", "reverse")
 
 
 _MOVES: dict[str, Callable[[int, int, int], int]] = {

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
-from florence_bt.app.runs.client import MissionClient
+from florence_interfaces.srv import MissionStatus
+
+from florence_bt.app.runs.client import MissionClient, OpenQuestion, status_service
 from florence_bt.app.runs.live import LiveDisplay, LogDisplay
 from florence_bt.app.runs.whereabouts import Whereabouts
 
@@ -13,8 +14,6 @@ PERIOD_S = 1.0
 """Wall seconds between two questions for the status while the tree stays as it is: times go on."""
 SOONEST_S = 0.25
 """The same when the tree has changed: the mission server has better things to do than to draw for viewers."""
-PATIENCE_S = 5.0
-"""Wall seconds after which a question counts as lost."""
 
 
 class RunFeed:
@@ -34,7 +33,7 @@ class RunFeed:
         self._display = display
         self._run_id = run_id
         self._where = Whereabouts(client) if isinstance(display, LiveDisplay) else None
-        self._question: Any = None
+        self._question = OpenQuestion(client)
         self._asked_at = float("-inf")
         self._asked_with: tuple[str, bool] = ("", False)
         self._status = ""
@@ -50,15 +49,12 @@ class RunFeed:
         self._display.show(self._status or tree, where, latest=tree)
 
     def _ask(self, tree: str) -> None:
+        answer = self._question.take()
+        if answer is not None and answer.found:
+            self._status = answer.tree
         now, wanted = time.monotonic(), (tree, self._display.wants_all)
-        if self._question is not None and self._question.done():
-            answer = self._question.result()
-            if answer is not None and answer.found:
-                self._status = answer.tree
-            self._question = None
         passed = now - self._asked_at
-        if self._question is not None and passed < PATIENCE_S:
-            return
         if passed >= PERIOD_S or (wanted != self._asked_with and passed >= SOONEST_S):
-            self._asked_at, self._asked_with = now, wanted
-            self._question = self._client.ask_status(self._run_id, durations=True, whole=wanted[1])
+            request = MissionStatus.Request(run_id=self._run_id, durations=True)
+            if self._question.ask(MissionStatus, status_service(self._display.wants_all), request):
+                self._asked_at, self._asked_with = now, wanted

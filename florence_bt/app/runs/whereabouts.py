@@ -15,13 +15,14 @@ from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
 from florence_bt.app.bringup.locks import running_folder
 from florence_bt.app.bringup.options import BringUp
-from florence_bt.app.runs.client import MissionClient
+from florence_bt.app.runs.client import MissionClient, OpenQuestion
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.action_client import LatestMessages
 from florence_bt.ros.conversions import duration_from_ros
 from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 
+ROBOT_ROOM = "florenceLocator/getRobotPosRoom"
 ROOM_PERIOD_S = 1.0
 """Wall seconds between two questions for the robot's room."""
 FRESH_S = 3.0
@@ -51,7 +52,7 @@ class Whereabouts:
         self._hotspots = _hotspots_in_use()
         self._goal: tuple[float, float] | None = None
         self._room = ""
-        self._question: Any = None
+        self._question = OpenQuestion(client)
         self._ask_at = 0.0
         self._drive: Any = None
         self._to_goal = False
@@ -72,14 +73,11 @@ class Whereabouts:
         return where_text(self._room, destination, float(drive.distance_remaining), seconds)
 
     def _ask_for_room(self, now: float) -> None:
-        if self._question is not None and self._question.done():
-            answer = self._question.result()
-            self._room = answer.room if answer is not None and answer.valid else ""
-            self._question = None
-        if now >= self._ask_at:
-            # A question that got no answer is asked again: its server may have been started anew.
+        answer = self._question.take()
+        if answer is not None:
+            self._room = answer.room if answer.valid else ""
+        if now >= self._ask_at and self._question.ask(GetRoom, ROBOT_ROOM, GetRoom.Request()):
             self._ask_at = now + ROOM_PERIOD_S
-            self._question = self._client.ask(GetRoom, "florenceLocator/getRobotPosRoom", GetRoom.Request())
 
     def _destination(self) -> str:
         if self._goal is None:

@@ -80,6 +80,10 @@ def test_the_runs_of_the_running_system_are_found_wherever_they_are(florence, tm
         assert elsewhere in florence("runs").output and "goto_user" not in florence("runs").output
         assert elsewhere in florence("status", "--events").output
     assert "goto_user" in florence("runs").output
+    with closing(lock_domain(tmp_path / "new")):
+        assert (
+            florence("runs").output == f"the running system has recorded no run yet in {tmp_path}/new/runs\n"
+        )
 
 
 def test_runs_are_listed_the_latest_first(florence, runs):

@@ -123,6 +123,9 @@ def test_a_search_goes_to_what_is_found_also_in_folded_branches():
     assert "'tea' is not there" in nothing[-1]
     first = seen(DEEP, keys=["a", "/", *"later", "enter", "n"])
     assert first != seen(DEEP, keys=["a", "/", *"later", "enter", *"nnnnnnnnnnnnnn"])
+    rounds = [seen(DEEP, keys=["a", "/", *"later", "enter", *"n" * times]) for times in range(30)]
+    for number in (0, 29):
+        assert any(f"later {number}" in "\n".join(screen) for screen in rounds), "n goes through all"
     assert seen(STATUS, keys=["/", *"tea", "escape"]) == seen(STATUS)
 
 

@@ -63,6 +63,8 @@ def world(tmp_path, monkeypatch):
     world.ask = lambda kind, name, request: SimpleNamespace(
         done=lambda: world.answers, result=lambda: GetRoom.Response(room=world.room, valid=bool(world.room))
     )
+    world.dropped = 0
+    world.drop = lambda name, future: setattr(world, "dropped", world.dropped + 1)
     monkeypatch.setattr(whereabouts, "LatestMessages", Ways)
     monkeypatch.setattr(whereabouts.time, "monotonic", lambda: world.now)
     world.where = Whereabouts(world)
@@ -97,4 +99,5 @@ def test_a_drive_is_told_by_rooms_until_it_is_over(world):
 
 def test_where_nobody_answers_nothing_is_told_and_nobody_waits(world):
     world.answers = False
-    assert [seen(world, 1.0) for _ in range(5)] == [""] * 5
+    assert [seen(world, 1.0) for _ in range(20)] == [""] * 20
+    assert world.dropped == 3
