@@ -6,7 +6,7 @@ from pathlib import Path
 from setuptools import setup
 
 SHARE = Path("share") / "florence_bt"
-DATA = ("maps", "hotspots", "urdf", "config")
+DATA = ("maps", "hotspots", "urdf", "config", "launch")
 
 
 def data_files() -> list[tuple[str, list[str]]]:

@@ -1,7 +1,8 @@
 """A robot that Florence knows nothing of: its own names, interfaces of other packages, plain rclpy.
 
 It drives by Nav2's action, has a gripper behind a service, and tells its battery and who presses its button.
-``python robot.py`` starts it; ``--battery 0.1`` empties it.
+``python robot.py`` starts it; ``--battery 0.1`` empties it, and
+``--ros-args -r __ns:=/robot1/tb4`` makes it the one of ``florence up --missions-only --namespace /robot1``.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -77,7 +79,7 @@ def main() -> None:
     """Serve until a signal comes."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--battery", type=float, default=0.8, help="its charge, 0 to 1")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(remove_ros_args()[1:])
     rclpy.init()
     executor = MultiThreadedExecutor(4)
     executor.add_node(Robot(arguments.battery))

@@ -8,11 +8,18 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from florence_bt.app.bringup.signals import as_keyboard_interrupt
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
 from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.ros.arguments import (
+    NAMESPACE_VARIABLE,
+    ros_arguments,
+    split_ros_arguments,
+    use_arguments,
+    use_namespace,
+)
 
 EXIT_CODES = (
     "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
@@ -73,6 +80,8 @@ class _Verbs(TyperGroup):
             )
         except KeyboardInterrupt:
             _fail("interrupted", INTERRUPTED)
+        finally:
+            use_arguments(())  # those of the verb, which came while it was read
 
 
 app = typer.Typer(
@@ -104,6 +113,53 @@ def _options(
 def _fail(message: str, code: int) -> NoReturn:
     typer.echo(f"florence: {message}", err=True)
     raise typer.Exit(code)
+
+
+class _TakesRosArguments:
+    """What verbs have that talk to ROS: ``--namespace``, and ``--ros-args`` as every program of ROS 2."""
+
+    def __init__(self, *arguments: Any, params: list[Any] | None = None, **details: Any) -> None:
+        super().__init__(*arguments, params=[*(params or ()), *_ros_options()], **details)  # type: ignore[call-arg]
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        words, of_ros = split_ros_arguments(args)
+        use_arguments((*ros_arguments(), *of_ros))
+        found: list[str] = super().parse_args(ctx, words)  # type: ignore[misc]
+        return found
+
+
+class RosVerb(_TakesRosArguments, TyperCommand):
+    """A verb that talks to ROS."""
+
+
+class RosGroup(_TakesRosArguments, TyperGroup):
+    """A group of verbs that talks to ROS itself."""
+
+
+def _ros_options() -> list[TyperOption]:
+    return [
+        TyperOption(
+            param_decls=["--namespace"],
+            envvar=NAMESPACE_VARIABLE,
+            show_envvar=True,
+            metavar="NAMESPACE",
+            help="The robot's ROS namespace, e.g. /robot1.",
+            expose_value=False,
+            callback=_take_namespace,
+        ),
+        TyperOption(
+            param_decls=["--ros-args"],
+            metavar="ARGS... [--]",
+            help="Arguments of ROS 2: -r FROM:=TO, -p NODE:NAME:=VALUE, --params-file FILE, --log-level ...",
+            expose_value=False,
+        ),
+    ]
+
+
+def _take_namespace(context: Any, option: Any, value: str | None) -> None:
+    if value is not None:
+        source = context.get_parameter_source(option.name)
+        use_namespace(value, chosen=source is not None and source.name == "COMMANDLINE")
 
 
 FolderOption = Annotated[

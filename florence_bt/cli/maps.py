@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, app
+from florence_bt.cli.common import EXIT_CODES, RosVerb, app
 
 maps = typer.Typer(help="Maps: save the published one.", no_args_is_help=True)
 app.add_typer(maps, name="map", rich_help_panel="The robot")
@@ -18,7 +18,9 @@ def _group() -> None:
     """Save the published map."""
 
 
-@maps.command(epilog=f"Example: florence map save maps/home.yaml --image-format png\n\n{EXIT_CODES}")
+@maps.command(
+    cls=RosVerb, epilog=f"Example: florence map save maps/home.yaml --image-format png\n\n{EXIT_CODES}"
+)
 def save(
     file: Annotated[Path, typer.Argument(help="The YAML file; the image gets the same name.")],
     topic: Annotated[str, typer.Option(help="Where the map is published.")] = "map",

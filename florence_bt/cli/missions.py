@@ -9,11 +9,13 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app
 from florence_bt.cli.exit_codes import FAILED, OK
 
 
-@app.command(rich_help_panel="Mission files", epilog=f"Example: florence missions\n\n{EXIT_CODES}")
+@app.command(
+    cls=RosVerb, rich_help_panel="Mission files", epilog=f"Example: florence missions\n\n{EXIT_CODES}"
+)
 def missions(
     folders: FolderOption = None,
     live: Annotated[bool, typer.Option("--live", help="Those of the running system instead.")] = False,
@@ -33,6 +35,7 @@ def missions(
 
 
 @app.command(
+    cls=RosVerb,
     rich_help_panel="Mission files",
     epilog=f"Example: florence check my_mission.yaml --hotspots flat.yaml --map map.yaml\n\n{EXIT_CODES}",
 )

@@ -7,13 +7,15 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, app
+from florence_bt.cli.common import EXIT_CODES, RosVerb, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
 
 @app.command(
-    rich_help_panel="The robot", epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}"
+    cls=RosVerb,
+    rich_help_panel="The robot",
+    epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}",
 )
 def doctor(
     config: Annotated[
@@ -47,7 +49,9 @@ def doctor(
 
 
 @app.command(
-    rich_help_panel="The robot", epilog=f"Example: florence calibrate --write my_robot.yaml\n\n{EXIT_CODES}"
+    cls=RosVerb,
+    rich_help_panel="The robot",
+    epilog=f"Example: florence calibrate --write my_robot.yaml\n\n{EXIT_CODES}",
 )
 def calibrate(
     write: Annotated[

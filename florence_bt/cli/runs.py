@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, app, key_values
+from florence_bt.cli.common import EXIT_CODES, RosVerb, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
 
 
@@ -20,7 +20,11 @@ class PolicyChoice(StrEnum):
     preempt = "preempt"
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence run goto_room room=kitchen\n\n{EXIT_CODES}")
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="Runs",
+    epilog=f"Example: florence run goto_room room=kitchen\n\n{EXIT_CODES}",
+)
 def run(
     mission: Annotated[str, typer.Argument(help="Name of the mission.")],
     inputs: Annotated[
@@ -54,6 +58,7 @@ def run(
 
 
 @app.command(
+    cls=RosVerb,
     rich_help_panel="Runs",
     epilog="Examples: florence status --watch; florence status --all; "
     f"florence status --folder runs/up/runs --events\n\n{EXIT_CODES}",
@@ -87,7 +92,7 @@ def status(
     raise typer.Exit(OK if show_status(run_id, Console(), watch=watch, whole=whole) else FAILED)
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence stop\n\n{EXIT_CODES}")
+@app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence stop\n\n{EXIT_CODES}")
 def stop(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
     reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
@@ -98,7 +103,11 @@ def stop(
     _end_with(*stop_mission(run_id, reason))
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="Runs",
+    epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}",
+)
 def pause(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
     reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
@@ -109,7 +118,7 @@ def pause(
     _end_with(*pause_mission(run_id, reason))
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence resume\n\n{EXIT_CODES}")
+@app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence resume\n\n{EXIT_CODES}")
 def resume(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
 ) -> None:
@@ -119,7 +128,7 @@ def resume(
     _end_with(*resume_mission(run_id))
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")
+@app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")
 def override() -> None:
     """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
     from florence_bt.app.runs.switch_override import switch_override
@@ -127,7 +136,7 @@ def override() -> None:
     typer.echo(switch_override(True))
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
+@app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
 def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
     from florence_bt.app.runs.switch_override import switch_override
@@ -135,7 +144,7 @@ def release() -> None:
     typer.echo(switch_override(False))
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
+@app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 def reload() -> None:
     """Load edited mission files; a file with an error keeps its previous version, and says so."""
     from florence_bt.app.runs.remote import reload_missions

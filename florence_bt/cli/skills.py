@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosGroup, RosVerb, app
 
-skills = typer.Typer(help="List the skills that missions can use, or draft one without code.")
+skills = typer.Typer(cls=RosGroup, help="List the skills that missions can use, or draft one without code.")
 app.add_typer(skills, name="skills", rich_help_panel="Mission files")
 
 _WAYS = ("action", "service", "condition", "wait-for", "publish")
@@ -46,8 +46,9 @@ def list_all(
 
 
 @skills.command(
+    cls=RosVerb,
     epilog="Example: florence skills add action tb4/drive_to nav2_msgs/action/NavigateToPose "
-    f"--file missions/robot.skills.yaml\n\n{EXIT_CODES}"
+    f"--file missions/robot.skills.yaml\n\n{EXIT_CODES}",
 )
 def add(
     way: Annotated[str, typer.Argument(metavar="WAY", help=f"How it is served: {', '.join(_WAYS)}.")],

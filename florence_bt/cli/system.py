@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
+from florence_bt.ros.arguments import namespace, ros_arguments
 
 PersonOption = Annotated[
     str | None,
@@ -32,7 +33,9 @@ SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall sec
 
 
 @app.command(
-    rich_help_panel="The system", epilog=f"Example: florence demo --person kitchen --seed 3\n\n{EXIT_CODES}"
+    cls=RosVerb,
+    rich_help_panel="The system",
+    epilog=f"Example: florence demo --person kitchen --seed 3\n\n{EXIT_CODES}",
 )
 def demo(
     person: PersonOption = None,
@@ -40,7 +43,12 @@ def demo(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
-    out: Annotated[Path, typer.Option(help="Folder for the logs and the run.")] = Path("runs/demo"),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for the logs and the run.", show_default="runs/demo; runs/demo_robot1 for /robot1"
+        ),
+    ] = None,
     headless: Annotated[bool, typer.Option(help="Plain log lines instead of the live tree.")] = False,
 ) -> None:
     """Show the main job in the simulated flat: find the person and approach to a polite distance.
@@ -56,7 +64,7 @@ def demo(
 
     console = Console()
     options = BringUp(
-        folder=str(out.absolute()),
+        folder=str(_folder(out, "runs/demo").absolute()),
         person=person,
         world_file=_absolute(world),
         world_seed=world_seed,
@@ -69,7 +77,9 @@ def demo(
 
 
 @app.command(
-    rich_help_panel="The system", epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}"
+    cls=RosVerb,
+    rich_help_panel="The system",
+    epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}",
 )
 def up(
     sim: Annotated[bool, typer.Option("--sim", help="Simulated hardware instead of the robot's.")] = False,
@@ -101,6 +111,13 @@ def up(
             help="Only the mission server and the places, beside a robot that runs already.",
         ),
     ] = False,
+    params_file: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Parameter file of ROS 2, over those of the configuration; later ones go over earlier ones.",
+        ),
+    ] = None,
     folders: FolderOption = None,
     person: PersonOption = None,
     start: Annotated[
@@ -113,7 +130,12 @@ def up(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
-    out: Annotated[Path, typer.Option(help="Folder for the logs and the runs.")] = Path("runs/up"),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for the logs and the runs.", show_default="runs/up; runs/up_robot1 for /robot1"
+        ),
+    ] = None,
 ) -> None:
     """Bring the whole system up and keep it running until Ctrl-C."""
     if missions_only and (sim or emulate):
@@ -129,7 +151,7 @@ def up(
 
     run_up(
         BringUp(
-            folder=str(out.absolute()),
+            folder=str(_folder(out, "runs/up").absolute()),
             simulated=sim,
             emulated=emulate,
             config_file=_absolute(robot or config),
@@ -146,8 +168,17 @@ def up(
             world_seed=world_seed,
             seed=seed,
             speed=speed,
+            ros_arguments=(
+                *(word for file in params_file or () for word in ("--params-file", str(file.absolute()))),
+                *ros_arguments(),
+            ),
         )
     )
+
+
+def _folder(out: Path | None, usual: str) -> Path:
+    """Return the folder of a bring-up; without one given, robots in two namespaces have two."""
+    return out or Path(usual + namespace().replace("/", "_"))
 
 
 def _absolute(path: Path | None) -> str | None:

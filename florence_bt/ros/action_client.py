@@ -74,17 +74,14 @@ class ActionClient:
     def __init__(self, node: FlorenceNode, action_type: Any, name: str) -> None:
         self._node = node
         self._types = action_type.Impl
-        self.name = node.resolve_service_name(name)
+        self.name = name = node.resolve_action_name(name)
+        self._status_topic = f"{name}/_action/status"
         self._goals = node.create_client(self._types.SendGoalService, f"{name}/_action/send_goal")
         self._results = node.create_client(self._types.GetResultService, f"{name}/_action/get_result")
         self._cancels = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
         self._feedback = LatestMessages(
             node, self._types.FeedbackMessage, f"{name}/_action/feedback", FEEDBACK_DEPTH
         )
-
-    @property
-    def _status_topic(self) -> str:
-        return f"{self.name}/_action/status"
 
     def server_is_ready(self) -> bool:
         """Tell whether every part of a server has been discovered."""

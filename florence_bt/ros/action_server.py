@@ -198,7 +198,7 @@ class SingleGoalServer:
         self._server = _Server(
             node,
             action_type,
-            name,
+            node.resolve_action_name(name),
             execute_callback=_never,
             goal_callback=self._decide,
             handle_accepted_callback=node.guarded(self._accepted),

@@ -280,6 +280,13 @@ class FlorenceNode(Node):
         )
         return service
 
+    def resolve_action_name(self, name: str) -> str:
+        """Return the full name of an action, with the rules for it.
+
+        rcl applies a rule for the name of an action to none of the services and topics that it consists of.
+        """
+        return self.resolve_topic_name(name)
+
     def read_parameters(self, cls: type[T]) -> T:
         """Declare a parameter for each field of a frozen dataclass and read them all.
 

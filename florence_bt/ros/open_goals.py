@@ -48,10 +48,11 @@ class OpenGoals:
         self._open: dict[str, tuple[str, ...]] = {}
         self._clients: dict[str, Client] = {}
         for action in actions:
-            self._clients[action] = node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
+            name = node.resolve_action_name(action)
+            self._clients[action] = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
             node.create_subscription(
                 GoalStatusArray,
-                _status_topic(action),
+                f"{name}/_action/status",
                 partial(self._on_status, action),
                 qos_profile_action_status_default,
             )
@@ -66,9 +67,12 @@ class OpenGoals:
         return [
             OpenGoal(action, goal_id)
             for action, goal_ids in self._open.items()
-            if goal_ids and self._node.count_publishers(_status_topic(action))
+            if goal_ids and self._is_served(action)
             for goal_id in goal_ids
         ]
+
+    def _is_served(self, action: str) -> bool:
+        return self._node.count_publishers(f"{self._node.resolve_action_name(action)}/_action/status") > 0
 
     def server_is_there(self, action: str) -> bool:
         """Tell whether the server of an action has been discovered."""
@@ -97,7 +101,3 @@ class OpenGoals:
             for status in message.status_list
             if status.status in OPEN
         )
-
-
-def _status_topic(action: str) -> str:
-    return f"{action}/_action/status"

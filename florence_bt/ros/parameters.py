@@ -7,7 +7,7 @@ import dataclasses
 import enum
 import types
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -61,12 +61,11 @@ def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced
     Raises:
         ConfigError: A name is unknown, or a value does not fit; has the names in ``parameters``.
     """
-    known: dict[str, Any] = {}
+    known = parameter_names(classes)
     fields = (field for cls in classes for field in dataclasses.fields(cls))
     needed = {field.name for field in fields if _default(field) is dataclasses.MISSING}
 
     def read(name: str, default: Any) -> Any:
-        known[name] = default
         value = given.get(name)
         # What has no default is given by the bring-up itself: any text will do here.
         return value if value is not None else "-" if name in needed else default
@@ -76,11 +75,24 @@ def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced
     for name in given:
         if name in replaced:
             raise ConfigError(f"there is no parameter {name!r}: {replaced[name]}", parameters=[name])
-        if name == USE_SIM_TIME and isinstance(given[name], bool):
-            continue
+        if name == USE_SIM_TIME and not isinstance(given[name], bool):
+            raise _wrong(name, given[name], [_KIND_NAMES[bool]])
         if name not in known:
             valid = closest_first(name, known)
             raise ConfigError(f"there is no parameter {name!r}", valid=valid, parameters=[name])
+
+
+def parameter_names(classes: Sequence[type]) -> set[str]:
+    """Return the names of the parameters of a node that reads these dataclasses."""
+
+    def below(cls: type, prefix: str) -> Iterator[str]:
+        hints = typing.get_type_hints(cls)
+        for field in dataclasses.fields(cls):
+            name, kind = prefix + field.name, hints[field.name]
+            nested = isinstance(kind, type) and dataclasses.is_dataclass(kind)
+            yield from below(kind, name + ".") if nested else (name,)
+
+    return {USE_SIM_TIME, *(name for cls in classes for name in below(cls, ""))}
 
 
 def to_parameter(value: Any) -> Any:

@@ -18,11 +18,10 @@ from typing import Protocol
 
 import rclpy
 import rclpy.logging
-from rclpy.signals import SignalHandlerOptions
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 
@@ -62,7 +61,8 @@ def run_nodes(
 
     Args:
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
-        remappings: Rules such as ``node:from:=to``, for every node of the process.
+        remappings: Rules such as ``node:from:=to``, for every node of the process, before those of its ROS
+            arguments.
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
         beat: Called every :data:`BEAT_PERIOD_S` or more often from then on, until the nodes are gone, on the
             thread that serves the callbacks: without it the process counts as one that does not answer. A
@@ -73,10 +73,7 @@ def run_nodes(
         more or failed while it was closed. What went wrong is on the standard error. A callback that fails
         ends nothing: see :meth:`FlorenceNode.fail`.
     """
-    reach = stay_on_this_machine()
-    rules = [part for rule in remappings for part in ("--remap", rule)]
-    arguments = ["--ros-args", *rules] if rules else []
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    reach = start_ros(first=remappings)
     rclpy.logging.get_logger("florence_bt").info(f"open to {reach.text}")
     loop = SpinLoop(keep_going=True)
     nodes: list[FlorenceNode] = []

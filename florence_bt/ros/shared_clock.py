@@ -110,7 +110,8 @@ class SharedClock:
         self._subscribe(node)
         self._look_later()
         end = time.monotonic() + FIRST_S
-        while node.count_publishers(CLOCK_TOPIC) > 0 and time.monotonic() < end:
+        topic = node.resolve_topic_name(CLOCK_TOPIC)
+        while node.count_publishers(topic) > 0 and time.monotonic() < end:
             taken = self._subscription.handle.take_message(ClockMessage, True)
             if taken is not None:
                 self._on_clock(taken[0])

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Protocol
 
 from std_srvs.srv import SetBool
 
-from florence_bt.app.bringup.config import load_config, section
+from florence_bt.app.bringup.config import config_of
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.simulated import hardware_settings
 from florence_bt.app.runs.client import MissionClient
@@ -92,9 +91,8 @@ def _parameters(options: BringUp) -> tuple[TurtlebotNodeParameters, TurtlebotPar
 
 def _reader(options: BringUp) -> Callable[[str, Any], Any]:
     """Return a reader of the base node's parameters as its process was given them: null leaves one out."""
-    config = load_config(Path(options.config_file) if options.config_file else None)
     port = str(hardware_settings(options).base_port) if options.in_flat else None
-    given = section(config, "turtlebot_node", port=port)
+    given = config_of(options).of("turtlebot_node", port=port)
 
     def read(name: str, default: Any) -> Any:
         value = given.get(name)

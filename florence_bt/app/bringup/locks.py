@@ -1,7 +1,7 @@
-"""One bring-up at a time: in a folder and in a ROS domain.
+"""One bring-up at a time: in a folder, and in a namespace of a ROS domain.
 
-In one folder a second one would take the ports and logs of the first; in one domain the two would drive each
-other's robot.
+In one folder a second one would take the ports and logs of the first; in one namespace the two would drive
+each other's robot.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.ros.arguments import namespace
 
 
 class Lock:
@@ -72,12 +73,12 @@ def lock_folder(folder: Path) -> Lock:
 
 
 def bring_up_here() -> bool:
-    """Tell whether this user runs a bring-up on this machine in this ROS domain.
+    """Tell whether this user runs a bring-up on this machine in the ROS domain and namespace of this process.
 
     Taking the lock to find out could refuse a bring-up that begins this very moment, so the kernel is asked.
     """
     try:
-        inode = _domain_file().stat().st_ino
+        inode = _domain_file(namespace()).stat().st_ino
         locks = Path("/proc/locks").read_text(encoding="ascii")
     except OSError:
         return False
@@ -86,17 +87,21 @@ def bring_up_here() -> bool:
     return any(parts[5].rpartition(":")[2] == str(inode) for parts in held if len(parts) > 5)
 
 
-def lock_domain() -> Lock:
-    """Take the ROS domain of this process on this machine, for this user.
+def lock_domain(robot: str = "") -> Lock:
+    """Take a namespace in the ROS domain of this process on this machine, for this user.
 
     Discovery is too slow to find another system before it is disturbed: it takes seconds on a busy machine.
+
+    Args:
+        robot: The namespace, as ``/robot1``; empty for the root.
 
     Raises:
         ConfigError: As :class:`Lock`; or another user has made, or may write to, the folder of the locks.
     """
-    file = _domain_file()
+    file = _domain_file(robot)
     _own(file.parent)
-    return Lock(file, f"the ROS domain {_domain()}", "another domain, e.g. ROS_DOMAIN_ID=7")
+    place = f"the ROS domain {_domain()}{f', namespace {robot}' if robot else ''}"
+    return Lock(file, place, "another domain, e.g. ROS_DOMAIN_ID=7, or --namespace /robot2")
 
 
 def _own(folder: Path) -> None:
@@ -117,5 +122,6 @@ def _domain() -> str:
     return os.environ.get("ROS_DOMAIN_ID") or "0"
 
 
-def _domain_file() -> Path:
-    return Path(tempfile.gettempdir()) / f"florence-{os.getuid()}" / f"domain-{_domain()}"
+def _domain_file(robot: str) -> Path:
+    name = f"domain-{_domain()}{robot.replace('/', '.')}"
+    return Path(tempfile.gettempdir()) / f"florence-{os.getuid()}" / name

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.ros.arguments import namespace_in, renamed_nodes, ros_arguments
 
 NAVIGATIONS = ("own", "nav2")
 """Whose navigation: Florence's, or a Nav2 that is already running."""
@@ -42,6 +43,8 @@ class BringUp:
         seed: Seed of every random generator.
         speed: Simulated seconds per wall second to aim at.
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
+        ros_arguments: The ROS arguments of every process (``ros.arguments``); those of this one when not
+            given. What they say about parameters goes over the configuration.
     """
 
     folder: str
@@ -61,6 +64,7 @@ class BringUp:
     seed: int = 0
     speed: float = 1.0
     mission_folders: tuple[str, ...] = ()
+    ros_arguments: tuple[str, ...] = field(default_factory=ros_arguments)
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -68,6 +72,11 @@ class BringUp:
             raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
         if self.seed < 0:
             raise ConfigError(f"seed is {self.seed}", valid=["0 or a positive whole number"])
+        if renamed := renamed_nodes(self.ros_arguments):
+            raise ConfigError(
+                f"the nodes of a bring-up find each other by their names, so {renamed[0]}:= cannot be",
+                valid=["--namespace /robot1", "-r topic:=another"],
+            )
         for name, value, known in (("nav", self.nav, NAVIGATIONS), ("base", self.base, BASES)):
             if value not in known:
                 raise ConfigError(f"--{name} is {value!r}", valid=closest_first(value, known))
@@ -84,6 +93,11 @@ class BringUp:
             raise ConfigError(
                 "--world and --world-seed are simulated homes", valid=["--sim", "--robot --emulate"]
             )
+
+    @property
+    def namespace(self) -> str:
+        """The namespace of every node, as ``/robot1``; empty for the root."""
+        return namespace_in(self.ros_arguments) or ""
 
     @property
     def in_flat(self) -> bool:
@@ -132,7 +146,8 @@ class BringUp:
         values = json.loads(file.read_text(encoding="utf-8"))
         if values["start"] is not None:
             values["start"] = tuple(values["start"])
-        values["mission_folders"] = tuple(values["mission_folders"])
+        for name in ("mission_folders", "ros_arguments"):
+            values[name] = tuple(values[name])
         return BringUp(**values)
 
 

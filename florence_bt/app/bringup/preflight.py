@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from florence_bt.app.bringup.config import config_of
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.simulated import flat_of, people_at_home
 from florence_bt.app.bringup.topology import refuse_wrong_parameters
 from florence_bt.core.paths import find_data
+from florence_bt.ros.arguments import parameters_in
 from florence_bt.simulation.home.build_map import hotspots_yaml
 from florence_bt.skills.home_sensors.mqtt import require_paho
 from florence_bt.skills.home_sensors.settings import load_home
@@ -28,9 +30,9 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
         ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
             and what would have worked. So for the file of a simulated home.
     """
-    if options.config_file is not None:
+    if options.config_file is not None or any(parameters_in(options.ros_arguments)):
         # That of the package is right (tested); the check takes a second or two.
-        refuse_wrong_parameters(Path(options.config_file))
+        refuse_wrong_parameters(config_of(options))
     map_file = options.map_file or find_data("maps", "flat.yaml")
     load_map(map_file, lambda sentence: warn(f"{map_file}: warning: {sentence}"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])

@@ -39,13 +39,16 @@ def main(group: str, options_file: Path, parent: int) -> int:
     if os.getppid() != parent:
         return 0  # it was killed before the kernel was asked for the signal
     # These imports take seconds; ending the process meanwhile must not print a traceback.
-    from florence_bt.app.bringup.topology import REMAPPINGS, factories
+    from florence_bt.app.bringup.topology import factories, remappings
+    from florence_bt.ros.arguments import use_arguments, without_parameters
     from florence_bt.ros.process import run_nodes
 
     # Only of the thread that has the signal, the main one: the others run on while they are looked at.
     faulthandler.register(STACK_SIGNAL, all_threads=False)
     try:
         options = BringUp.read(options_file)
+        # Parameters come by the configuration (topology), which also reads what the arguments say of them.
+        use_arguments(without_parameters(options.ros_arguments))
 
         def write_up_file() -> None:
             up_file = options.up_file(group)
@@ -57,7 +60,7 @@ def main(group: str, options_file: Path, parent: int) -> int:
 
         return run_nodes(
             factories(group, options),
-            remappings=REMAPPINGS,
+            remappings=remappings(options),
             on_ready=write_up_file,
             beat=heartbeat_of_this_process(),
         )

@@ -22,7 +22,7 @@ from florence_bt.app.bringup.simulated import clear_ports, with_world_files
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
 from florence_bt.app.demo.kernel_cache import ensure_compiled
-from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
+from florence_bt.app.runs.client import ACTIVE_STATES, RUN_MISSION, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.core.serving import ActionBinding, NodeBinding, SkillBinding
 from florence_bt.ros.open_goals import OpenGoals
@@ -58,7 +58,8 @@ class System:
         with ExitStack() as stack:
             stack.enter_context(owner_only(folder, options.runs))
             locks = [
-                stack.enter_context(closing(lock())) for lock in (partial(lock_folder, folder), lock_domain)
+                stack.enter_context(closing(lock()))
+                for lock in (partial(lock_folder, folder), partial(lock_domain, options.namespace))
             ]
             if options.in_flat:
                 clear_ports(options)
@@ -209,13 +210,16 @@ class System:
 
     def _not_served(self) -> list[str]:
         """Return the actions and services of the shipped missions that have no server yet."""
-        names = {name for name, _ in self.client.node.get_service_names_and_types()}
-        needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
+        node = self.client.node
+        names = {name for name, _ in node.get_service_names_and_types()}
+        needed = {node.resolve_service_name(RUN_MISSION): RUN_MISSION}
         for served in BINDINGS:
             if not isinstance(served, NodeBinding) or self._is_left_out(served):
                 continue
-            suffix = "/_action/send_goal" if isinstance(served, ActionBinding) else ""
-            needed[f"/{served.name}{suffix}"] = served.name
+            if isinstance(served, ActionBinding):
+                needed[f"{node.resolve_action_name(served.name)}/_action/send_goal"] = served.name
+            else:
+                needed[node.resolve_service_name(served.name)] = served.name
         return [shown for name, shown in needed.items() if name not in names]
 
     def _is_left_out(self, served: SkillBinding) -> bool:
@@ -240,8 +244,12 @@ class System:
         self._supervisor.silences()  # taken, not judged: processes that start keep each other waiting
         if self.client.servers() > 1:
             raise ConfigError(
-                "another system runs in the same ROS domain",
-                valid=["another domain, e.g. ROS_DOMAIN_ID=7", "ending that one first"],
+                "another system runs in the same ROS domain and namespace",
+                valid=[
+                    "another domain, e.g. ROS_DOMAIN_ID=7",
+                    "--namespace /robot2",
+                    "ending that one first",
+                ],
             )
 
     def _after_death(self, name: str) -> str:

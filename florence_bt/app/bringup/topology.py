@@ -10,11 +10,12 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.app.bringup.config import Parameters, check_config, load_config, section
+from florence_bt.app.bringup.config import Config, Parameters, check_config, config_of
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
+from florence_bt.ros.parameters import parameter_names
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -77,6 +78,9 @@ REMAPPINGS = (
 )
 """The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
 
+OWN_CLOCK = "/clock:=clock"
+"""Each simulated robot has a time of its own."""
+
 Factory = Callable[[], "FlorenceNode"]
 
 
@@ -87,13 +91,18 @@ def node_class(name: str) -> type[FlorenceNode]:
     return found
 
 
-def refuse_wrong_parameters(file: Path) -> None:
+def refuse_wrong_parameters(config: Config) -> None:
     """Check a configuration against the parameters of every node (:func:`check_config`).
 
     Raises:
         ConfigError: With the place in the file.
     """
-    check_config(file, {name: partial(node_class, name) for name in NODE_CLASSES})
+    check_config(config, {name: partial(node_class, name) for name in NODE_CLASSES})
+
+
+def remappings(options: BringUp) -> tuple[str, ...]:
+    """Return the rules of every process that go before those of the user."""
+    return (*REMAPPINGS, OWN_CLOCK) if options.simulated and options.namespace else REMAPPINGS
 
 
 def groups(options: BringUp) -> list[str]:
@@ -130,7 +139,7 @@ class _Settings:
 
     def __init__(self, options: BringUp) -> None:
         self.options = options
-        self.config = load_config(Path(options.config_file) if options.config_file else None)
+        self.config = config_of(options)
 
     @property
     def map_file(self) -> Path:
@@ -148,7 +157,8 @@ class _Settings:
 
     def of(self, node: str, **overrides: Any) -> Parameters:
         """Return the parameters of a node; simulated ones follow the simulated time."""
-        return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
+        known = parameter_names(node_class(node).parameter_classes)
+        return self.config.of(node, known, use_sim_time=self.options.simulated or None, **overrides)
 
     def of_map_server(self) -> Parameters:
         """Return the map server's parameters; by default it saves maps below the bring-up's folder."""

@@ -53,7 +53,9 @@ def run_up(options: BringUp) -> None:
         if not options.missions_only and not system.client.knows_pose():
             say("the robot does not know where it is; publish its pose on initialpose, e.g. with RViz")
         mission = "MISSION" if options.missions_only else "goto_user"
-        say(f"in another terminal: florence run {mission}, florence status, florence stop; Ctrl-C ends all")
+        which = f" (with --namespace {options.namespace})" if options.namespace else ""
+        verbs = f"florence run {mission}, florence status, florence stop"
+        say(f"in another terminal{which}: {verbs}; Ctrl-C ends all")
         missing = MissingServers(system.client.node, map(Path, options.mission_folders), say)
 
         def watch() -> None:

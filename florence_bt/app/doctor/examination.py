@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.bringup.config import load_config
+from florence_bt.app.bringup.config import Config, load_config, read_sections
 from florence_bt.app.bringup.topology import refuse_wrong_parameters
 from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.firmware import check_firmware
@@ -52,7 +52,7 @@ def examine(
     try:
         config = load_config(config_file)
         if config_file is not None:
-            refuse_wrong_parameters(config_file)
+            refuse_wrong_parameters(Config(read_sections(config_file)))
         yield good("configuration", str(config_file or "of the package"), "can be read")
     except FlorenceError as error:
         yield problem("configuration", str(config_file), str(error), "correct the file")

@@ -16,6 +16,7 @@ from florence_bt.app.doctor.finding import (
     problem,
     warning,
 )
+from florence_bt.ros.arguments import where_else
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
 GROUP = "ROS"
@@ -27,16 +28,18 @@ class GraphView:
     """A view of ROS, taken in a few seconds.
 
     Attributes:
-        nodes: Full names, one entry per node.
+        nodes: Full names, one entry per node of our namespace.
         clocks: How many nodes publish ``/clock``.
         charge: Share of the battery's charge, 0 to 1; None when it is not published.
         diagnostics: Name -> (level of diagnostic_msgs, message), the newest of each.
+        elsewhere: Other namespaces in which a mission server is.
     """
 
     nodes: tuple[str, ...] = ()
     clocks: int = 0
     charge: float | None = None
     diagnostics: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+    elsewhere: tuple[str, ...] = ()
 
 
 NAV2 = frozenset({"bt_navigator", "controller_server", "planner_server"})
@@ -115,7 +118,8 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     """Report what a view of the graph means."""
     wanted, missing = wanted_nodes(view), missing_nodes(view)
     if len(missing) == len(wanted):
-        yield note(GROUP, "system", "is not running", "florence up --sim, or florence up --robot CONFIG")
+        advice = where_else(view.elsewhere) or "florence up --sim, or florence up --robot CONFIG"
+        yield note(GROUP, "system", "is not running", advice)
         return
     if missing:
         yield problem(
@@ -140,7 +144,7 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
                 GROUP,
                 name,
                 f"there are {count} nodes with this name",
-                "end one of the two systems, or give each its own ROS_DOMAIN_ID",
+                "end one of the two systems, or give each its own --namespace or ROS_DOMAIN_ID",
             )
     if view.clocks > 1:
         yield problem(

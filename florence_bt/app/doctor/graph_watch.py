@@ -8,12 +8,12 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import BatteryState
 
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.doctor.graph import GraphView, is_partial
-from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.app.runs.client import MISSION_SERVER
+from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
@@ -29,9 +29,8 @@ def watch_graph(least: float, most: float) -> GraphView:
         most: How long to look when a part of a system has not been seen by then, or nothing although a
             bring-up goes on here.
     """
-    stay_on_this_machine()
     context = rclpy.Context()
-    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(context)
     loop = SpinLoop(context)
     node = FlorenceNode(NAME, context=context)
     try:
@@ -61,13 +60,17 @@ def _watch(loop: SpinLoop, node: FlorenceNode, least: float, most: float) -> Gra
     node.create_subscription(BatteryState, "battery_state", on_battery, RELIABLE)
 
     def view() -> GraphView:
-        names = (
-            f"{namespace.rstrip('/')}/{name}"
-            for name, namespace in node.get_node_names_and_namespaces()
-            if name != NAME
-        )
+        nodes, here = node.get_node_names_and_namespaces(), node.get_namespace()
+        names = (f"{where.rstrip('/')}/{name}" for name, where in nodes if where == here and name != NAME)
+        elsewhere = {where for name, where in nodes if where != here and name == MISSION_SERVER}
         last = charge[-1] if charge else None
-        return GraphView(tuple(sorted(names)), node.count_publishers("/clock"), last, dict(diagnostics))
+        return GraphView(
+            tuple(sorted(names)),
+            node.count_publishers("/clock"),
+            last,
+            dict(diagnostics),
+            tuple(sorted(elsewhere)),
+        )
 
     def more_to_see(seen: GraphView) -> bool:
         return is_partial(seen) or (not seen.nodes and bring_up_here())

@@ -22,13 +22,12 @@ from florence_interfaces.srv import (
     RunMission,
     StopMission,
 )
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
-from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.arguments import start_ros, where_else
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
@@ -50,6 +49,8 @@ OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
+RUN_MISSION = f"{MISSION_SERVER}/run_mission"
+"""The service that starts missions."""
 
 
 class SystemNotThere(FlorenceError):
@@ -64,9 +65,8 @@ class MissionClient:
     """
 
     def __init__(self, name: str = "florence_client") -> None:
-        stay_on_this_machine()
         self._context = rclpy.Context()
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        start_ros(self._context)
         self.node = FlorenceNode(name, context=self._context)
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
@@ -180,7 +180,8 @@ class MissionClient:
         client = self._client(service_type, name)
         if not self._is_discovered(client):
             raise SystemNotThere(
-                f"no server of {name} was found; is the system up? Start it with: florence up --sim"
+                f"no server of {self.node.resolve_service_name(name)} was found; "
+                + (where_else(self._namespaces()) or "is the system up? Start it with: florence up --sim")
             )
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):
@@ -218,8 +219,13 @@ class MissionClient:
         return bool(answer.valid)
 
     def servers(self) -> int:
-        """Return how many mission servers have been discovered."""
-        return self.node.get_node_names().count(MISSION_SERVER)
+        """Return how many mission servers have been discovered in our namespace."""
+        return self._namespaces().count(self.node.get_namespace())
+
+    def _namespaces(self) -> list[str]:
+        """Return the namespace of each mission server that has been discovered."""
+        nodes = self.node.get_node_names_and_namespaces()
+        return [where for name, where in nodes if name == MISSION_SERVER]
 
     def run(
         self, mission: str, inputs: Mapping[str, str], *, caller: str, policy: str = "", priority: int = 0
@@ -233,7 +239,7 @@ class MissionClient:
             policy=policy,
             priority=priority,
         )
-        return self.call(RunMission, "florence_bt/run_mission", request)
+        return self.call(RunMission, RUN_MISSION, request)
 
     def status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
         """Ask for the status of a run, or of the current or last one.

@@ -11,11 +11,10 @@ from collections.abc import Callable
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
-from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
@@ -41,9 +40,8 @@ def switch_override(on: bool) -> str:
         NoBaseDriver: No driver of a base was found.
         DeviceTimeout: It does not confirm.
     """
-    stay_on_this_machine()
     context = rclpy.Context()
-    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(context)
     try:
         _OverrideSwitch(context).set(on)
     finally:

@@ -123,7 +123,8 @@ class Controls:
 
     def missing_override(self) -> list[str]:
         """Return what is not known of the override yet, for people; empty if the driver never tells."""
-        told = self._override_heard or not self._node.count_publishers(LAST_OVERRIDE)
+        topic = self._node.resolve_topic_name(LAST_OVERRIDE)
+        told = self._override_heard or not self._node.count_publishers(topic)
         return [] if told else ["the word of the base's driver about the manual override"]
 
     def _on_last_override(self, message: Time) -> None:

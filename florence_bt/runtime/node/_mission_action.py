@@ -188,7 +188,7 @@ class PersonMission:
         self._trigger = start
         self._person = self._older = 0.0, 0.0
         self._goals = MissionAction(node, missions, action.type, action.name, self._start, self._result)
-        topic = f"{action.skill}/_action/feedback"
+        topic = f"{node.resolve_action_name(action.skill)}/_action/feedback"
         node.create_subscription(action.skill_type.Impl.FeedbackMessage, topic, self._on_feedback, RELIABLE)
 
     def on_end(self, run: MissionRun) -> None:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.app.bringup.config import load_config, section
+from florence_bt.app.bringup.config import Config, load_config, read_sections
 from florence_bt.core.errors import ConfigError
 
 
@@ -55,10 +55,10 @@ def test_parameter_files_of_ros_are_read_too(tmp_path, content):
     ("content", "problem"),
     [
         ("navigate: {ros__parameters: 3}", "navigate must map parameter names"),
-        ("navigate: {a: {b: 1}}", r":1:15: navigate: the parameter 'a' is not a number"),
+        ("navigate: {a: {}}", r":1:15: navigate: the parameter 'a' is not a number"),
         ("navigate: {a: [1, null]}", "the parameter 'a' is not a number"),
         ("navigate: {a: [{}]}", "the parameter 'a' is not a number"),
-        ("navigate: {ros__parameters: {a: {b: 1}}}", "the parameter 'a' is not a number"),
+        ("navigate: {ros__parameters: {a: {b: {}}}}", "the parameter 'a.b' is not a number"),
         ("navigate: {a: 2020-01-01}", "the parameter 'a' is not a number"),
         ("navigate:\n  a: 2020-13-99", ":2:6: a value cannot be read: month must be"),
         (f"navigate: {{a: {'9' * 5000}}}", "a value cannot be read: Exceeds the limit"),
@@ -82,11 +82,13 @@ def test_values_have_the_types_of_yaml(tmp_path):
     }  # fmt: skip
 
 
-def test_overrides_go_over_the_configuration_and_none_is_no_override():
-    config = {"navigate": {"speed": 1, "frame": "map"}}
-    assert section(config, "navigate", speed=2, frame=None) == {"speed": 2, "frame": "map"}
-    assert section(config, "localiser", seed=3, port=None) == {"seed": 3}
-    assert config == {"navigate": {"speed": 1, "frame": "map"}}
+def test_overrides_go_over_the_configuration_and_none_is_no_override(tmp_path):
+    file = tmp_path / "robot.yaml"
+    file.write_text("navigate: {speed: 1, frame: map}")
+    config = Config(read_sections(file))
+    assert config.of("navigate", speed=2, frame=None) == {"speed": 2, "frame": "map"}
+    assert config.of("localiser", seed=3, port=None) == {"seed": 3}
+    assert config.of("navigate") == {"speed": 1, "frame": "map"}
 
 
 VALUES = "{mass: 1e-1, tiny: 5e-06, huge: 1e+20, plain: 2, name: 1e, text: '1e-1'}"

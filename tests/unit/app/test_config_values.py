@@ -11,12 +11,12 @@ import pytest
 
 pytest.importorskip("rclpy")
 
+from florence_bt.app.bringup.config import Config, read_sections
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.topology import NODE_CLASSES, NODES, node_class, refuse_wrong_parameters
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.limits import Limits
-from florence_bt.core.paths import find_data
 from florence_bt.ros.parameters import from_parameter
 
 SQUARE = "[[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]]"
@@ -34,7 +34,7 @@ def test_what_a_node_reads_is_what_is_checked(name):
 
 
 def test_the_configuration_of_the_package_is_right():
-    refuse_wrong_parameters(find_data("config", "robot.yaml"))
+    refuse_wrong_parameters(Config(read_sections()))
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_a_bad_value_is_told_with_its_place(tmp_path, content, place, part, opti
 def test_a_footprint_as_nav2_writes_it(tmp_path):
     file = tmp_path / "robot.yaml"
     file.write_text(f'navigate: {{footprint: "{SQUARE}", use_sim_time: true}}')
-    refuse_wrong_parameters(file)
+    refuse_wrong_parameters(Config(read_sections(file)))
     read = from_parameter("footprint", tuple[float, ...], SQUARE)
     assert read == (0.2, 0.2, 0.2, -0.2, -0.2, -0.2, -0.2, 0.2)
 

@@ -34,6 +34,9 @@ class Graph:
     def get_node_names_and_namespaces(self):
         return [(name, "/") for name in wanted_nodes(GraphView())] if self.now > self._in_sight_s else []
 
+    def get_namespace(self):
+        return "/"
+
     def count_publishers(self, topic):
         return 0
 

@@ -57,6 +57,8 @@ def test_a_mission_server_that_is_started_again_recovers_runs_of_any_age(
     made = {}
 
     class Server:
+        parameter_classes = ()
+
         def __init__(self, skills, declarations, **rest):
             made.update(rest, without=skills.keywords["without"], declared=set(declarations))
 

@@ -142,7 +142,8 @@ class NavigationNode(FlorenceNode):
             bad_goal_code=PLAN_SERVER_CODES["bad_input"],
         )
         self._make_services()
-        self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
+        action = self.resolve_action_name("navigate_to_pose")
+        self._own_goals = self.create_client(SendGoal, f"{action}/_action/send_goal")
         call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
 
     def _make_subscriptions(self) -> None:
