@@ -194,7 +194,7 @@ class MapServerNode(FlorenceNode):
 
     def _save_map(self, request: SaveMap.Request, response: SaveMap.Response) -> SaveMap.Response | Deferred:
         name = request.map_topic or MAP
-        topic = self.resolve_topic_name(name)
+        topic = name if name.startswith("/") else f"{self.get_namespace().rstrip('/')}/{name}"
         if topic == self._publisher.topic_name:
             return self._save(self.grid, request, response)
         if _MAP_TYPE not in dict(self.get_topic_names_and_types()).get(topic, ()):
