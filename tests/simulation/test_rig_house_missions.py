@@ -9,6 +9,7 @@ import pytest
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.clock import call_every
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.zones import KEEP_OUT, Zone
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.people import PersonSpec
 
@@ -21,6 +22,16 @@ def test_a_patrol_tells_who_was_seen_where():
     assert run.status is RunStatus.SUCCEEDED, run.reason
     assert run.outputs["report"].startswith("hall: nobody was seen. kitchen: a person was seen at (x ")
     assert rig.found[0].distance_to(rig.world.person_pose("user")) < 0.3
+
+
+def test_a_room_behind_a_closed_zone_is_not_reached_and_the_zone_is_named():
+    hall = ((4.2, 2.3), (5.5, 2.3), (5.5, 3.6), (4.2, 3.6))
+    rig = make_rig(seed=1, person="absent", zones=[Zone("wet floor", KEEP_OUT, hall)])
+    run = rig.run("goto_room", {"room": "kitchen"})
+    assert (run.status, run.code) == (RunStatus.FAILED, "no_path")
+    assert "'wet floor' closes every way" in run.reason
+    inside = rig.run("goto_pose", {"x": "5 m", "y": "3 m", "phi": "0 deg"})
+    assert inside.code == "goal_occupied" and "'wet floor'" in inside.reason
 
 
 def test_the_user_is_found_where_they_usually_are_at_this_hour():

@@ -11,6 +11,7 @@ from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.simulated import robot_frames, who_is_at_home
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.zones import Zone
 from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.person import PersonSpec
@@ -29,6 +30,7 @@ def make_rig(
     start: Pose2 | None = None,
     believed: Pose2 | None = None,
     grid: OccupancyGrid | None = None,
+    zones: Sequence[Zone] = (),
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -43,6 +45,7 @@ def make_rig(
             when not given.
         believed: Where the robot believes to stand at first, where it does when not given.
         grid: The map; that of the home when not given.
+        zones: Where the robot does not drive, or drives slowly.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -54,11 +57,13 @@ def make_rig(
     else:
         people, place = who_is_at_home(flat, person, seed)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
+    hotspots = parse_hotspots(hotspots_yaml(flat))
+    hotspots.zones = tuple(zones)
     return Rig(
         RigSetting(
             flat=flat,
             grid=laser_map(flat) if grid is None else grid,
-            hotspots=parse_hotspots(hotspots_yaml(flat)),
+            hotspots=hotspots,
             frames=robot_frames(),
             config=load_config(),
             people=[*people, *others],

@@ -323,9 +323,10 @@ class _PlacesReader(SettingsReader):
             raise self.error("a mapping is needed here", item, valid=FIELDS)
         label = item.get("label")
         if label is None:
-            close = [key.text for key, _ in item.entries if closest_first(key.text, FIELDS)[0] == "label"]
-            hint = f" (perhaps {close[0]!r} is meant to be it)" if close else ""
-            raise self.error(f"'label' is missing{hint}", item, valid=["label: ..."])
+            for key, _ in item.entries:
+                if key.text not in FIELDS and closest_first(key.text, FIELDS)[0] == "label":
+                    raise self.error(f"{key.text!r} is not known here", key, valid=["label"])
+            raise self.error("'label' is missing", item, valid=["label: ..."])
         return self.text(label, "label")
 
     def _hotspot(self, item: YamlMapping) -> Hotspot:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import florence_bt
 from florence_bt.app.runs import remote
-from florence_bt.app.runs.client import RELOAD_BUDGET_S, MissionClient
+from florence_bt.app.runs.client import LOCATOR, RELOAD_BUDGET_S, MissionClient
 from florence_bt.cli.application import app
 
 
@@ -25,6 +25,10 @@ class Recording(MissionClient):
         self.calls = []
         self.answer = answer
         self.closed = False
+        self.nodes = set()
+
+    def sees(self, node):
+        return node in self.nodes
 
     def call(self, service_type, name, request, **options):
         fields = {field: getattr(request, field) for field in request.get_fields_and_field_types()}
@@ -127,6 +131,16 @@ def shown(run_id, answering, **changed):
     return found, out.getvalue()
 
 
+def test_a_reload_also_reads_the_hotspots_where_there_is_a_locator(answering):
+    client = answering(success=True, report="m: reloaded", message="hotspots: 3, zones: 0")
+    client.nodes = {LOCATOR}
+    assert remote.reload_files() == (True, "m: reloaded\nhotspots: 3, zones: 0")
+    assert [name for _, name, _, _ in client.calls] == [
+        "florence_bt/reload_missions",
+        "florenceLocator/reloadHotspots",
+    ]
+
+
 def test_the_status_is_the_tree_and_what_keeps_missions_from_starting(answering):
     assert shown("", answering) == (True, "[+] m\n")
     found, text = shown(
@@ -155,7 +169,7 @@ def test_an_unknown_run_is_not_found_but_no_run_at_all_is_no_error(answering):
         (lambda: remote.stop_mission("R-1"), {"success": True, "message": "R-1 stops"}),
         (lambda: remote.pause_mission("R-1", ""), {"success": False, "message": "not running"}),
         (lambda: remote.resume_mission("R-1"), {"success": True, "message": "goes on"}),
-        (lambda: remote.reload_missions(), {"success": False, "report": "m: it breaks n"}),
+        (lambda: remote.reload_files(), {"success": False, "report": "m: it breaks n"}),
     ],
 )
 def test_a_verb_gives_what_was_answered_and_leaves_ros(answering, verb, answer):
