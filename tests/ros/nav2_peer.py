@@ -10,6 +10,7 @@ A goal's x (target_yaw, target.x) says what becomes of it; 0 is reached after a 
     4  it goes on until it is cancelled
     above 90: it is aborted with this number as its error_code, and no error_msg, as Nav2 has none
 
+The action that the environment variable NAV2_PEER_LACKS names is not served.
 With a map the program also gives out the map, a costmap, the place of the odometry in the map, and, as a
 Create 3 does, how full the battery is.
 """
@@ -54,7 +55,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Peer(Node):
     def __init__(self):
         super().__init__("nav2_peer")
-        self._servers = [self._serve(*kind) for kind in KINDS]
+        absent = os.environ.get("NAV2_PEER_LACKS")
+        self._servers = [self._serve(*kind) for kind in KINDS if kind[1] != absent]
         for which in ("global", "local"):
             name = f"{which}_costmap/clear_entirely_{which}_costmap"
             self.create_service(ClearEntireCostmap, name, self._clear)

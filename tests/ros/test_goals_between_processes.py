@@ -6,6 +6,7 @@ Every order of events is shown on a model in ``tests/unit/ros/test_goal_orders.p
 from __future__ import annotations
 
 import signal
+import time
 from typing import Any
 
 import pytest
@@ -209,17 +210,22 @@ def test_a_base_that_tells_nothing_is_not_known_to_be_safe(ros, client):
     assert result.code == "timed_out" and "no odometry" in result.reason
 
 
-def test_a_server_that_was_started_anew_during_the_run(ros, client, start_process):
+@pytest.mark.parametrize(("asked", "outcome"), [(True, Outcome.CANCELLED), (False, Outcome.FAILED)])
+def test_a_server_that_was_started_anew_during_the_run(ros, client, start_process, asked, outcome):
     server = start_process("-c", SERVER, "0")
     run = skill_of(client, cancel_s=2.0).start({})
     told(ros, server, "goal")
     ros.spin_until(lambda: run.phase.value == "active")
     server.end(signal.SIGKILL)
-    again = start_process("-c", SERVER, "0")
-    told(ros, again, "up")
-    run.cancel()
+    killed = time.monotonic()
+    start_process("-c", SERVER, "0")
+    if asked:
+        run.cancel()
     result = ros.spin_until(run.poll)
-    assert result.outcome is Outcome.CANCELLED and result.reason
+    assert result.outcome is outcome and result.reason
+    if not asked:
+        assert result.code == "server_lost"
+        assert time.monotonic() - killed < 15.0, "its process tells, not the lease of 20 s"
 
 
 def test_a_newer_server_does_not_stand_in_for_the_one_that_had_the_goal(ros, client, start_process):

@@ -134,7 +134,7 @@ def test_what_the_running_system_lacks_is_said_with_what_to_start(system):
     assert [line.split(" (would")[0] for line in lines] == [
         "visit.yaml:5:28: error: the running locator says: there is no hotspot 'kitchen'",
         "visit.yaml:6:7: error: the skill 'ring_bell' has no server: no service /bell/ring"
-        " was found (in the mission ring_twice)",
+        " (std_srvs/srv/Trigger) was found (in the mission ring_twice)",
         "visit.yaml:7:7: error: the robot has no skill 'greet': nothing connects it to a server",
     ]
     assert "florence up --sim" in lines[1]

@@ -151,8 +151,13 @@ def test_what_nav2_cannot_do_says_so(ros: Any) -> None:
     ],
 )
 def test_a_system_with_nav2_runs_missions(
-    ros_domain: int, start_process: Any, tmp_path: Path, options: tuple[str, ...]
+    ros_domain: int,
+    start_process: Any,
+    tmp_path: Path,
+    options: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setenv("NAV2_PEER_LACKS", "spin")
     florence = [sys.executable, "-m", "florence_bt.cli"]
     peer = start_process(PEER, find_data("maps", "flat.yaml"), "4.5", "1.4", "0.0")
     up = start_process(*florence[1:], "up", *options, "--nav", "nav2", "--out", tmp_path / "up")
@@ -166,6 +171,9 @@ def test_a_system_with_nav2_runs_missions(
     there = mission("goto_pose", "x=0.2 m", "y=2.0 m", "phi=0 rad")
     assert there.returncode == 0, there.stdout + there.stderr
     wait_for(lambda: "NavigateToPose 0" in peer.output)
+    # What nobody serves is told, and keeps down only what needs it.
+    wait_for(lambda: "turn: action /spin (nav2_msgs/action/Spin)" in up.output)
+    assert "navigate_to: " not in up.output
     failed = mission("goto_pose", "x=106 m", "y=2.0 m", "phi=0 rad")
     assert failed.returncode == 1
     assert "error code 106 [blocked]" in failed.stdout
