@@ -116,6 +116,7 @@ def main() -> None:
     rclpy.init()
     executor = MultiThreadedExecutor(4)
     executor.add_node(Robot(arguments.battery, hand=arguments.hand))
+    print("the robot is there", flush=True)
     try:
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):

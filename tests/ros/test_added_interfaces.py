@@ -29,7 +29,7 @@ def test_the_hand_of_the_example(
 ) -> None:
     def florence(*words: str | Path) -> tuple[int, str]:
         child = start_process(*FLORENCE, *words)
-        return child.process.wait(400), child.output
+        return child.process.wait(500), child.output
 
     code, said = florence("check", EXAMPLE / "hand_missions")
     assert code == 0 and "'gripper_interfaces' is not installed" in said

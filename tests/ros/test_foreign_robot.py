@@ -119,7 +119,7 @@ def test_the_running_robot_tells_types_and_who_is_there(
     from florence_bt.core.errors import ConfigError
     from florence_bt.trees.language.loader import MissionLibrary
 
-    start_process(sys.executable, EXAMPLE / "robot.py")
+    start_process(sys.executable, EXAMPLE / "robot.py").wait_for("the robot is there")
     assert type_in_graph("action", "tb4/drive_to") == ("nav2_msgs/action/NavigateToPose", False)
     assert type_in_graph("service", "/tb4/gripper")[0] == "std_srvs/srv/SetBool"
     assert type_in_graph("condition", "tb4/battery")[0] == "sensor_msgs/msg/BatteryState"
@@ -135,7 +135,7 @@ def test_a_topic_of_another_type_is_told_by_those_who_look(
     from florence_bt.app.mission_files.live_skills import servers_now
     from florence_bt.trees.language.loader import MissionLibrary
 
-    start_process(sys.executable, EXAMPLE / "robot.py")
+    start_process(sys.executable, EXAMPLE / "robot.py").wait_for("the robot is there")
     (tmp_path / "mine.skills.yaml").write_text(
         "skills:\n  lit: {like: is_true, condition: tb4/battery}\n"
         "  grip: {like: call_set_bool, service: tb4/gripper}\n",

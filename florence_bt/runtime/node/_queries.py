@@ -122,10 +122,12 @@ class Queries:
         response.missions = [mission_to_ros(mission, self._problem(mission)) for mission in missions]
         findings = [*library.findings, *getattr(self._declarations, "findings", ())]
         response.findings = [report_text([finding]) for finding in findings]
+        # Of a skill that comes with Florence the mission that wants it tells it.
+        stock = {name for name, mapping in library.mappings.items() if mapping.stock}
         response.findings += [
             f"the skill {name!r} is missing: {skill.reason}"
             for name, skill in self._skills.items()
-            if isinstance(skill, MissingSkill)
+            if isinstance(skill, MissingSkill) and name not in stock
         ]
         response.findings += self._missions.warnings()
         if self._missions.blocked_by:
