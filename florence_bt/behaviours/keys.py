@@ -238,7 +238,7 @@ class TextTemplate:
 
     Attributes:
         parts: Pieces of text, and the keys whose values stand between them. A value whose unit the author has
-            written behind it is the number in SI units.
+            written behind it is only the number.
     """
 
     parts: tuple[str | ValueSource, ...]
@@ -254,10 +254,14 @@ class TextTemplate:
 
 def _in_text(part: ValueSource, keys: KeyStore, behind: str | ValueSource) -> str:
     value = part.resolve(keys)
-    has_unit = isinstance(behind, str) and _UNIT.match(behind)
-    if isinstance(part, KeyReference) and not has_unit:
-        return keys.shown(part.key, value)
-    return readable(value)
+    if not isinstance(part, KeyReference):
+        return readable(value)
+    shown = keys.shown(part.key, value)
+    written = _UNIT.match(behind) if isinstance(behind, str) else None
+    if written is None:
+        return shown
+    number, _, unit = shown.rpartition(" ")
+    return number if unit == written[0].strip() else readable(value)
 
 
 @dataclass(frozen=True, slots=True)

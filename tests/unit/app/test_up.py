@@ -28,6 +28,9 @@ class ReadySystem:
     def missions(self):
         return SimpleNamespace(findings=["the skill 'sing' is missing: no voice"])
 
+    def follow_speech(self, show):
+        show("I am here.")
+
     def keep_up(self):
         pass
 

@@ -74,6 +74,8 @@ def test_a_text_has_values_as_people_write_them():
     assert resolve(TextTemplate((*parts, KeyReference("part"))), keys) == "90 deg in the hall, 5 s; 0.25"
     written = (KeyReference("pause"), " s at ", KeyReference("speed"), " m/s, not 5 smiles: ")
     assert resolve(TextTemplate(written), keys) == "5 s at 0.3 m/s, not 5 smiles: "
+    turns = TextTemplate((KeyReference("turn"), " deg, ", KeyReference("turn"), " rad"))
+    assert resolve(turns, keys) == "90 deg, 1.571 rad"
     smiles = TextTemplate((KeyReference("pause"), " smiles"))
     assert resolve(smiles, keys) == "5 s smiles"
 
