@@ -151,7 +151,8 @@ def test_two_systems_side_by_side(
         start_process(sys.executable, EXAMPLE / "robot.py", "--ros-args", "-r", f"__ns:=/robot{number}/tb4")
     for number, system in enumerate(systems, 1):
         assert f"runs/up_robot{number}" in system.wait_for("ready after")
-        system.wait_for("every server that missions need is there") if "nobody serves" in system.output else None
+        if "nobody serves" in system.output:
+            system.wait_for("every server that missions need is there")
 
     started = done(*(f"run go_far --detach --namespace {robot}" for robot in ("/robot1", "/robot2")))
     assert [code for code, _ in started] == [0, 0], started
