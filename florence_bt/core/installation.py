@@ -16,7 +16,7 @@ EXTRAS = {
 }
 """Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""
 OWN_INTERFACES = ("florence_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs")
-"""Interface packages that no package index has; built from ``interfaces/``."""
+"""Interface packages that no package index has; their definitions come with Florence."""
 
 
 def in_checkout() -> bool:
@@ -35,10 +35,8 @@ def how_to_get(module: str) -> str:
     if not _installed_by_pip():
         return f"rosdep install --from-paths src, or apt install ros-jazzy-{name.replace('_', '-')}"
     if name in OWN_INTERFACES:
-        return (
-            f"source a ROS 2 Jazzy, colcon build --base-paths {share_folder() / 'interfaces'}, and source "
-            "install/setup.bash; or make setup in a checkout"
-        )
+        folder = share_folder() / "interfaces" / name
+        return f"florence interfaces add {folder if folder.is_dir() else name}"
     return f"source a ROS 2 Jazzy, or pip install '{DISTRIBUTION}[ros]'"
 
 

@@ -27,7 +27,12 @@ NAV2_MSGS = machine.ROOT / "florence_bt" / "app" / "interfaces" / "definitions" 
 OF_NAV2 = (
     *("action/BackUp.action", "action/ComputePathToPose.action", "action/DriveOnHeading.action"),
     *("action/FollowPath.action", "action/NavigateThroughPoses.action", "action/NavigateToPose.action"),
-    *("action/Spin.action", "action/Wait.action", "srv/ClearCostmapAroundRobot.srv"),
+    *(
+        "action/Spin.action",
+        "action/Wait.action",
+        "msg/CostmapFilterInfo.msg",
+        "srv/ClearCostmapAroundRobot.srv",
+    ),
     *("srv/ClearCostmapExceptRegion.srv", "srv/ClearEntireCostmap.srv", "srv/LoadMap.srv", "srv/SaveMap.srv"),
 )
 """What Florence itself speaks of nav2_msgs; ``florence interfaces add nav2_msgs`` builds all of it."""

@@ -17,7 +17,8 @@ def test_a_checkout_is_set_up_again() -> None:
         ("numba.core", "pip install 'florence-bt[robot]'"),
         ("mujoco", "florence-bt[sim]"),
         ("rclpy", "florence-bt[ros]"),
-        ("florence_interfaces.msg", "colcon build"),
+        ("florence_interfaces.msg", "florence interfaces add "),
+        ("nav2_msgs.action", "florence interfaces add nav2_msgs"),
     ],
 )
 def test_what_pip_installed_is_completed_by_pip(
