@@ -193,7 +193,8 @@ def _owner(name: str) -> str:
     """Return the Python package that an interface package comes with; empty when there is none."""
     wanted = f"share/{name}/package.xml"
     for distribution in metadata.distributions():
-        if distribution.name.startswith("ros-") and any(
+        # A folder that an interrupted uninstall left behind has no name.
+        if (distribution.name or "").startswith("ros-") and any(
             str(file).endswith(wanted) for file in distribution.files or ()
         ):
             return distribution.name

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from florence_bt.app.bringup.topology import NODES
-from florence_bt.app.doctor import examination
+from florence_bt.app.doctor import examination, libraries
 from florence_bt.app.doctor.finding import (
     HealthFinding,
     HealthLevel,
@@ -48,7 +48,9 @@ def test_libraries_that_are_all_there():
     assert set(findings) == {"Python", "libfreenect", *(library.name for library in LIBRARIES)}
 
 
-def test_missing_and_old_libraries():
+def test_missing_and_old_libraries(monkeypatch):
+    monkeypatch.setattr(libraries, "in_checkout", lambda: False)
+
     def version(name: str) -> str:
         if name in ("numba", "PyYAML"):
             raise importlib.metadata.PackageNotFoundError(name)
