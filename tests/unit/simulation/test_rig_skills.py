@@ -109,9 +109,11 @@ def test_a_skill_is_the_function_that_starts_it():
     assert started == [{"way": 1.0}] and run.poll() is None
 
 
+COMPONENTS = ("base", "people", "locator", "approach", "voice")
+
+
 def skills_of(**components):
-    none = {"base": None, "people": None, "locator": None, "approach": None}
-    return rig_skills(none | components, {}, ManualClock())
+    return rig_skills(dict.fromkeys(COMPONENTS) | components, {}, ManualClock())
 
 
 def test_the_locator_as_skills():
@@ -146,8 +148,7 @@ def test_proposals_look_at_the_costmap():
 
 def test_conditions_judge_the_messages_of_the_topics_of_the_rig():
     topics, heard = {}, []
-    none = dict.fromkeys(("base", "people", "locator", "costmap"))
-    battery = rig_skills(none, topics, ManualClock())["battery_above"]
+    battery = rig_skills(dict.fromkeys(COMPONENTS), topics, ManualClock())["battery_above"]
     assert battery.start({"charge": 0.2}).poll().code == "server_lost"
     battery.watch({"charge": 0.2}, lambda: heard.append(battery.start({"charge": 0.2}).poll().code))
     for charge in (0.5, 0.4, 0.1):
