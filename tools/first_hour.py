@@ -9,6 +9,7 @@ written to FILE. Words after ``console``::
     NAME          the terminal, each with a shell of its own ("terminal" if none is named)
     until=TEXT    the command stays; its output is taken until a line has this text
     lines=2..3    of a long output only the first two lines and the last three
+    once=yes      done again, the command says nothing, and what it said the first time stays
 
 ``^C`` and ``^\\`` are these keys. A block that begins without a command has the rest of what its terminal prints.
 """
@@ -52,11 +53,13 @@ class Block:
         kind: ``console`` or ``yaml``.
         words: What stands behind it: terminal and options, or the file.
         text: What is in it.
+        start: Where the text starts in the page.
     """
 
     kind: str
     words: tuple[str, ...]
     text: str
+    start: int = 0
 
     @property
     def options(self) -> dict[str, str]:
@@ -78,9 +81,9 @@ class Block:
 def blocks_of(page: str) -> list[Block]:
     """Return the blocks of a page in order."""
     return [
-        Block(kind, tuple(shlex.split(words)), text)
-        for kind, words, text in (match.groups() for match in BLOCK.finditer(page))
-        if kind == "console" or words
+        Block(match[1], tuple(shlex.split(match[2])), match[3], match.start(3))
+        for match in BLOCK.finditer(page)
+        if match[1] == "console" or match[2]
     ]
 
 
@@ -144,7 +147,7 @@ class Shell:
         """Type a command."""
         if self.busy:
             raise CommandWentWrong(f"the terminal is busy, and was to run: {command}")
-        self._type(f"{{ {command}; }} < /dev/null; echo; echo {ENDED} $?")
+        self._type(f"{{ {command}; }} < /dev/null; code=$?; echo; echo {ENDED} $code")
         self.busy = True
 
     def press(self, key: int) -> None:
@@ -184,7 +187,7 @@ def shortened(lines: list[str], amount: str) -> list[str]:
 
 def without_figures(text: str) -> str:
     """Remove what differs from run to run: figures and the widths that follow from them."""
-    return re.sub(r"[\s─=]+", " ", re.sub(r"-?\d[\d.:TZ]*", "0", text))
+    return re.sub(r"[\s─=]+", " ", re.sub(r"-?\d[\d.:TZ-]*", "0", text))
 
 
 def transcript(
@@ -222,7 +225,9 @@ def transcript(
                 shells[block.terminal] = Shell(folder, environment)
             new = "".join(f"{line}\n" for line in _play(block, shells[block.terminal]))
             new = new.replace(str(folder), "~/florence_bt")
-            yield block, block.text if without_figures(new) == without_figures(block.text) else new
+            said_nothing = "once" in block.options and new.splitlines() == block.steps
+            same = said_nothing or without_figures(new) == without_figures(block.text)
+            yield block, block.text if same else new
     finally:
         for shell in shells.values():
             shell.__exit__(None, None, None)
@@ -246,12 +251,12 @@ def _play(block: Block, shell: Shell) -> Iterator[str]:
 
 def written_anew(page: Path, folder: Path, environment: dict[str, str]) -> None:
     """Run a page and write it after each block, so that what was done stays when a command goes wrong."""
-    text, place = page.read_text(), 0
-    for block, new in transcript(text, folder, environment):
-        place = text.index(f"{block.text}```", place)
-        text = f"{text[:place]}{new}{text[place + len(block.text) :]}"
-        place += len(new)
-        page.write_text(text)
+    old = page.read_text()
+    done, place = "", 0
+    for block, new in transcript(old, folder, environment):
+        done += old[place : block.start] + new
+        place = block.start + len(block.text)
+        page.write_text(done + old[place:])
 
 
 def clone(folder: Path) -> Path:
@@ -275,7 +280,7 @@ def newcomers_environment() -> dict[str, str]:
     """Return the variables of this process without what points to a Florence that is installed already."""
     hidden = ("PYTHONPATH", "VIRTUAL_ENV", "FLORENCE_NAMESPACE")
     environment = {name: value for name, value in os.environ.items() if name not in hidden}
-    return environment | {"COLUMNS": "100", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_LOCALHOST_ONLY": ""}
+    return environment | {"COLUMNS": "100", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
 def main() -> int:
@@ -284,12 +289,16 @@ def main() -> int:
     Returns:
         0 when each command could be shown, else 1.
     """
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("page", type=Path, help="the page, e.g. docs/first_hour.md")
-    parser.add_argument("--folder", type=Path, help="where the clone is kept (a temporary folder if not given)")
+    parser.add_argument(
+        "--folder", type=Path, help="where the clone is kept (a temporary folder if not given)"
+    )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="first_hour_") as temporary:
-        folder = arguments.folder or Path(temporary)
+        folder = (arguments.folder or Path(temporary)).resolve()
         try:
             written_anew(arguments.page, clone(folder), newcomers_environment())
         except CommandWentWrong as wrong:

@@ -68,6 +68,14 @@ def test_a_file_keeps_what_it_had(tmp_path: Path) -> None:
     assert file.read_text() == before and not (tmp_path / "mine.yaml").exists()
 
 
+def test_its_folder_is_made_too(tmp_path: Path) -> None:
+    file = tmp_path / "my_robot" / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    assert set(read_skills_file(file).mappings) == {"open"}
+    with pytest.raises(ConfigError, match="cannot be written"):
+        add_to_file(file / "other.skills.yaml", *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+
+
 def test_a_name_that_the_language_has_is_avoided() -> None:
     assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait")[0] == "wait_skill"
     assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait")[0] == "do_2nd_arm"
