@@ -1,10 +1,10 @@
 """Pages of the docs that are transcripts: runs the commands of a page, and writes what they print into it.
 
-``python -m tools.first_hour docs/first_hour.md`` does so for the newcomer's first hour, in a fresh clone of the last
-commit with an environment of its own (minutes; ``--folder`` keeps both for the next time).
+``python -m tools.first_hour docs/first_hour.md`` does so for the newcomer's first hour, in a fresh clone of the
+last commit with an environment of its own (minutes; ``--folder`` keeps both for the next time).
 
-The page is the script. A ``console`` block has commands behind ``$`` and what they printed; a block ``yaml FILE`` is
-written to FILE. Words after ``console``::
+The page is the script. A ``console`` block has commands behind ``$`` and what they printed; a block ``yaml FILE``
+is written to FILE. Words after ``console``::
 
     NAME          the terminal, each with a shell of its own ("terminal" if none is named)
     until=TEXT    the command stays; its output is taken until a line has this text
@@ -273,7 +273,7 @@ def clone(folder: Path) -> Path:
     subprocess.run([*git, "fetch", "--quiet", str(ROOT), commit], check=True)
     subprocess.run([*git, "checkout", "--quiet", "--force", commit], check=True)
     subprocess.run([*git, "clean", "--quiet", "-fd"], check=True)
-    return checkout
+    return checkout.resolve()
 
 
 def newcomers_environment() -> dict[str, str]:
