@@ -1,17 +1,18 @@
-"""Pages of the docs that are transcripts: runs the commands of a page, and writes what they print into it.
+r"""Pages of the docs that are transcripts: runs the commands of a page, and writes what they print into it.
 
-``python -m tools.first_hour docs/first_hour.md`` does so for the newcomer's first hour, in a fresh clone of the
-last commit with an environment of its own (minutes; ``--folder`` keeps both for the next time).
+``python -m tools.first_hour docs/first_hour.md`` does so for the newcomer's first hour, in a fresh clone of
+the last commit with an environment of its own (minutes; ``--folder`` keeps both for the next time).
 
-The page is the script. A ``console`` block has commands behind ``$`` and what they printed; a block ``yaml FILE``
-is written to FILE. Words after ``console``::
+The page is the script. A ``console`` block has commands behind ``$`` and what they printed; a block
+``yaml FILE`` is written to FILE. Words after ``console``::
 
     NAME          the terminal, each with a shell of its own ("terminal" if none is named)
     until=TEXT    the command stays; its output is taken until a line has this text
     lines=2..3    of a long output only the first two lines and the last three
     once=yes      done again, the command says nothing, and what it said the first time stays
 
-``^C`` and ``^\\`` are these keys. A block that begins without a command has the rest of what its terminal prints.
+``^C`` and ``^\`` are these keys. A block that begins without a command has the rest of what its terminal
+prints.
 """
 
 from __future__ import annotations

@@ -27,7 +27,8 @@ def record(folder: Path, text: str) -> str:
 
 
 def test_what_commands_print_is_written_behind_them(tmp_path: Path) -> None:
-    page = "Say\n\n```yaml it.yaml\nhello: 1\n```\n\n```console\n$ cat it.yaml\n$ pwd\nold\n```\nso.\n"
+    files = "Say\n\n```yaml it.yaml\nhello: 1\n```\n\n"
+    page = f"{files}```console\n$ cat it.yaml\n$ pwd\nold\n```\nso.\n"
     new = page.replace("cat it.yaml\n", "cat it.yaml\nhello: 1\n").replace("old", "~/florence_bt")
     assert record(tmp_path, page) == new
     assert record(tmp_path, new) == new
