@@ -120,3 +120,10 @@ def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -
     assert len(read_skills_file(file).findings) == 2
     file.write_text(file.read_text().replace("Say here", "Told").replace("say here", "told"))
     assert read_skills_file(file).findings == ()
+
+
+def test_a_check_of_skills_alone_tells_what_it_looked_at(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    told = CliRunner().invoke(app, ["check", str(file)])
+    assert told.exit_code == 0 and "1 skills file checked" in told.output
