@@ -22,6 +22,7 @@ import os
 import queue
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -187,8 +188,9 @@ def shortened(lines: list[str], amount: str) -> list[str]:
 
 
 def without_figures(text: str) -> str:
-    """Remove what differs from run to run: figures and the widths that follow from them."""
-    return re.sub(r"[\s─=]+", " ", re.sub(r"-?\d[\d.:TZ-]*", "0", text))
+    """Remove what differs from run to run: figures, widths that follow from them, log lines of a run."""
+    ended = re.sub(r"^ +[\d.]+ s  \[>\].*\n", "", text, flags=re.MULTILINE)
+    return re.sub(r"[\s─=]+", " ", re.sub(r"-?\d[\d.:TZ-]*", "0", ended))
 
 
 def transcript(
@@ -274,6 +276,7 @@ def clone(folder: Path) -> Path:
     subprocess.run([*git, "fetch", "--quiet", str(ROOT), commit], check=True)
     subprocess.run([*git, "checkout", "--quiet", "--force", commit], check=True)
     subprocess.run([*git, "clean", "--quiet", "-fd"], check=True)
+    shutil.rmtree(checkout / "runs", ignore_errors=True)
     return checkout.resolve()
 
 

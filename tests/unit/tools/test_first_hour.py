@@ -39,6 +39,7 @@ def test_a_block_stays_when_only_figures_differ(tmp_path: Path) -> None:
     page = f"{first}$ echo run 20261126T160223Z-001\nrun 20270101T000000Z-017\n```\n"
     assert record(tmp_path, page) == page
     assert without_figures("took 3 s") != without_figures("took 3 m")
+    assert without_figures("starts\n   0.4 s  [>] drive -- 2 m\nends") == without_figures("starts\nends")
 
 
 def test_terminals_keep_what_runs_in_them_until_a_key(tmp_path: Path) -> None:
