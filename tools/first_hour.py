@@ -189,7 +189,7 @@ def shortened(lines: list[str], amount: str) -> list[str]:
 
 def without_figures(text: str) -> str:
     """Remove what differs from run to run: figures, widths that follow from them, log lines of a run."""
-    ended = re.sub(r"^ +[\d.]+ s  \[>\].*\n", "", text, flags=re.MULTILINE)
+    ended = re.sub(r"^ +[\d.]+ s  \[.\].*\n", "", text, flags=re.MULTILINE)
     return re.sub(r"[\s─=]+", " ", re.sub(r"-?\d[\d.:TZ-]*", "0", ended))
 
 
