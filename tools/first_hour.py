@@ -197,7 +197,7 @@ def transcript(
     page: str,
     folder: Path,
     environment: dict[str, str],
-    runs: Callable[[str], bool] = lambda _: True,
+    runs: Callable[[Block], bool] = lambda _: True,
 ) -> Iterator[tuple[Block, str]]:
     """Run the commands of a page.
 
@@ -205,7 +205,7 @@ def transcript(
         page: Its text.
         folder: Where files are written and commands run.
         environment: The variables of its commands.
-        runs: Which blocks run, by their first command; the others are left out.
+        runs: Which blocks of commands run; the others are left out.
 
     Yields:
         Each block with its new text. Where only figures differ, that is the old one.
@@ -222,7 +222,7 @@ def transcript(
                 file.write_text(block.text)
                 yield block, block.text
                 continue
-            if not runs(block.steps[0][2:]):
+            if not runs(block):
                 continue
             if block.terminal not in shells:
                 shells[block.terminal] = Shell(folder, environment)
