@@ -85,7 +85,8 @@ class System:
         """Start the processes; they are not ready yet."""
         self._interrupts.enter_context(once())
         try:
-            ensure_compiled(self._report)
+            if not self.options.missions_only:
+                ensure_compiled(self._report)
             self._supervisor.start(groups(self.options))
         except BaseException:
             self._down()
@@ -114,7 +115,8 @@ class System:
             DeviceTimeout: It takes too long; names what is missing.
         """
         start = time.monotonic()
-        self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
+        processes = "1 process" if len(self.pids()) == 1 else f"{len(self.pids())} processes"
+        self._report(f"starting {processes} ({', '.join(self.pids())})")
         if not self.client.spin_until(
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):

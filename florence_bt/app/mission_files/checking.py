@@ -91,8 +91,9 @@ def check_files(files: Sequence[Path], options: CheckOptions | None = None) -> t
     excerpts = Excerpts(checker.texts)
     if options.form == "text":
         report = report_full(findings, excerpts, colour=options.colour)
-        count = sum(not is_skills_file(path) for path in paths)
-        head = f"{count} mission{'s' * (count != 1)} checked: {summary(findings)}"
+        missions = sum(not is_skills_file(path) for path in paths)
+        count, what = (missions, "mission") if missions or not paths else (len(paths), "skills file")
+        head = f"{count} {what}{'s' * (count != 1)} checked: {summary(findings)}"
         report = f"{report}\n{head}" if report else head
     else:
         report = FORMATS[options.form](findings, excerpts)

@@ -9,10 +9,10 @@ from typing import Any
 
 import yaml
 
+from florence_bt.app.mission_files.output import write_output
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import holds, load_interface, part_of
-from florence_bt.core.text_files import refuse_to_replace, replace_text
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS
 from florence_bt.trees.language.vocabulary import RESERVED
@@ -96,9 +96,7 @@ def add_to_file(file: Path, skill: str, entry: str) -> None:
         if skill in read_skills_file(file).declarations:
             raise ConfigError(f"{file} has a skill {skill!r} already", valid=["--skill OTHER_NAME"])
         before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
-    else:
-        refuse_to_replace(file)
-    replace_text(file, before + entry)
+    write_output(file, before + entry, make_folder=True)
 
 
 def _skill_name(name: str) -> str:

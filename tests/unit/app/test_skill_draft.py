@@ -68,6 +68,14 @@ def test_a_file_keeps_what_it_had(tmp_path: Path) -> None:
     assert file.read_text() == before and not (tmp_path / "mine.yaml").exists()
 
 
+def test_its_folder_is_made_too(tmp_path: Path) -> None:
+    file = tmp_path / "my_robot" / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    assert set(read_skills_file(file).mappings) == {"open"}
+    with pytest.raises(ConfigError, match="cannot be written"):
+        add_to_file(file / "other.skills.yaml", *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+
+
 def test_a_name_that_the_language_has_is_avoided() -> None:
     assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait")[0] == "wait_skill"
     assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait")[0] == "do_2nd_arm"
@@ -112,3 +120,10 @@ def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -
     assert len(read_skills_file(file).findings) == 2
     file.write_text(file.read_text().replace("Say here", "Told").replace("say here", "told"))
     assert read_skills_file(file).findings == ()
+
+
+def test_a_check_of_skills_alone_tells_what_it_looked_at(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    told = CliRunner().invoke(app, ["check", str(file)])
+    assert told.exit_code == 0 and "1 skills file checked" in told.output
