@@ -52,6 +52,8 @@ OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
 LOCATOR = "florenceLocator"
 """Node name of the locator, and the first part of its services' names."""
+ROBOT_POSE = f"{LOCATOR}/getRobotPosXYPhi"
+"""The service that tells where the robot is."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
 RUN_MISSION = f"{MISSION_SERVER}/run_mission"
@@ -213,7 +215,7 @@ class MissionClient(Closing):
         """Tell whether the robot knows where it is."""
         question = GetXYPhi.Request()
         try:
-            answer = self.call(GetXYPhi, f"{LOCATOR}/getRobotPosXYPhi", question, repeat=True)
+            answer = self.call(GetXYPhi, ROBOT_POSE, question, repeat=True)
         except (SystemNotThere, DeviceTimeout):
             return False  # a start on a busy machine; the caller has a limit of its own
         return bool(answer.valid)
