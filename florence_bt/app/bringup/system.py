@@ -114,7 +114,7 @@ class System:
             DeviceTimeout: It takes too long; names what is missing.
         """
         start = time.monotonic()
-        self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
+        self._report(f"starting {', '.join(self.pids())}")
         if not self.client.spin_until(
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):
