@@ -127,7 +127,7 @@ class Where:
         try:
             pose, room = self._ask(GetXYPhi, ROBOT_POSE), self._ask(GetRoom, ROBOT_ROOM)
         except (SystemNotThere, DeviceTimeout):
-            return Fact("not known: no locator answers (florence up --missions-only has none)", False)
+            return Fact("not known: no locator answers", False)
         if not pose.valid:
             return Fact("not known: no transform leads from the map to the robot", False)
         return Fact(

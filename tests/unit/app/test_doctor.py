@@ -48,7 +48,7 @@ def test_libraries_that_are_all_there():
     assert set(findings) == {"Python", "libfreenect", *(library.name for library in LIBRARIES)}
 
 
-def test_missing_and_old_libraries():
+def test_missing_and_old_libraries(monkeypatch):
     def version(name: str) -> str:
         if name in ("numba", "PyYAML"):
             raise importlib.metadata.PackageNotFoundError(name)
@@ -56,10 +56,11 @@ def test_missing_and_old_libraries():
 
     findings = by_item(check_libraries(version, lambda name: None))
     assert findings["PyYAML"].level is HealthLevel.PROBLEM
-    assert (
-        findings["numba"].level is HealthLevel.WARNING
-        and "pip install 'numba>=0.60'" in findings["numba"].advice
-    )
+    assert findings["numba"].level is HealthLevel.WARNING
+    assert findings["numba"].advice == "make setup"
+    monkeypatch.setattr("florence_bt.app.doctor.libraries.in_checkout", lambda: False)
+    findings_of_wheel = by_item(check_libraries(version, lambda name: None))
+    assert findings_of_wheel["numba"].advice == "pip install 'numba>=0.60'"
     assert "1.25.9 is too old" in findings["numpy"].found
     assert "apt install libfreenect0.5" in findings["libfreenect"].advice
 
