@@ -13,6 +13,8 @@ from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import STOCK, read_skills_file
+from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.outcomes import OWN_CODES
 from florence_bt.trees.language.quantities import format_value
 
@@ -20,7 +22,11 @@ _HEAD = """\
 # Skills
 
 What missions can ask of the robot. This page is written from the declarations of the skills
-(`florence_bt/skills/*/*/declaration.py`) by `python tools/skills_page.py docs/skills.md`.
+(`florence_bt/skills/*/*/declaration.py`, and `florence_bt/trees/language/stock.skills.yaml`) by
+`python tools/skills_page.py docs/skills.md`.
+
+Where a server is named, Florence need not have it itself: the skill is for robots that have one of that
+name. [`like`](skills_without_code.md#a-skill-that-is-like-another-one) makes a skill for one of another name.
 
 A skill that *answers at once* can be a condition: a node without memory asks it again every second while a
 later node runs, or as often as [`every`](missions.md#every-how-conditions-are-watched) says. One that also
@@ -29,19 +35,18 @@ with `every`.
 
 Beside its own codes every skill can fail with:
 """
+_SERVED = {"action": "action", "srv": "service", "msg": "topic"}
 
 
-def skills_page(declarations: Mapping[str, SkillDeclaration]) -> str:
-    """Write the page in Markdown.
-
-    Args:
-        declarations: The skills by name.
-    """
+def skills_page() -> str:
+    """Write the page in Markdown."""
+    stock = read_skills_file(STOCK)
+    declarations = dict(sorted({**stock.declarations, **collect_declarations(third_party=False)}.items()))
     common = [f"- `{code}`: {meaning}" for code, meaning in {**COMMON_CODES, **OWN_CODES}.items()]
     parts = [_HEAD, *common]
     parts += ["", *_groups(declarations)]
-    for declaration in declarations.values():
-        parts += ["", *_skill(declaration)]
+    for name, declaration in declarations.items():
+        parts += ["", *_skill(declaration, stock.mappings.get(name))]
     return "\n".join(parts) + "\n"
 
 
@@ -55,7 +60,7 @@ def _groups(declarations: Mapping[str, SkillDeclaration]) -> Iterator[str]:
         yield f"| `{group.name}` | {codes} | {group.meaning} |"
 
 
-def _skill(declaration: SkillDeclaration) -> Iterator[str]:
+def _skill(declaration: SkillDeclaration, mapping: MessageMapping | None) -> Iterator[str]:
     yield f"## {declaration.name}"
     yield ""
     yield declaration.summary.rstrip(".") + "."
@@ -66,6 +71,9 @@ def _skill(declaration: SkillDeclaration) -> Iterator[str]:
         )
     if declaration.resources:
         notes.append("needs the " + " and the ".join(sorted(declaration.resources)) + " for itself")
+    if mapping is not None:
+        _, kind, _ = mapping.interface.split("/")
+        notes.append(f"server: {_SERVED[kind]} `{mapping.name}`, `{mapping.interface}`")
     yield f"({'; '.join(notes)})"
     for title, ports in (("input", declaration.inputs), ("output", declaration.outputs)):
         if ports:
@@ -87,7 +95,8 @@ def _ports(title: str, ports: Mapping[str, Port]) -> Iterator[str]:
     yield "| input | type | default | limits | |"
     yield "|---|---|---|---|---|"
     for name, port in ports.items():
-        default = "required" if port.required else f"`{format_value(port.default, port.kind)}`"
+        value = "" if port.required else format_value(port.default, port.kind)
+        default = "required" if port.required else f"`{value}`" if value else "empty"
         yield f"| `{name}` | {port.kind.value} | {default} | {_limits(port)} | {port.description} |"
 
 
@@ -105,4 +114,4 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="Write the page of all skills.")
     parser.add_argument("page", type=Path, help="where to, e.g. docs/skills.md")
     page = parser.parse_args().page
-    page.write_text(skills_page(collect_declarations(third_party=False)), encoding="utf-8")
+    page.write_text(skills_page(), encoding="utf-8")

@@ -7,7 +7,7 @@ definitions of their types, so that a new topic, service or action is covered wi
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from rclpy.action import ActionClient, get_action_server_names_and_types_by_node
 from rclpy.action.server import ActionServer
 from rclpy.serialization import serialize_message
 
+from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.errors import DeviceLost
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
@@ -31,6 +32,7 @@ from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.tf import TF_STATIC_TOPIC
 from florence_bt.ros.validation import CHECKS, problem_with, type_name
+from florence_bt.runtime.node import MissionNode
 from florence_bt.skills.calibration.node import CalibrationNode
 from florence_bt.skills.filters.depth_to_laser.node import FakeLaserNode
 from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
@@ -46,6 +48,8 @@ from florence_bt.skills.navigation.navigate.node import NavigationNode
 from florence_bt.skills.people.approach_user.node import ApproachNode
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 from florence_bt.skills.robot_description.node import RobotDescriptionNode
+from florence_bt.skills.speech.node import SpeechNode
+from florence_bt.trees.language.declarations import collect_declarations
 from tools.safety_campaign.messages import arbitrary, load_type, ordinary, spoilt
 
 pytestmark = pytest.mark.ros
@@ -54,6 +58,13 @@ ROUNDS = 25
 """Messages for each topic and service of a node."""
 GOALS = 6
 """Goals for each action, over ROS."""
+NOT_USED = {
+    "florence_interfaces/ApproachMe_FeedbackMessage": "handed to the client of approach_me as it comes",
+    "florence_interfaces/FollowUser_FeedbackMessage": "handed to the client of follow_me as it comes",
+    "py_trees_ros_interfaces/OpenSnapshotStream_Request": "its parameters are not read",
+    "py_trees_ros_interfaces/ReconfigureSnapshotStream_Request": "its parameters are not read",
+}
+"""Types with numbers that need no check, and why."""
 
 
 def absent(*_: Any) -> Any:
@@ -83,6 +94,10 @@ def map_server(folder: Path) -> MapServerNode:
     return MapServerNode(parameters={"map_file": str(file)})
 
 
+def missions(folder: Path) -> MissionNode:
+    return MissionNode(make_skills, collect_declarations(), parameters={"runs_folder": str(folder)})
+
+
 NODES: dict[str, Callable[[Path], FlorenceNode]] = {
     "map_server": map_server,
     "navigate": lambda _: NavigationNode(),
@@ -101,6 +116,8 @@ NODES: dict[str, Callable[[Path], FlorenceNode]] = {
     "tracker": tracker,
     "home_sensors": home_sensors,
     "locator": locator,
+    "speech": lambda _: SpeechNode(),
+    "missions": missions,
 }
 
 
@@ -120,9 +137,11 @@ def deliver(subscription: Any, message: Any) -> None:
     subscription.callback(serialize_message(message) if subscription.raw else message)
 
 
-def attack(ros: Any, node: FlorenceNode, rng: random.Random) -> None:
+def attack(
+    ros: Any, node: FlorenceNode, rng: random.Random, subscriptions: Sequence[Any], services: Sequence[Any]
+) -> None:
     """One generated message for every topic and service; an exception of a callback is raised by the loop."""
-    for subscription in list(node.subscriptions):
+    for subscription in subscriptions:
         message = generated(subscription.msg_type, node, rng)
         refused = sum(node.health.refused.values())
         deliver(subscription, message)
@@ -130,7 +149,7 @@ def attack(ros: Any, node: FlorenceNode, rng: random.Random) -> None:
         # What is sifted out is not looked at.
         assert subscription.raw or counted >= (problem_with(message) is not None)
         ros.loop.drain(3)
-    for service in list(node.services):
+    for service in services:
         request = generated(service.srv_type.Request, node, rng)
         answer = service.callback(request, service.srv_type.Response())
         if problem_with(request) is not None:
@@ -144,6 +163,9 @@ def test_no_message_or_request_raises(ros: Any, node: FlorenceNode) -> None:
         deliver(subscription, ordinary(subscription.msg_type, node.timebase.now()))
     ros.loop.drain()
 
+    # Those of now: the mission server has others in a mission, and Hypothesis wants the same draws each time.
+    attacked_now = list(node.subscriptions), list(node.services)
+
     @settings(
         max_examples=ROUNDS,
         deadline=None,
@@ -153,7 +175,7 @@ def test_no_message_or_request_raises(ros: Any, node: FlorenceNode) -> None:
     )
     @given(st.randoms(use_true_random=False))
     def attacked(rng: random.Random) -> None:
-        attack(ros, node, rng)
+        attack(ros, node, rng, *attacked_now)
 
     attacked()
     # It still does its work: what is good is taken. All messages name one frame, which cannot be both static
@@ -221,11 +243,11 @@ def test_the_hotspots_that_were_set_are_read_at_the_next_start(ros: Any, tmp_pat
 
 
 def test_every_type_with_numbers_that_a_node_takes_has_a_check(node: FlorenceNode) -> None:
-    """A new type: give it a check in florence_bt/ros/validation.py, or leave it out here with the reason."""
+    """A new type: give it a check in florence_bt/ros/validation.py, or put it into NOT_USED with a reason."""
     taken = [subscription.msg_type for subscription in node.subscriptions]
     taken += [service.srv_type.Request for service in node.services]
     taken += [part.action_type.Goal for part in node.waitables if isinstance(part, ActionServer)]
-    unchecked = {type_name(one) for one in taken if has_floats(one)} - set(CHECKS)
+    unchecked = {type_name(one) for one in taken if has_floats(one)} - CHECKS.keys() - NOT_USED.keys()
     assert not unchecked
 
 

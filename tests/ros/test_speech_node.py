@@ -113,7 +113,7 @@ def test_the_answer_of_a_mission_comes_by_the_service(ros, tmp_path):
     (tmp_path / "missions" / "quiz.yaml").write_text(QUIZ)
     folders = {"mission_folders": (str(tmp_path / "missions"),), "runs_folder": str(tmp_path / "runs")}
     ros.add(SpeechNode())
-    ros.add(MissionNode(make_skills, collect_declarations(), wait_for_servers=False, parameters=folders))
+    ros.add(MissionNode(make_skills, collect_declarations(), parameters=folders))
     caller = ros.add(FlorenceNode("caller"))
 
     def call(kind, name, **fields):

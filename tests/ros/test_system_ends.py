@@ -67,7 +67,7 @@ def assert_clean(child, folder, code):
 
 MOMENTS = {
     "while the parts are loaded": None,
-    "while the processes start": "starting 5 processes",
+    "while the processes start": "starting simulator, hardware",
     "while the mission runs": "calling the mission service",
 }
 
@@ -101,7 +101,7 @@ def test_a_bring_up_in_the_background_of_a_script_ends_at_sigterm(start_process,
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    child.wait_for("starting 5 processes", PATIENCE_S)
+    child.wait_for("starting simulator, hardware", PATIENCE_S)
     for number in before:  # they stay ignored
         child.process.send_signal(number)
     child.wait_for("ready after", PATIENCE_S)

@@ -115,8 +115,7 @@ class System:
             DeviceTimeout: It takes too long; names what is missing.
         """
         start = time.monotonic()
-        processes = "1 process" if len(self.pids()) == 1 else f"{len(self.pids())} processes"
-        self._report(f"starting {processes} ({', '.join(self.pids())})")
+        self._report(f"starting {', '.join(self.pids())}")
         if not self.client.spin_until(
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):

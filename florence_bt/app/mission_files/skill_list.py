@@ -71,7 +71,7 @@ def _servers(declarations: Mapping[str, SkillDeclaration], library: MissionLibra
 def _brief(skill: SkillDeclaration, servers: Mapping[str, str], live: object | None) -> Iterator[str]:
     server = servers[skill.name]
     mark = f" [{server}]" if live is not None or server == NOBODY else ""
-    yield f"{skill.name:<22} {skill.summary}{mark}"
+    yield f"{skill.name:<22} {skill.summary.rstrip('.')}{mark}"
 
 
 def _whole(skill: SkillDeclaration, servers: Mapping[str, str]) -> Iterator[str]:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from florence_bt.app.runs.client import MissionClient
     from florence_bt.core.sensing import OccupancyGrid
 
-_LOCATOR = "florenceLocator"
 _MAP_BUDGET_S = 10.0
 
 
@@ -90,13 +89,11 @@ class PlacesTarget:
         Raises:
             NoPose: It does not know.
         """
-        from florence_interfaces.srv import GetXYPhi
-
         with self._system() as client:
-            answer = client.call(GetXYPhi, f"{_LOCATOR}/getRobotPosXYPhi", GetXYPhi.Request(), repeat=True)
-        if not answer.valid:
+            pose = client.robot_pose()
+        if pose is None:
             raise NoPose("the robot does not know where it is; florence where says more")
-        return Pose2(answer.x, answer.y, answer.phi)
+        return pose
 
     def published_map(self) -> OccupancyGrid | None:
         """Return the map of the running system; None when the command is about a file."""
@@ -119,11 +116,11 @@ def _make_client() -> MissionClient:
 def _file_of_system(client: MissionClient) -> Path:
     from rcl_interfaces.srv import GetParameters
 
-    from florence_bt.app.runs.client import SystemNotThere
+    from florence_bt.app.runs.client import LOCATOR, SystemNotThere
 
     question: Any = GetParameters.Request(names=["hotspots_file"])
     try:
-        answer = client.call(GetParameters, f"{_LOCATOR}/get_parameters", question, repeat=True)
+        answer = client.call(GetParameters, f"{LOCATOR}/get_parameters", question, repeat=True)
     except SystemNotThere as error:
         raise SystemNotThere(
             "no system runs whose hotspots these could be; --hotspots FILE names a file, "

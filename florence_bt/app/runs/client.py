@@ -30,6 +30,7 @@ from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.core.geometry import Pose2
 from florence_bt.ros.arguments import start_ros, where_else
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
@@ -52,6 +53,8 @@ OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
 LOCATOR = "florenceLocator"
 """Node name of the locator, and the first part of its services' names."""
+ROBOT_POSE = f"{LOCATOR}/getRobotPosXYPhi"
+"""The service that tells where the robot is."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
 RUN_MISSION = f"{MISSION_SERVER}/run_mission"
@@ -211,12 +214,20 @@ class MissionClient(Closing):
 
     def knows_pose(self) -> bool:
         """Tell whether the robot knows where it is."""
-        question = GetXYPhi.Request()
         try:
-            answer = self.call(GetXYPhi, f"{LOCATOR}/getRobotPosXYPhi", question, repeat=True)
+            return self.robot_pose() is not None
         except (SystemNotThere, DeviceTimeout):
             return False  # a start on a busy machine; the caller has a limit of its own
-        return bool(answer.valid)
+
+    def robot_pose(self) -> Pose2 | None:
+        """Ask where the robot is in the map; None when it does not know.
+
+        Raises:
+            SystemNotThere: There is no locator.
+            DeviceTimeout: It does not answer.
+        """
+        answer = self.call(GetXYPhi, ROBOT_POSE, GetXYPhi.Request(), repeat=True)
+        return Pose2(answer.x, answer.y, answer.phi) if answer.valid else None
 
     def sees(self, node: str) -> bool:
         """Tell whether a node has been discovered."""

@@ -13,11 +13,18 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import TrackedUsers
 from florence_interfaces.srv import GetRoom, GetUserSeen, GetXYPhi
-from nav2_msgs.action import NavigateToPose
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 
-from florence_bt.app.runs.client import ACTIVE_STATES, LOCATOR, MISSION_SERVER, MissionClient, SystemNotThere
+from florence_bt.app.runs.client import (
+    ACTIVE_STATES,
+    LOCATOR,
+    MISSION_SERVER,
+    ROBOT_POSE,
+    MissionClient,
+    SystemNotThere,
+)
+from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
@@ -35,6 +42,7 @@ SEEN_S = 1.5
 WATCH_PERIOD_S = 0.5
 _LOCALISER = "Place in the map"
 _GOALS = "navigate_to_pose/_action/status"
+_THROUGHS = "navigate_through_poses/_action/status"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 
 
@@ -79,15 +87,15 @@ class Where:
     def __init__(self, client: MissionClient) -> None:
         self._client = client
         self._battery, self._users, self._localiser = _Latest(), _Latest(), _Latest()
-        self._goals, self._feedback, self._override = _Latest(), _Latest(), _Latest()
+        self._goals, self._throughs, self._override = _Latest(), _Latest(), _Latest()
+        self._drives = DriveWatch(client.node)
         subscribe = client.node.create_subscription
         subscribe(BatteryState, "battery_state", self._battery.take, SENSOR)
         subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
         subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
         subscribe(GoalStatusArray, _GOALS, self._goals.take, LATCHED)
+        subscribe(GoalStatusArray, _THROUGHS, self._throughs.take, LATCHED)
         subscribe(Bool, MANUAL_OVERRIDE, self._override.take, LATCHED)
-        feedback = NavigateToPose.Impl.FeedbackMessage
-        subscribe(feedback, "navigate_to_pose/_action/feedback", self._feedback.take, RELIABLE)
 
     def wait(self) -> None:
         """Wait a little for what is published now and then."""
@@ -113,13 +121,13 @@ class Where:
     def _ask(self, service_type: Any, name: str) -> Any:
         if not self._client.sees(LOCATOR):
             raise SystemNotThere("no locator")
-        return self._client.call(service_type, f"{LOCATOR}/{name}", service_type.Request(), repeat=True)
+        return self._client.call(service_type, name, service_type.Request(), repeat=True)
 
     def _robot(self) -> Fact:
         try:
-            pose, room = self._ask(GetXYPhi, "getRobotPosXYPhi"), self._ask(GetRoom, "getRobotPosRoom")
+            pose, room = self._ask(GetXYPhi, ROBOT_POSE), self._ask(GetRoom, ROBOT_ROOM)
         except (SystemNotThere, DeviceTimeout):
-            return Fact("not known: no locator answers (florence up --missions-only has none)", False)
+            return Fact("not known: no locator answers", False)
         if not pose.valid:
             return Fact("not known: no transform leads from the map to the robot", False)
         return Fact(
@@ -140,25 +148,25 @@ class Where:
         return Fact(text, status.level == status.OK, facts)
 
     def _goal(self) -> Fact:
-        goals = self._goals.message
-        if goals is None:
+        if self._goals.message is None and self._throughs.message is None:
             if self._client.node.count_publishers(_GOALS):
                 return Fact("none: nothing has been driven to yet")
             return Fact("not known: there is no navigation (navigate_to_pose)", False)
-        if not any(goal.status in _DRIVING for goal in goals.status_list):
+        to_goal = _is_driving(self._goals.message)
+        if not to_goal and not _is_driving(self._throughs.message):
             return Fact("none: nothing drives to a place", True)
-        feedback = self._feedback.message.feedback if self._feedback.age < OLD_S else None
         values: dict[str, Any] = {}
-        text = "a drive has just begun"
+        text = "a drive has just begun" if to_goal else "a drive through several poses"
         try:
-            pose, room = self._ask(GetXYPhi, "getGoalPosXYPhi"), self._ask(GetRoom, "getGoalPosRoom")
+            pose, room = self._ask(GetXYPhi, GOAL_POSE), self._ask(GetRoom, GOAL_ROOM)
         except (SystemNotThere, DeviceTimeout):
             pose = None
-        if pose is not None and pose.valid:
+        if to_goal and pose is not None and pose.valid:
             text, values = f"{_in(room)}at {_place(pose)}", _values(pose, room)
-        if feedback is not None:
-            values["distance_left_m"] = round(float(feedback.distance_remaining), 3)
-            text += f", {feedback.distance_remaining:.1f} m left"
+        drive = self._drives.now()
+        if drive is not None and drive.to_goal == to_goal:
+            values["distance_left_m"] = round(drive.distance, 3)
+            text += f", {drive.distance:.1f} m left"
         return Fact(text, True, values)
 
     def _mission(self) -> Fact:
@@ -189,7 +197,7 @@ class Where:
 
     def _user(self) -> Fact:
         try:
-            seen = self._ask(GetUserSeen, "getUserSeen")
+            seen = self._ask(GetUserSeen, f"{LOCATOR}/getUserSeen")
         except (SystemNotThere, DeviceTimeout):
             return Fact("not known: no locator answers", False)
         if not seen.valid:
@@ -279,6 +287,10 @@ def _show(
 def _print(facts: dict[str, Fact], console: Console, json_lines: bool) -> None:
     text = as_json(facts) if json_lines else as_text(facts)
     console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def _is_driving(goals: GoalStatusArray | None) -> bool:
+    return goals is not None and any(goal.status in _DRIVING for goal in goals.status_list)
 
 
 def _in(room: Any) -> str:

@@ -1,92 +1,135 @@
-"""Where the robot is and how far it still has to go, as a viewer of a run sees it: it asks no mission server.
+"""Where the robot is and how far it still has to go, as a viewer sees it: it asks no mission server.
 
-The feedback of navigation is a topic that anybody may read, with Florence's navigation and with Nav2.
-Missions themselves do not say how far it is: a countdown would make every tick look like a change.
+The feedback of navigation is a topic that anybody may read, with Florence's navigation and with Nav2; rooms
+and the goal are the locator's. Missions themselves do not say how far it is: a countdown would make every
+tick look like a change.
 """
 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
-from florence_interfaces.srv import GetRoom
-from geometry_msgs.msg import PoseStamped
+from florence_interfaces.srv import GetRoom, GetXYPhi
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
-from florence_bt.app.bringup.locks import running_folder
-from florence_bt.app.bringup.options import BringUp
-from florence_bt.app.runs.client import MissionClient, OpenQuestion
-from florence_bt.core.errors import FlorenceError
+from florence_bt.app.runs.client import LOCATOR, MissionClient, OpenQuestion
 from florence_bt.ros.action_client import LatestMessages
 from florence_bt.ros.conversions import duration_from_ros
-from florence_bt.ros.qos import LATCHED
-from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
+from florence_bt.ros.node import FlorenceNode
 
-ROBOT_ROOM = "florenceLocator/getRobotPosRoom"
-ROOM_PERIOD_S = 1.0
-"""Wall seconds between two questions for the robot's room."""
+ROBOT_ROOM = f"{LOCATOR}/getRobotPosRoom"
+GOAL_ROOM = f"{LOCATOR}/getGoalPosRoom"
+GOAL_POSE = f"{LOCATOR}/getGoalPosXYPhi"
+_OF_THE_GOAL = {GOAL_ROOM: GetRoom, GOAL_POSE: GetXYPhi}
+ASK_PERIOD_S = 1.0
+"""Wall seconds between two times at which the locator is asked."""
 FRESH_S = 3.0
 """Wall seconds without feedback after which the robot is not on its way any more."""
 ARRIVED_M = 0.05
 """Metres left that are not worth telling."""
 
 
-class Whereabouts:
-    """Listens to navigation and asks the locator for the robot's room, without ever waiting.
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A drive that goes on.
 
-    Args:
-        client: The client that is spun meanwhile.
+    Attributes:
+        goal_id: The goal of the action.
+        distance: Metres to go.
+        seconds: The time that it will still take; 0 when that is not known.
+        to_goal: Whether the locator knows its goal; that of a drive through several poses it does not.
     """
 
-    def __init__(self, client: MissionClient) -> None:
-        self._client = client
-        node = client.node
-        self._drives = [
+    goal_id: bytes
+    distance: float
+    seconds: float
+    to_goal: bool
+
+
+class DriveWatch:
+    """Listens to the feedback of drives.
+
+    Args:
+        node: The node that listens.
+    """
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self._ways = [
             LatestMessages(node, action.Impl.FeedbackMessage, f"{name}/_action/feedback", 1)
             for action, name in (
                 (NavigateToPose, "navigate_to_pose"),
                 (NavigateThroughPoses, "navigate_through_poses"),
             )
         ]
-        node.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
-        self._hotspots = _hotspots_in_use()
-        self._goal: tuple[float, float] | None = None
-        self._room = ""
-        self._question = OpenQuestion(client)
+        self._drive: Drive | None = None
+        self._told_at = 0.0
+
+    def now(self) -> Drive | None:
+        """Return the drive that goes on; None when nothing has been told of one lately."""
+        for way in self._ways:
+            for message in way.take():
+                self._told_at, told = time.monotonic(), message.feedback
+                self._drive = Drive(
+                    bytes(message.goal_id.uuid),
+                    float(told.distance_remaining),
+                    duration_from_ros(told.estimated_time_remaining),
+                    way is self._ways[0],
+                )
+        return self._drive if time.monotonic() - self._told_at <= FRESH_S else None
+
+
+class Whereabouts:
+    """Tells in one line where the robot is and where it drives, without ever waiting.
+
+    Args:
+        client: The client that is spun meanwhile.
+    """
+
+    def __init__(self, client: MissionClient) -> None:
+        self._drives = DriveWatch(client.node)
+        self._questions = {name: OpenQuestion(client) for name in (ROBOT_ROOM, *_OF_THE_GOAL)}
+        self._answers: dict[str, Any] = {}
+        self._goal_id = b""
         self._ask_at = 0.0
-        self._drive: Any = None
-        self._to_goal = False
-        self._drove_at = 0.0
 
     def text(self) -> str:
         """Say where the robot is and where it drives; empty while nobody knows."""
+        drive = self._drives.now()
+        if drive is not None and drive.goal_id != self._goal_id:
+            self._goal_id, self._ask_at = drive.goal_id, 0.0
+            for name in _OF_THE_GOAL:
+                self._answers.pop(name, None)
+        self._ask(_OF_THE_GOAL if drive is not None and drive.to_goal else {})
+        room = self._room(ROBOT_ROOM)
+        if drive is None or drive.distance < ARRIVED_M:
+            return where_text(room)
+        destination = self._destination(room) if drive.to_goal else ""
+        return where_text(room, destination, drive.distance, drive.seconds)
+
+    def _ask(self, of_the_goal: dict[str, Any]) -> None:
+        for name, question in self._questions.items():
+            answer = question.take()
+            if answer is not None:
+                self._answers[name] = answer
         now = time.monotonic()
-        self._ask_for_room(now)
-        for way in self._drives:
-            for message in way.take():
-                self._drive, self._drove_at, self._to_goal = message.feedback, now, way is self._drives[0]
-        drive, fresh = self._drive, now - self._drove_at <= FRESH_S
-        if drive is None or not fresh or drive.distance_remaining < ARRIVED_M:
-            return where_text(self._room)
-        destination = self._destination() if self._to_goal else ""
-        seconds = duration_from_ros(drive.estimated_time_remaining)
-        return where_text(self._room, destination, float(drive.distance_remaining), seconds)
+        if now >= self._ask_at:
+            asked = [
+                self._questions[name].ask(service, name, service.Request())
+                for name, service in {ROBOT_ROOM: GetRoom, **of_the_goal}.items()
+            ]
+            self._ask_at = now + ASK_PERIOD_S if any(asked) else self._ask_at
 
-    def _ask_for_room(self, now: float) -> None:
-        answer = self._question.take()
-        if answer is not None:
-            self._room = answer.room if answer.valid else ""
-        if now >= self._ask_at and self._question.ask(GetRoom, ROBOT_ROOM, GetRoom.Request()):
-            self._ask_at = now + ROOM_PERIOD_S
+    def _room(self, question: str) -> str:
+        answer = self._answers.get(question)
+        return answer.room if answer is not None and answer.valid else ""
 
-    def _destination(self) -> str:
-        if self._goal is None:
-            return ""
-        room, place = self._hotspots.room_of(*self._goal), f"({self._goal[0]:.1f}, {self._goal[1]:.1f})"
-        return f"the {room}" if room and room != self._room else place
-
-    def _on_goal(self, message: PoseStamped) -> None:
-        self._goal = (message.pose.position.x, message.pose.position.y)
+    def _destination(self, here: str) -> str:
+        room, pose = self._room(GOAL_ROOM), self._answers.get(GOAL_POSE)
+        if room and room != here:
+            return f"the {room}"
+        return f"({pose.x:.1f}, {pose.y:.1f})" if pose is not None and pose.valid else ""
 
 
 def where_text(room: str, destination: str = "", distance: float | None = None, seconds: float = 0.0) -> str:
@@ -104,14 +147,3 @@ def where_text(room: str, destination: str = "", distance: float | None = None, 
         to_go = ", ".join([f"{distance:.1f} m", *about])
         parts.append(f"drives to {destination}: {to_go} left" if destination else f"drives, {to_go} left")
     return "; ".join(parts)
-
-
-def _hotspots_in_use() -> Hotspots:
-    """Read the hotspots of the system that runs on this machine; none when it runs elsewhere."""
-    folder = running_folder()
-    if folder is None:
-        return Hotspots()
-    try:
-        return load_hotspots(BringUp.in_folder(folder).hotspots)
-    except (FlorenceError, OSError, ValueError):
-        return Hotspots()  # a folder that is gone, or of another version: rooms have no names then

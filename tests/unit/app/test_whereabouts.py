@@ -6,20 +6,13 @@ pytest.importorskip("rclpy")
 
 from types import SimpleNamespace
 
-from florence_interfaces.srv import GetRoom
-from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import NavigateToPose
+from florence_interfaces.srv import GetRoom, GetXYPhi
+from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
-from florence_bt.app.bringup.locks import lock_domain
-from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.runs import whereabouts
-from florence_bt.app.runs.whereabouts import Whereabouts, where_text
+from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, Whereabouts, where_text
 
-HOTSPOTS = """\
-hotspots:
-- {label: hall, x: 0, y: 0, phi: 0}
-- {label: study, x: 10, y: 0, phi: 0}
-"""
+TO_A_POSE, THROUGH_POSES = "navigate_to_pose/_action/feedback", "navigate_through_poses/_action/feedback"
 
 
 @pytest.mark.parametrize(
@@ -48,29 +41,26 @@ class Ways:
 
 
 @pytest.fixture
-def world(tmp_path, monkeypatch):
-    """A bring-up whose hotspots are known, a client that is answered at once, and a clock."""
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setenv("ROS_DOMAIN_ID", "41")
-    (tmp_path / "spots.yaml").write_text(HOTSPOTS)
-    BringUp(str(tmp_path / "up"), hotspots_file=str(tmp_path / "spots.yaml")).write()
-    lock = lock_domain(tmp_path / "up")
-    goals = []
-    node = SimpleNamespace(
-        feedback={}, create_subscription=lambda kind, topic, callback, qos: goals.append(callback)
-    )
-    world = SimpleNamespace(node=node, now=100.0, room="hall", answers=True)
-    world.ask = lambda kind, name, request: SimpleNamespace(
-        done=lambda: world.answers, result=lambda: GetRoom.Response(room=world.room, valid=bool(world.room))
-    )
-    world.dropped = 0
+def world(monkeypatch):
+    """A client that a locator answers at once, and a clock."""
+    world = SimpleNamespace(node=SimpleNamespace(feedback={}), now=100.0, answers=True, dropped=0, asked=[])
+    world.told = {
+        ROBOT_ROOM: GetRoom.Response(room="hall", valid=True),
+        GOAL_ROOM: GetRoom.Response(room="study", valid=True),
+        GOAL_POSE: GetXYPhi.Response(x=9.0, y=0.0, valid=True),
+    }
+
+    def ask(kind, name, request):
+        assert isinstance(world.told[name], kind.Response)
+        world.asked.append(name)
+        return SimpleNamespace(done=lambda: world.answers, result=lambda: world.told[name])
+
+    world.ask = ask
     world.drop = lambda name, future: setattr(world, "dropped", world.dropped + 1)
     monkeypatch.setattr(whereabouts, "LatestMessages", Ways)
     monkeypatch.setattr(whereabouts.time, "monotonic", lambda: world.now)
     world.where = Whereabouts(world)
-    world.set_goal = goals[0]
-    yield world
-    lock.close()
+    return world
 
 
 def seen(world, passed=0.1):
@@ -78,23 +68,40 @@ def seen(world, passed=0.1):
     return world.where.text()
 
 
-def feedback(metres):
-    return NavigateToPose.Impl.FeedbackMessage(feedback=NavigateToPose.Feedback(distance_remaining=metres))
+def tell(world, metres, goal=1, topic=TO_A_POSE, action=NavigateToPose):
+    message = action.Impl.FeedbackMessage(feedback=action.Feedback(distance_remaining=metres))
+    message.goal_id.uuid = [goal] * 16
+    world.node.feedback[topic].append(message)
 
 
 def test_a_drive_is_told_by_rooms_until_it_is_over(world):
     assert seen(world) == "" and seen(world) == "in the hall"
-    goal = PoseStamped()
-    goal.pose.position.x = 9.0
-    world.set_goal(goal)
-    world.node.feedback["navigate_to_pose/_action/feedback"].append(feedback(4.0))
+    tell(world, 4.0)
+    assert seen(world) == "in the hall; drives, 4.0 m left"
     assert seen(world) == "in the hall; drives to the study: 4.0 m left"
-    world.room = "study"
+    world.told[ROBOT_ROOM] = GetRoom.Response(room="study", valid=True)
     seen(world, 1.5)
     assert seen(world) == "in the study; drives to (9.0, 0.0): 4.0 m left"
     assert seen(world, 5.0) == "in the study"
-    world.node.feedback["navigate_to_pose/_action/feedback"].append(feedback(0.01))
+    tell(world, 0.01)
     assert seen(world) == "in the study"
+
+
+def test_another_goal_is_not_told_with_the_place_of_the_one_before(world):
+    tell(world, 4.0)
+    seen(world)
+    assert seen(world) == "in the hall; drives to the study: 4.0 m left"
+    world.told[GOAL_ROOM] = GetRoom.Response(room="kitchen", valid=True)
+    tell(world, 2.0, goal=2)
+    assert seen(world) == "in the hall; drives, 2.0 m left"
+    assert seen(world) == "in the hall; drives to the kitchen: 2.0 m left"
+
+
+def test_a_drive_through_several_poses_has_no_place(world):
+    seen(world)
+    tell(world, 4.0, topic=THROUGH_POSES, action=NavigateThroughPoses)
+    assert [seen(world, 0.6) for _ in range(3)][-1] == "in the hall; drives, 4.0 m left"
+    assert set(world.asked) == {ROBOT_ROOM}
 
 
 def test_where_nobody_answers_nothing_is_told_and_nobody_waits(world):
