@@ -10,7 +10,7 @@ from florence_bt.skills.navigation.navigate.following.path_follower import PathF
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
-from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, all_legs
+from florence_bt.skills.navigation.navigate.legs import Place, all_legs, of_nobody_known
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
@@ -66,7 +66,7 @@ class Search:
         here, walking = (state.pose.x, state.pose.y), self._task.track.walking
         legs = [
             each
-            for each in _of_nobody_known(walking.places(self._task.track.scanned), state)
+            for each in of_nobody_known(walking.places(self._task.track.scanned), state.people.places)
             if math.dist(each, here) < VIEW_M[1]
         ]
         if not legs or state.now - self._task.track.scanned > CAMERA_GAP_S:
@@ -88,9 +88,8 @@ class Search:
     def _look_at_legs(self, state: RobotState) -> Twist2 | None:
         """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
         before = self._nearby.since
-        legs = self._nearby.next(
-            state.now, state.pose, _of_nobody_known(all_legs(self._task.track.unknown), state)
-        )
+        unknown = of_nobody_known(all_legs(self._task.track.unknown), state.people.places)
+        legs = self._nearby.next(state.now, state.pose, unknown)
         if self._nearby.since != before:
             self._task.motions.begin_to_turn_round()
         if legs is None:
@@ -150,9 +149,3 @@ class Search:
         else:
             self._goal_place = place
             self._planned.plan_anew()
-
-
-def _of_nobody_known(legs: list[Place], state: RobotState) -> list[Place]:
-    """Return the legs without those of people whom the camera sees and knows to be others."""
-    others = state.people.rows[:, :2]
-    return [each for each in legs if all(math.dist(each, who) > REACH_M for who in others)]
