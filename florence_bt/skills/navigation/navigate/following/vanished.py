@@ -25,11 +25,11 @@ class Vanished:
     """Drives to where the person vanished."""
 
     def __init__(
-        self, task: FollowTask, persons_way: TrailFollower, planned: PathFollower, now: float
+        self, task: FollowTask, trail_follower: TrailFollower, path_follower: PathFollower, now: float
     ) -> None:
         self._task = task
-        self._persons_way = persons_way
-        self._planned = planned
+        self._trail_follower = trail_follower
+        self._path_follower = path_follower
         self._faced = False
         self._way_left, self._nearer_at = math.inf, now
 
@@ -52,10 +52,10 @@ class Vanished:
             return Move(self._task.motions.turn_towards(state, bearing), "turning after the person")
         place = self._task.track.last
         if math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
-            walk, left = self._persons_way.drive(state, place, 0.0)
+            walk, left = self._trail_follower.drive(state, place, 0.0)
             if walk is not None and self._gets_nearer(state.now, left):
                 return Move(walk, "going along the person's path")
-        command, remaining = self._planned.drive(state, place)
+        command, remaining = self._path_follower.drive(state, place)
         if remaining <= _ARRIVED_M or self._is_there(state, place):
             return None
         gets_nearer = self._gets_nearer(state.now, remaining)
