@@ -19,7 +19,7 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
-from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path
+from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path, ways_from
 from tests.unit.skills.navigation_world import make_map
 
 PARAMETERS = PlannerParameters()
@@ -46,6 +46,16 @@ def test_potentials_on_open_ground_are_nearly_round() -> None:
     assert potential[middle + 20, middle + 20] == pytest.approx(20 * math.sqrt(2), rel=0.06)
     assert np.all(potential[[0, -1], :] >= UNVISITED / NEUTRAL)
     assert np.allclose(potential, potential[::-1, ::-1])
+
+
+def test_ways_lead_round_walls_in_metres_and_not_off_the_map_or_behind_a_closed_one() -> None:
+    floor = np.ones((20, 40), bool)
+    floor[:15, 10] = floor[:, 30] = False
+    ways = ways_from((0, 0), floor, 0.05)
+    assert ways[0, 8] == pytest.approx(0.4)
+    assert 1.5 < ways[0, 20] < 2.0, "round the end of the wall, instead of 1 m through it"
+    assert np.isinf(ways[:, 30:]).all()
+    assert np.isinf(ways[~floor]).all()
 
 
 def test_the_path_goes_through_the_middle_of_the_door() -> None:

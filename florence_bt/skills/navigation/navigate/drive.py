@@ -34,7 +34,7 @@ from florence_bt.skills.navigation.navigate.staging import (
     turning_place,
 )
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
-from florence_bt.skills.navigation.navigate.vacated_cells import BODY_M, CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
@@ -360,11 +360,9 @@ class Drive:
 
     def _forget_who_left(self, state: RobotState) -> None:
         """Forget what the camera marked above feet at the goal: a person in view is seen again."""
-        place = self._goal.x, self._goal.y
-        self._costmaps.global_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M, above_feet=True)
-        self._costmaps.local_costmap.clear_disc(
-            CAMERA_SOURCES, state.map_from_odom.inverse().apply(*place), BODY_M, above_feet=True
-        )
+        in_map = self._goal.x, self._goal.y
+        place = state.map_from_odom.inverse().apply(*in_map)
+        clear_person(self._costmaps, place, in_map, above_feet=True)
 
     def _restart(self, state: RobotState, patience_s: float = math.inf) -> None:
         """Count from here on; after a recovery behaviour only the costmaps need some time."""

@@ -55,11 +55,11 @@ class Follow:
             goal, costmaps, parameters, PersonTrack(params, now), Motions(goal, params)
         )
         self._contact = ContactRecovery(costmaps, parameters.recovery)
-        self._planned = planned = PathFollower(task)
-        self._way_back = RetreatPath(task)
-        self._persons_way = TrailFollower(task)
-        self._give_way = GiveWay(task, self._way_back, planned)
-        self._keep_distance = KeepDistance(task, self._persons_way, planned, self._give_way, now)
+        self._path_follower = path_follower = PathFollower(task)
+        self._retreat_path = RetreatPath(task)
+        self._trail_follower = TrailFollower(task)
+        self._give_way = GiveWay(task, self._retreat_path, path_follower)
+        self._keep_distance = KeepDistance(task, self._trail_follower, path_follower, self._give_way, now)
         self._vanished: Vanished | None = None
         self._search: Search | None = None
         self._started = self._moved = now
@@ -68,7 +68,7 @@ class Follow:
     @property
     def path(self) -> NDArray[np.float64] | None:
         """The path that is followed, shape (n, 2) in the map frame, or None."""
-        return self._planned.path
+        return self._path_follower.path
 
     @property
     def person(self) -> Point2 | None:
@@ -99,8 +99,8 @@ class Follow:
             return STANDSTILL, self._feedback(contact.reason), contact
         if contact is not None:
             return contact, self._feedback(self._contact.text), None
-        self._way_back.remember(state)
-        command = self._way_back.back_out(state)
+        self._retreat_path.remember(state)
+        command = self._retreat_path.back_out(state)
         if not command.is_zero():
             self._moved = state.now
             return command, self._feedback("backing out"), None
@@ -131,7 +131,7 @@ class Follow:
     def _out_of_sight(self, state: RobotState, unseen: float) -> Move:
         self._give_way.nobody_is_too_near()
         if self._vanished is None:
-            self._vanished = Vanished(self._task, self._persons_way, self._planned, state.now)
+            self._vanished = Vanished(self._task, self._trail_follower, self._path_follower, state.now)
             self._vanished.clear_marks(state)
         if unseen > self._task.params.follow_limit:
             return Move(STANDSTILL, "lost", _lost_after(unseen))
@@ -139,7 +139,7 @@ class Follow:
             move = self._vanished.step(state, unseen)
             if move is not None:
                 return move
-            self._search = Search(self._task, self._planned, self._way_back, state)
+            self._search = Search(self._task, self._path_follower, self._retreat_path, state)
             self._moved = state.now
         move = self._search.step(state)
         over = state.now - self._moved > _NO_WAY_S
@@ -162,7 +162,7 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._way_back.begin(state.now)
+            self._retreat_path.begin(state.now)
 
     def _feedback(self, text: str) -> Feedback:
         return Feedback(recoveries=self._contact.back_offs, text=text)

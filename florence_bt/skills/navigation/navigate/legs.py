@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
@@ -23,7 +26,7 @@ _GAP_M = 0.15
 """Points of a scan that are further apart belong to different things."""
 _MAP_MARGIN_CELLS = 2
 LEGS_ALONE_S = 6.0
-"""And no longer than this."""
+"""Legs alone are gone on with for no longer than this since the camera saw the person."""
 
 
 class MapDifference:
@@ -96,6 +99,11 @@ def go_on_with_legs(
 def all_legs(points: NDArray[np.float64]) -> list[Point2]:
     """Return everything that may be one leg or two: the middles, metres. Points as of :func:`legs_near`."""
     return [(float(group[:, 0].mean()), float(group[:, 1].mean())) for group in _narrow_clusters(points)]
+
+
+def of_nobody_known(legs: Sequence[Point2], others: Sequence[Point2]) -> list[Point2]:
+    """Return the legs without those of others whom the camera sees; all in one frame, metres."""
+    return [each for each in legs if all(math.dist(each, who) > REACH_M for who in others)]
 
 
 def narrow_things(points: NDArray[np.float64]) -> NDArray[np.float64]:

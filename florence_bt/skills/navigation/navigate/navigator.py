@@ -34,7 +34,7 @@ from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
-from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, BODY_M, CAMERA_SOURCES, VacatedCells
+from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 
 LASER = "scan"
@@ -223,9 +223,8 @@ class Navigator:
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
         """Clear what the camera marked where somebody was who has walked on: it was that person."""
         for place in self._left:
-            self.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
-            if map_from_odom is not None:
-                self.global_costmap.clear_disc(CAMERA_SOURCES, map_from_odom.apply(*place), BODY_M)
+            in_map = None if map_from_odom is None else map_from_odom.apply(*place)
+            clear_person(self._costmaps, place, in_map)
         self._left.clear()
 
     def _look_for_legs(

@@ -61,6 +61,11 @@ class People:
     rows: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 5)))
     parameters: PeopleParameters = field(default_factory=PeopleParameters)
 
+    @property
+    def places(self) -> list[tuple[float, float]]:
+        """Where they are, metres."""
+        return [(float(x), float(y)) for x, y in self.rows[:, :2]]
+
     def in_map(self, map_from_odom: Pose2) -> NDArray[np.float64]:
         """Return rows of the shape (n, 4): x, y, vx, vy in the map frame."""
         if not len(self.rows):

@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter
 
 from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
-from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
+from florence_bt.skills.navigation.navigate.planner import ways_from
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _SEEN_WHOLE_RAD = 0.42
@@ -58,8 +58,7 @@ class PersonBelief:
         costmap = self._costmap = costmaps.global_costmap
         self._walls = costmaps.static == LETHAL
         rows, columns = costmap.shape
-        self._floor = np.full((rows + 2, columns + 2), OBSTACLE, np.uint8)
-        self._floor[1:-1, 1:-1][costmaps.static < INSCRIBED] = NEUTRAL
+        self._floor = costmaps.static < INSCRIBED
         self._x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
         self._y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
         self._away = self._ways_from(place)
@@ -132,15 +131,9 @@ class PersonBelief:
 
     def _ways_from(self, place: Point2) -> NDArray[np.float64]:
         """Return the metres from a place to each cell round the walls; infinite where no way leads."""
-        rows, columns = np.nonzero(self._floor[1:-1, 1:-1] == NEUTRAL)
+        rows, columns = np.nonzero(self._floor)
         start = int(np.argmin((self._x[columns] - place[0]) ** 2 + (self._y[rows] - place[1]) ** 2))
-        width = self._floor.shape[1]
-        first = np.array([(rows[start] + 1) * width + columns[start] + 1])
-        potential = spread_wave(self._floor.ravel(), width, first, -1, 2.0 * NEUTRAL)
-        potential = potential.reshape(self._floor.shape)[1:-1, 1:-1]
-        ways: NDArray[np.float64] = potential.astype(np.float64) * (self._costmap.resolution / NEUTRAL)
-        ways[potential >= UNVISITED] = math.inf
-        return ways
+        return ways_from((int(rows[start]), int(columns[start])), self._floor, self._costmap.resolution)
 
     def _rays(self, robot: Pose2) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
         """Return rows and columns of cells along rays all round, and which are in sight; (rays, steps)."""

@@ -136,6 +136,23 @@ def plan_path(
     return _finish(points, start, goal, None if end_cell == goal_cell else end_cell, costmap)
 
 
+def ways_from(cell: tuple[int, int], floor: NDArray[np.bool_], resolution: float) -> NDArray[np.float64]:
+    """Return the metres from a cell to each other one over the floor; infinite where no way leads.
+
+    Args:
+        cell: Row and column.
+        floor: Which cells can be walked or driven over, shape (rows, columns).
+        resolution: Metres per cell.
+    """
+    costs = np.pad(np.where(floor, NEUTRAL, OBSTACLE).astype(np.uint8), 1, constant_values=OBSTACLE)
+    columns = costs.shape[1]
+    start = np.array([(cell[0] + 1) * columns + cell[1] + 1])
+    potential = spread_wave(costs.ravel(), columns, start, -1, 2.0 * NEUTRAL).reshape(costs.shape)[1:-1, 1:-1]
+    ways: NDArray[np.float64] = potential.astype(np.float64) * (resolution / NEUTRAL)
+    ways[potential >= UNVISITED] = math.inf
+    return ways
+
+
 def _failure(code: str, reason: str) -> Result:
     return failure(code, reason, server_code=SERVER_CODES[code])
 

@@ -9,7 +9,7 @@ from scipy.ndimage import distance_transform_edt
 
 from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
-from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
+from florence_bt.skills.navigation.navigate.planner import ways_from
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _KEEP_OFF_M = 0.5
@@ -35,23 +35,18 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Point2, apart:
     """
     costmap = costmaps.global_costmap
     costs, resolution = costmap.master, costmap.resolution
-    rows, columns = costs.shape
     from_person, from_robot = costmap.distances_to(*person), costmap.distances_to(robot.x, robot.y)
-    floor = np.full((rows + 2, columns + 2), OBSTACLE, np.uint8)
     # The robot can leave where it stands, but not towards the person.
     free = (costs < INSCRIBED) | (from_robot < 2.0 * resolution)
-    floor[1:-1, 1:-1][free & ((from_person > _KEEP_OFF_M) | (from_person > from_robot))] = NEUTRAL
+    floor = free & ((from_person > _KEEP_OFF_M) | (from_person > from_robot))
     start = costmap.cell_of(robot.x, robot.y)
     if start is None:
         return None
-    first = np.array([(start[0] + 1) * (columns + 2) + start[1] + 1])
-    potential = spread_wave(floor.ravel(), columns + 2, first, -1, 2.0 * NEUTRAL)
-    way = potential.reshape(floor.shape)[1:-1, 1:-1]
     # The marks around the person are the person.
     solid = (costmaps.static == LETHAL) | ((costs == LETHAL) & (from_person > _KEEP_OFF_M))
     room = distance_transform_edt(~solid) * resolution
-    worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
-    worth[(way >= UNVISITED) | (from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf
+    worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * ways_from(start, floor, resolution)
+    worth[(from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf
     row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
     if not math.isfinite(worth[row, column]):
         return None

@@ -6,6 +6,7 @@ import math
 from collections import deque
 
 from florence_bt.core.geometry import Point2
+from florence_bt.skills.navigation.navigate.state import Costmaps
 
 BODIES = "people"
 """The source of scans of people who sit or lie, as the user tracker sees them."""
@@ -21,6 +22,22 @@ FASTEST_MPS = 2.0
 """Nobody in a home walks faster; a sighting further away is of somebody else, or a mistake. Chosen."""
 _KEPT_S = 60.0
 """Of a person who was not seen for so long, nothing is known any more."""
+
+
+def clear_person(
+    costmaps: Costmaps, place: Point2, in_map: Point2 | None, *, above_feet: bool = False
+) -> None:
+    """Clear what the camera has marked round the place of somebody: it was that person.
+
+    Args:
+        costmaps: Where.
+        place: Odometry frame, metres.
+        in_map: The same place in the map frame; None while the robot does not know where it is.
+        above_feet: Whether only what stands on feet is cleared.
+    """
+    costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M, above_feet=above_feet)
+    if in_map is not None:
+        costmaps.global_costmap.clear_disc(CAMERA_SOURCES, in_map, BODY_M, above_feet=above_feet)
 
 
 class VacatedCells:

@@ -24,10 +24,10 @@ _WAITS_S, _STAYS_M = 6.0, 0.25
 class GiveWay:
     """Lets people pass."""
 
-    def __init__(self, task: FollowTask, way_back: RetreatPath, planned: PathFollower) -> None:
+    def __init__(self, task: FollowTask, retreat_path: RetreatPath, path_follower: PathFollower) -> None:
         self._task = task
-        self._way_back = way_back
-        self._planned = planned
+        self._retreat_path = retreat_path
+        self._path_follower = path_follower
         self._came_at = -math.inf
         self._waits: tuple[Point2, float] | None = None
         self._cornered_since: float | None = None
@@ -52,7 +52,7 @@ class GiveWay:
         too_near = self._task.goal.distance - math.dist(person, (state.pose.x, state.pose.y))
         comes = max(0.0, -self._task.track.walks_away(state.pose, bearing))
         speed = comes + self._task.params.follow_linear_gain * too_near
-        command = self._way_back.back_off(state, bearing, speed)
+        command = self._retreat_path.back_off(state, bearing, speed)
         self._note_way_back(state, person, backing=command.linear != 0.0)
         return self._task.motions.turn_towards(state, bearing) if command.is_zero() else command
 
@@ -78,11 +78,11 @@ class GiveWay:
         stood, place, deadline = self._aside
         person = self._task.track.at(state.now)
         there = state.map_from_odom.inverse().apply(*place)
-        command, remaining = self._planned.drive(state, there, person)
+        command, remaining = self._path_follower.drive(state, there, person)
         far = math.dist(person, (state.pose.x, state.pose.y)) > self._task.goal.distance + _ASIDE_MORE_M
-        if far or state.now > deadline or remaining <= _ARRIVED_M or self._planned.path is None:
+        if far or state.now > deadline or remaining <= _ARRIVED_M or self._path_follower.path is None:
             self._aside = None
-            self._planned.forget()
+            self._path_follower.forget()
             if not self._task.track.is_seen(state.now):
                 self._task.track.suppose(state.now, stood)
             return STANDSTILL
@@ -105,4 +105,4 @@ class GiveWay:
         place = place_to_step_aside(self._task.costmaps, state.map_pose, in_map, apart)
         if place is not None:
             self._aside = (state.pose.x, state.pose.y), place, state.now + _ASIDE_S
-            self._planned.plan_anew()
+            self._path_follower.plan_anew()

@@ -28,14 +28,14 @@ class KeepDistance:
     def __init__(
         self,
         task: FollowTask,
-        persons_way: TrailFollower,
-        planned: PathFollower,
+        trail_follower: TrailFollower,
+        path_follower: PathFollower,
         give_way: GiveWay,
         now: float,
     ) -> None:
         self._task = task
-        self._persons_way = persons_way
-        self._planned = planned
+        self._trail_follower = trail_follower
+        self._path_follower = path_follower
         self._give_way = give_way
         self._free_since = now
 
@@ -45,7 +45,7 @@ class KeepDistance:
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         move = self._without_a_path(state, distance, bearing)
         if move is not None:
-            self._planned.forget()
+            self._path_follower.forget()
             self._free_since = state.now
             return move
         return self._round_obstacles(state, bearing)
@@ -61,10 +61,10 @@ class KeepDistance:
         self._give_way.nobody_is_too_near()
         self._give_way.let_pass(state, person, distance)
         command = velocity_straight(self._task, state.pose, distance, bearing)
-        free = is_line_free(self._task, state, person, person, self._persons_way.narrow)
+        free = is_line_free(self._task, state, person, person, self._trail_follower.narrow)
         if free and self._task.motions.is_free(state, command):
             return Move(command, "following")
-        walk, _ = self._persons_way.drive(state, person, wanted)
+        walk, _ = self._trail_follower.drive(state, person, wanted)
         if walk is not None:
             return Move(walk, "following along the person's path")
         near = distance <= wanted + self._task.params.follow_give_way
@@ -73,14 +73,14 @@ class KeepDistance:
         return None
 
     def _round_obstacles(self, state: RobotState, bearing: float) -> Move:
-        command, remaining = self._planned.drive(state, self._task.track.at(state.now))
+        command, remaining = self._path_follower.drive(state, self._task.track.at(state.now))
         speed = speed_along(self._task, state.pose, remaining, bearing)
         if speed <= 0.0:
             return Move(self._task.motions.turn_towards(state, bearing), "following")
         if not command.is_zero():
             self._free_since = state.now
         elif state.now - self._free_since > _BLOCKED_S:
-            reason = f"{self._planned.trouble or 'something is in the way'}, for {_BLOCKED_S:g} s"
+            reason = f"{self._path_follower.trouble or 'something is in the way'}, for {_BLOCKED_S:g} s"
             result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
             return Move(STANDSTILL, reason, result)
         return Move(command.slowed_to(speed), "following, round what is in the way")

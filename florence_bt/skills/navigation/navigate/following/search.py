@@ -10,7 +10,7 @@ from florence_bt.skills.navigation.navigate.following.path_follower import PathF
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M
-from florence_bt.skills.navigation.navigate.legs import REACH_M, all_legs
+from florence_bt.skills.navigation.navigate.legs import all_legs, of_nobody_known
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, VIEW_RAD, NearbyLegs
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
@@ -31,16 +31,16 @@ class Search:
     """Looks for the person from when the robot does not know any more where they are."""
 
     def __init__(
-        self, task: FollowTask, planned: PathFollower, way_back: RetreatPath, state: RobotState
+        self, task: FollowTask, path_follower: PathFollower, retreat_path: RetreatPath, state: RobotState
     ) -> None:
         self._task = task
-        self._planned = planned
-        self._way_back = way_back
+        self._path_follower = path_follower
+        self._retreat_path = retreat_path
         track = task.track
         assert track.seen is not None
         in_map = state.map_from_odom.apply(*track.last)
         velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
-        self._whereabouts = PersonBelief(task.costmaps, in_map, velocity, track.seen)
+        self._belief = PersonBelief(task.costmaps, in_map, velocity, track.seen)
         self._nearby = NearbyLegs(track.things.places())
         self._made_room = False
         self._looks_at_since: float | None = None
@@ -66,7 +66,7 @@ class Search:
         here, walking = (state.pose.x, state.pose.y), self._task.track.walking
         legs = [
             each
-            for each in _of_nobody_known(walking.places(self._task.track.scanned), state)
+            for each in of_nobody_known(walking.places(self._task.track.scanned), state.people.places)
             if math.dist(each, here) < VIEW_M[1]
         ]
         if not legs or state.now - self._task.track.scanned > CAMERA_GAP_S:
@@ -88,9 +88,8 @@ class Search:
     def _look_at_legs(self, state: RobotState) -> Twist2 | None:
         """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
         before = self._nearby.since
-        legs = self._nearby.next(
-            state.now, state.pose, _of_nobody_known(all_legs(self._task.track.unknown), state)
-        )
+        unknown = of_nobody_known(all_legs(self._task.track.unknown), state.people.places)
+        legs = self._nearby.next(state.now, state.pose, unknown)
         if self._nearby.since != before:
             self._task.motions.begin_to_turn_round()
         if legs is None:
@@ -103,17 +102,17 @@ class Search:
             return turn
         if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
             self._made_room = True
-            self._way_back.begin(state.now)
+            self._retreat_path.begin(state.now)
         return STANDSTILL
 
     def _look_where_likely(self, state: RobotState) -> Twist2:
         """Turn to where they may be; drive there when that cannot be seen from here."""
         robot = state.map_pose
         legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._task.track.unknown)]
-        self._whereabouts.update(state.now, robot, legs)
+        self._belief.update(state.now, robot, legs)
         if self._heading is None and state.now >= self._next_choice:
-            if self._goal_place is not None and self._planned.path is None:
-                self._whereabouts.no_way_to(self._goal_place)
+            if self._goal_place is not None and self._path_follower.path is None:
+                self._belief.no_way_to(self._goal_place)
             self._choose(state)
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
@@ -125,20 +124,20 @@ class Search:
                     # It cannot be looked at from here: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
                     self._next_choice = state.now
-                    self._way_back.begin(state.now)
+                    self._retreat_path.begin(state.now)
                 return turn
             self._heading = None
         if self._goal_place is None:
             return STANDSTILL
-        command, _ = self._planned.drive(state, state.map_from_odom.inverse().apply(*self._goal_place))
+        command, _ = self._path_follower.drive(state, state.map_from_odom.inverse().apply(*self._goal_place))
         return command
 
     def _choose(self, state: RobotState) -> None:
         """Choose between a heading to look in and a place to drive to."""
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose
-        heading, share = self._whereabouts.best_view(robot)
-        place = self._whereabouts.best_place(robot)
+        heading, share = self._belief.best_view(robot)
+        place = self._belief.best_place(robot)
         beside = abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD
         if robot.distance_to(self._looked_from) > _SAME_PLACE_M:
             self._looks, self._looked_from = 0, robot
@@ -149,10 +148,4 @@ class Search:
             self._looks += 1
         else:
             self._goal_place = place
-            self._planned.plan_anew()
-
-
-def _of_nobody_known(legs: list[Point2], state: RobotState) -> list[Point2]:
-    """Return the legs without those of people whom the camera sees and knows to be others."""
-    others = state.people.rows[:, :2]
-    return [each for each in legs if all(math.dist(each, who) > REACH_M for who in others)]
+            self._path_follower.plan_anew()

@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Point2, Pose2
-from florence_bt.skills.navigation.navigate.legs import REACH_M, all_legs, go_on_with_legs
+from florence_bt.skills.navigation.navigate.legs import (
+    REACH_M,
+    all_legs,
+    go_on_with_legs,
+    of_nobody_known,
+)
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import VIEW_RAD, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
@@ -29,6 +34,12 @@ _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
 and so much further away from where they should be each second."""
 _OTHERS_S = 10.0
 """For so long it is remembered where somebody else was."""
+
+
+def is_in_picture(robot: Pose2, place: Point2) -> bool:
+    """Tell whether somebody at a place is in the middle of the camera's picture, and seen whole."""
+    away = math.dist(place, (robot.x, robot.y))
+    return abs(robot.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
 
 
 class PersonTrack:
@@ -79,9 +90,8 @@ class PersonTrack:
         if not self.is_seen(now):
             return
         place = self.at(now)
-        target, away = self._target, math.dist(place, (robot.x, robot.y))
-        in_view = abs(robot.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
-        if not in_view or target.recognised == target.seen:
+        target = self._target
+        if not is_in_picture(robot, place) or target.recognised == target.seen:
             self._unclear_since = now
         elif now - self._unclear_since > UNCLEAR_S:
             self.walking.reject(target.at(now, 0.0))
@@ -142,9 +152,8 @@ class PersonTrack:
         expected = self.at(stamp)
         near = [
             place
-            for place in self.walking.places(stamp)
+            for place in of_nobody_known(self.walking.places(stamp), others)
             if math.dist(place, expected) <= REACH_M + _TURNED_MPS * unseen
-            and all(math.dist(place, who) > REACH_M for who in others)
         ]
         if near:
             target.saw(stamp, *min(near, key=lambda place: math.dist(place, expected)))

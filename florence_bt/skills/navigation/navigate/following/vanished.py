@@ -9,11 +9,10 @@ from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M, VIEW_M
+from florence_bt.skills.navigation.navigate.following.track import PERSON_M, is_in_picture
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
-from florence_bt.skills.navigation.navigate.nearby_legs import VIEW_RAD
 from florence_bt.skills.navigation.navigate.state import RobotState
-from florence_bt.skills.navigation.navigate.vacated_cells import BODY_M, CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
 _NO_NEARER_S, _NEARER_M = 5.0, 0.1
 """The robot goes on while it comes so much nearer at least so often, a half turn included."""
@@ -26,11 +25,11 @@ class Vanished:
     """Drives to where the person vanished."""
 
     def __init__(
-        self, task: FollowTask, persons_way: TrailFollower, planned: PathFollower, now: float
+        self, task: FollowTask, trail_follower: TrailFollower, path_follower: PathFollower, now: float
     ) -> None:
         self._task = task
-        self._persons_way = persons_way
-        self._planned = planned
+        self._trail_follower = trail_follower
+        self._path_follower = path_follower
         self._faced = False
         self._way_left, self._nearer_at = math.inf, now
 
@@ -38,11 +37,8 @@ class Vanished:
         """Clear what the camera has marked where they walked last: it was they. If they still stand there,
         the laser sees their legs.
         """
-        costmaps = self._task.costmaps
         for place in self._task.track.path.last(PERSON_M):
-            in_map = state.map_from_odom.apply(*place)
-            costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
-            costmaps.global_costmap.clear_disc(CAMERA_SOURCES, in_map, BODY_M)
+            clear_person(self._task.costmaps, place, state.map_from_odom.apply(*place))
 
     def step(self, state: RobotState, unseen: float) -> Move | None:
         """Decide what to do; None when there without seeing the person, or when it cannot get there."""
@@ -56,10 +52,10 @@ class Vanished:
             return Move(self._task.motions.turn_towards(state, bearing), "turning after the person")
         place = self._task.track.last
         if math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
-            walk, left = self._persons_way.drive(state, place, 0.0)
+            walk, left = self._trail_follower.drive(state, place, 0.0)
             if walk is not None and self._gets_nearer(state.now, left):
                 return Move(walk, "going along the person's path")
-        command, remaining = self._planned.drive(state, place)
+        command, remaining = self._path_follower.drive(state, place)
         if remaining <= _ARRIVED_M or self._is_there(state, place):
             return None
         gets_nearer = self._gets_nearer(state.now, remaining)
@@ -75,5 +71,5 @@ class Vanished:
     def _is_there(self, state: RobotState, place: Point2) -> bool:
         """Tell whether the robot is where they vanished, or would see them there: they have walked on."""
         away = math.dist(place, (state.pose.x, state.pose.y))
-        in_view = abs(state.pose.bearing_to(*place)) < VIEW_RAD and VIEW_M[0] < away < VIEW_M[1]
-        return away <= _ARRIVED_M or (in_view and is_in_sight(self._task, state, place))
+        in_picture = is_in_picture(state.pose, place)
+        return away <= _ARRIVED_M or (in_picture and is_in_sight(self._task, state, place))
