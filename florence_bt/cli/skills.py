@@ -79,7 +79,7 @@ def add(
         lines = [line for line in offered().splitlines() if way is None or line.startswith(f"{way} ")]
         typer.echo("\n".join(lines) or "nothing was found: no other node runs in this ROS domain")
         return
-    if way not in _WAYS:
+    if way.replace("_", "-") not in _WAYS:
         raise ConfigError(f"a skill is not served by {way!r}", valid=closest_first(way, _WAYS))
     way = way.replace("-", "_")
     latched = False

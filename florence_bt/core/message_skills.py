@@ -13,6 +13,9 @@ from florence_bt.core.outcome import Result, cancelled, failure
 from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 
+LOOK_S = 1.0
+"""How often is looked whether a source that speaks only when something changes is still there, while somebody
+watches or waits. Chosen: as fast as a killed server is noticed during a call."""
 NOBODY_ASKS = "no mission waits for an answer"
 
 
@@ -32,15 +35,24 @@ class MessageCondition:
         to_result: Judges a message by the inputs; raises FlorenceError, KeyError, TypeError or ValueError
             when it cannot.
         max_age_s: Seconds after which a message does not count any more: the answer is ``server_lost`` then.
+            Infinite for a source that speaks only when something changes.
+        source_is_there: Tells whether the source could still speak: the last message of one that is gone does
+            not count, however new it is allowed to be. Asked where ``max_age_s`` is infinite.
     """
 
     def __init__(
-        self, clock: Clock, label: str, to_result: Callable[[Inputs, Any], Result], max_age_s: float
+        self,
+        clock: Clock,
+        label: str,
+        to_result: Callable[[Inputs, Any], Result],
+        max_age_s: float,
+        source_is_there: Callable[[], bool] = lambda: True,
     ) -> None:
         self._clock = clock
         self._label = label
         self._to_result = to_result
         self._max_age_s = max_age_s
+        self._source_is_there = source_is_there
         self._message: Any = None
         self._came = float("-inf")
         self._watches: list[_Watch] = []
@@ -74,6 +86,8 @@ class MessageCondition:
             return failure("server_lost", f"nothing has come from {self._label} yet")
         if self._clock.now() - self._came >= self._max_age_s:
             return failure("server_lost", f"nothing has come from {self._label} for {self._max_age_s:g} s")
+        if self._max_age_s == math.inf and not self._source_is_there():
+            return failure("server_lost", f"{self._label} went away; start its node again")
         try:
             return self._to_result(inputs, self._message)
         except (FlorenceError, KeyError, TypeError, ValueError) as error:
@@ -85,13 +99,21 @@ class MessageCondition:
             if _differ(before, watch.answer):
                 watch.callback()
 
+    def _look_again(self) -> None:
+        self._judge_again()
+        self._limit_silence()
+
     def _limit_silence(self) -> None:
         """Have a timer only while there is a watch and a message counts."""
         if self._silence is not None:
             self._silence.cancel()
             self._silence = None
-        when = self._came + self._max_age_s
-        if self._watches and self._clock.now() < when < math.inf:
+        when, now = self._came + self._max_age_s, self._clock.now()
+        if not self._watches or self._message is None:
+            return
+        if when == math.inf:
+            self._silence = self._clock.call_at(now + LOOK_S, self._look_again)
+        elif now < when:
             self._silence = self._clock.call_at(when, self._judge_again)
 
 
@@ -102,12 +124,23 @@ class MessageWait:
         clock: The time of the robot.
         label: Names the source for people.
         served: What a message means, and how long to wait for one.
+        source_is_there: Tells whether the source could still speak.
+        search_s: Seconds that the source gets to appear in; a wait without one ends with ``server_lost``.
     """
 
-    def __init__(self, clock: Clock, label: str, served: WaitBinding) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        label: str,
+        served: WaitBinding,
+        source_is_there: Callable[[], bool] = lambda: True,
+        search_s: float = math.inf,
+    ) -> None:
         self._clock = clock
         self._label = label
         self._served = served
+        self._source_is_there = source_is_there
+        self._search_s = search_s
         self._runs: list[_WaitRun] = []
 
     def start(self, inputs: Inputs) -> SkillRun:
@@ -116,7 +149,18 @@ class MessageWait:
         self._runs.append(run)
         end = self._clock.now() + self._served.time_limit(inputs)
         run.timer = self._clock.call_at(end, lambda: run.finish(self._served.nothing(inputs)))
+        if self._search_s < math.inf:
+            self._look_for_source(run, self._clock.now() + self._search_s)
         return run
+
+    def _look_for_source(self, run: _WaitRun, when: float) -> None:
+        def look() -> None:
+            if self._source_is_there():
+                self._look_for_source(run, self._clock.now() + LOOK_S)
+            else:
+                run.finish(failure("server_lost", f"nobody publishes {self._label}; start its node"))
+
+        run.search = self._clock.call_at(when, look)
 
     def take(self, message: Any) -> None:
         """Take a message: it ends every run."""
@@ -254,6 +298,7 @@ class _WaitRun(BaseRun):
         self.handle(Event.ACCEPTED)
         self._on_end = on_end
         self.timer: Timer | None = None
+        self.search: Timer | None = None
 
     def cancel(self) -> None:
         self.finish(cancelled())
@@ -261,8 +306,9 @@ class _WaitRun(BaseRun):
     def finish(self, result: Result) -> None:
         if self.result is not None:
             return
-        if self.timer is not None:
-            self.timer.cancel()
+        for timer in (self.timer, self.search):
+            if timer is not None:
+                timer.cancel()
         self._on_end(self)
         self.handle(Event.FINISHED, result)
 

@@ -14,6 +14,7 @@ from rclpy.qos import qos_profile_action_status_default
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.server_processes import DiscoveredServers
 
 OPEN = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 
@@ -47,12 +48,15 @@ class OpenGoals:
         self._node = node
         self._open: dict[str, tuple[str, ...]] = {}
         self._clients: dict[str, Client] = {}
+        self._publishers: dict[str, DiscoveredServers] = {}
         for action in actions:
             name = node.resolve_action_name(action)
+            status = f"{name}/_action/status"
+            self._publishers[action] = DiscoveredServers(partial(node.get_publishers_info_by_topic, status))
             self._clients[action] = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
             node.create_subscription(
                 GoalStatusArray,
-                f"{name}/_action/status",
+                status,
                 partial(self._on_status, action),
                 qos_profile_action_status_default,
             )
@@ -72,7 +76,7 @@ class OpenGoals:
         ]
 
     def _is_served(self, action: str) -> bool:
-        return self._node.count_publishers(f"{self._node.resolve_action_name(action)}/_action/status") > 0
+        return bool(self._publishers[action].ids())
 
     def server_is_there(self, action: str) -> bool:
         """Tell whether the server of an action has been discovered."""
@@ -101,3 +105,5 @@ class OpenGoals:
             for status in message.status_list
             if status.status in OPEN
         )
+        if self._open[action]:
+            self._publishers[action].ids()  # whose process is known from now on

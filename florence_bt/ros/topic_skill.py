@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
@@ -17,7 +18,7 @@ from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import PublicationRun, RemoteSkill, search_limit
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE, STATE
 from florence_bt.ros.server_processes import DiscoveredServers
 
 
@@ -48,8 +49,12 @@ class TopicCondition(MessageCondition):
         self._topic = node.resolve_topic_name(source[1])
         self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
         self.label = _label(self._topic, source[0])
-        super().__init__(node.timebase, self.label, to_result, max_age_s)
-        node.create_subscription(source[0], source[1], self.take, qos)
+        super().__init__(node.timebase, self.label, to_result, max_age_s, self.server_is_there)
+        # A publisher that keeps nothing for who comes later is heard by a subscription that asks for nothing.
+        also = (STATE,) if qos is LATCHED else ()
+        quiet = SubscriptionEventCallbacks(use_default_callbacks=not also)
+        for each in (qos, *also):
+            node.create_subscription(*source, self.take, each, judge_stamps=not also, event_callbacks=quiet)
 
     def server_is_there(self) -> bool:
         """Tell whether the topic has a publisher whose process has not ended."""
@@ -111,7 +116,8 @@ class TopicWait(MessageWait):
         self._topic = node.resolve_topic_name(served.name)
         self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
         self.label = _label(self._topic, message_type)
-        super().__init__(node.timebase, self.label, served)
+        search_s = search_limit(served.skill.deadline_s)
+        super().__init__(node.timebase, self.label, served, self.server_is_there, search_s)
         node.create_subscription(message_type, served.name, self.take, qos)
 
     def server_is_there(self) -> bool:

@@ -68,6 +68,13 @@ def add_package(
     environment = Environment(Path(sys.prefix), prefix or Path(sys.prefix), ADDED)
     _check_tools()
     _add(package, environment, replace, say, installed_packages())
+    if prefix is not None:
+        folder = prefix.absolute()
+        modules = next(folder.glob("lib/python*/site-packages"))
+        say("programs find it with:")
+        say(f'export AMENT_PREFIX_PATH="{folder}${{AMENT_PREFIX_PATH:+:$AMENT_PREFIX_PATH}}"')
+        say(f'export LD_LIBRARY_PATH="{folder / "lib"}${{LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}}"')
+        say(f'export PYTHONPATH="{modules}${{PYTHONPATH:+:$PYTHONPATH}}"')
 
 
 def _add(

@@ -24,8 +24,10 @@ _KINDS = (
 """What a field is drafted as: the first of these that it holds."""
 _NO_POSES = ("geometry_msgs/Point", "geometry_msgs/Point[]", "sequence<geometry_msgs/Point>")
 """They hold the place of a pose, and mostly are something else: a way, or the corner of a box."""
-_WORDS = ("error_msg", "error_message", "message", "status_message")
+_WORDS = ("error_msg", "error_message", "message", "status_message", "reason", "note", "why")
 """Fields that have the server's own words."""
+_FINE = ("OK", "NONE", "SUCCESS", "SUCCEEDED", "NO_ERROR")
+"""Constants that name no failure."""
 _MOST_FIELDS = 20
 """A draft takes no more fields of a part; a picture has more."""
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
@@ -60,7 +62,8 @@ def draft_skill(
         entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.items()}
     words = next((path for path in _WORDS if answered.get(path) is Kind.TEXT), "")
     failures = _failures(part_of(loaded, parts.answered), answered) if parts.answered is not None else {}
-    used = {words, "success", *(["error_code"] if failures else [])}
+    code = _code_field(part_of(loaded, parts.answered), answered) if parts.answered is not None else ""
+    used = {words, "success", *([code] if failures else [])}
     outputs = {path: kind for path, kind in answered.items() if path not in used}
     if outputs and way != "condition":
         entry["outputs"] = {path.replace(".", "_"): _output(path, kind) for path, kind in outputs.items()}
@@ -128,15 +131,24 @@ def _fields(message_type: Any, above: str = "") -> Iterator[tuple[str, Kind]]:
 def _failures(message_type: Any, answered: Mapping[str, Kind]) -> dict[str, Any]:
     """Draft a failure for each error code that the type names, and for the success that it denies."""
     found: dict[str, Any] = {}
-    if "error_code" in answered:
+    code = _code_field(message_type, answered)
+    if code:
         for name, number in sorted(_constants(message_type), key=lambda pair: pair[1]):
-            if number != 0:
-                found[name.lower()] = {"when": f"$error_code == {number}"}
+            if number != 0 and name not in _FINE:
+                found[name.lower()] = {"when": f"${code} == {number}"}
         if not found:
             found["gave_up"] = {"meaning": f"{TO_BE_SAID} what fails", "when": "$error_code != 0"}
     if answered.get("success") is Kind.BOOLEAN:
         found["refused"] = {"when": "not $success"}
     return found
+
+
+def _code_field(message_type: Any, answered: Mapping[str, Kind]) -> str:
+    """Return the field that says what went wrong: ``error_code``, or the one integer beside constants."""
+    integers = [path for path, kind in answered.items() if kind is Kind.INTEGER and "." not in path]
+    if "error_code" in integers:
+        return "error_code"
+    return integers[0] if len(integers) == 1 and _constants(message_type) else ""
 
 
 def _constants(message_type: Any) -> list[tuple[str, int]]:

@@ -181,7 +181,8 @@ class MissionClient(Closing):
         """
         client = self._client(service_type, name)
         if not self._is_discovered(client):
-            start = f"is the system up? Start it with: {', or '.join(STARTS)}"
+            begun = "a florence up is about to start it: look at its terminal" if bring_up_here() else ""
+            start = begun or f"is the system up? Start it with: {', or '.join(STARTS)}"
             raise SystemNotThere(
                 f"no server of {self.node.resolve_service_name(name)} was found; "
                 f"{where_else(self._namespaces()) or start}"

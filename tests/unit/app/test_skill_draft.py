@@ -55,6 +55,11 @@ def test_codes_that_the_type_names_are_failures(tmp_path: Path) -> None:
     assert {"tf_error", "collision_ahead"} <= read_skills_file(file).declarations["spin"].failures.keys()
 
 
+def test_constants_beside_the_one_integer_of_an_answer_are_failures() -> None:
+    _, entry = draft_skill("service", "load_map", "nav2_msgs/srv/LoadMap")
+    assert "result_map_does_not_exist: {when: $result == 1}" in entry and "result_success" not in entry
+
+
 def test_a_file_keeps_what_it_had(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
     add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))

@@ -1,11 +1,12 @@
 """Skills that messages answer: a condition with its answers, changes and timers, and a wait for a message."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.message_skills import LOOK_S, MessageCondition, MessageWait
 from florence_bt.core.outcome import Outcome, failure, success
 from florence_bt.core.serving import WaitBinding
 from florence_bt.skills.speech.declaration import BINDINGS
@@ -64,6 +65,44 @@ def test_silence_is_a_change_and_needs_no_timer_while_nobody_watches(battery, cl
     end()
     end()
     assert clock.next_time() is None
+
+
+def test_the_last_message_of_a_source_that_is_gone_does_not_count(clock):
+    there = [True]
+    station = MessageCondition(clock, "topic /station", judge, math.inf, lambda: there[0])
+    station.take(4)
+    clock.advance(3600.0)
+    assert code(station) == "ok" and clock.next_time() is None
+    heard = []
+    end = station.watch({"least": 3}, lambda: heard.append(code(station)))
+    there[0] = False
+    assert code(station) == "server_lost"
+    clock.advance(LOOK_S)
+    there[0] = True
+    clock.advance(LOOK_S)
+    assert heard == ["server_lost", "ok"]
+    end()
+    assert clock.next_time() is None
+
+
+def test_a_wait_for_a_source_that_is_not_there_or_goes_away_is_over(clock):
+    there = [False]
+    button = MessageWait(clock, "topic /button", WAIT_FOR_ANSWER, lambda: there[0], search_s=5.0)
+    nobody = button.start({"time_limit": 3600.0})
+    clock.advance(4.9)
+    assert nobody.poll() is None
+    clock.advance(0.1)
+    assert nobody.poll().code == "server_lost"
+    there[0] = True
+    run, patient = button.start({"time_limit": 3600.0}), button.start({"time_limit": 3600.0})
+    clock.advance(60.0)
+    button.take(SimpleNamespace(data="pressed"))
+    assert run.poll().code == patient.poll().code == "ok" and clock.next_time() is None
+    lost = button.start({"time_limit": 3600.0})
+    clock.advance(60.0)
+    there[0] = False
+    clock.advance(LOOK_S)
+    assert lost.poll().code == "server_lost" and clock.next_time() is None
 
 
 @pytest.fixture
