@@ -44,6 +44,8 @@ _LOCALISER = "Place in the map"
 _GOALS = "navigate_to_pose/_action/status"
 _THROUGHS = "navigate_through_poses/_action/status"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
+_ENDS = {"SUCCEEDED": "succeeded", "PREEMPTED": "was stopped", "ABORTED": "failed"}
+"""How a run ended, in words, by the goal states of the document that ``run_state`` has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +182,8 @@ class Where:
         if state.state in ACTIVE_STATES:
             return Fact(f"{state.mission} runs (run {state.run_id}){blocked}", True, values)
         reason = f": {state.reason}" if state.reason else ""
-        ended = f"none; the last one, {state.mission}, ended as {state.state}{reason}{blocked}"
-        return Fact(ended, True, values)
+        how = _ENDS.get(state.state, state.state)
+        return Fact(f"none; the last one, {state.mission}, {how}{reason}{blocked}", True, values)
 
     def _battery_charge(self) -> Fact:
         battery = self._battery.message
