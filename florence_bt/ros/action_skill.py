@@ -150,6 +150,7 @@ class _SentGoal:
         return self.client.servers()
 
     def send(self) -> None:
+        self.seen_servers = self.client.server_ids()
         future = self.client.send_goal(self.uuid, self.message)
         future.add_done_callback(self.node.guarded(self._on_answer))
 

@@ -361,7 +361,7 @@ def test_what_is_not_a_broker_is_reported_and_survived(bench_of, answer):
 def test_without_paho_2_it_says_what_to_install(monkeypatch, module):
     monkeypatch.setitem(sys.modules, module, None)
     monkeypatch.delattr("paho.mqtt.client")
-    with pytest.raises(ConfigError, match=r"need paho-mqtt 2.*would have worked: pip install"):
+    with pytest.raises(ConfigError, match=r"need paho-mqtt 2.*would have worked: make setup"):
         Bench(at(1))
 
 

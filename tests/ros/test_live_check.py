@@ -164,4 +164,4 @@ def test_the_command_line_says_that_nothing_runs(start_process, tmp_path):
     file.write_text("mission: ring\ntree: {wait: 1 s}\n")
     child = start_process("-m", "florence_bt.cli", "check", "--live", file)
     assert child.process.wait(300.0) == NOT_THERE
-    assert "no server of florence_bt/list_missions" in child.output and "florence up --sim" in child.output
+    assert "no server of /florence_bt/list_missions" in child.output and "florence up --sim" in child.output
