@@ -170,7 +170,6 @@ def answer(
     _end_with(*answer_question(" ".join(words or [])))
 
 
-@app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 @app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 def reload() -> None:
     """Load edited missions, hotspots and zones; a file with an error keeps its old version, and says so."""
