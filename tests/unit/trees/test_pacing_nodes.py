@@ -135,7 +135,7 @@ tree:
     assert (goal.x, goal.y, goal.yaw) == (2.0, -2.0, pytest.approx(1.5708, abs=1e-4))
     assert play.skills["move"].calls == [{"by": pytest.approx(17**0.5 / 10)}]
     assert play.clock.now() == pytest.approx(3.0)
-    assert (play.keys.read("text"), play.keys.read("odd")) == ("moved by 0.5", True)
+    assert (play.keys.read("text"), play.keys.read("odd")) == ("moved by 0.5 m", True)
 
 
 def test_the_result_of_an_expression_is_held_against_the_limits(tmp_path):
