@@ -110,18 +110,21 @@ def test_topics_are_chosen_by_patterns(ros: Any, tmp_path: Path) -> None:
     assert not robot.words.get_subscription_count() and not robot.scan.get_subscription_count()
 
 
-def test_the_time_is_that_of_the_simulation(ros: Any, tmp_path: Path) -> None:
+def test_the_time_is_that_of_the_simulation_from_the_first_message_on(ros: Any, tmp_path: Path) -> None:
     robot = ros.add(Robot())
     clock = robot.create_publisher(Clock, "/clock", RELIABLE)
-    recorder = record(ros, robot, tmp_path)
-    ros.spin_until(lambda: "/clock" in recorder.types and clock.get_subscription_count())
+    recorder = ros.add(RecorderNode(parameters={"folder": str(tmp_path)}))
+    ros.spin_until(lambda: robot.words.get_subscription_count() and clock.get_subscription_count())
+    robot.words.publish(String(data="before the first clock"))
+    ros.spin_for(0.2)  # the map has come, too
+    assert not recorder.counts.total()
     now = Clock()
     now.clock.sec, now.clock.nanosec = 17, 500_000_000
     clock.publish(now)
-    ros.spin_until(lambda: recorder.counts["/clock"])
-    publish(ros, robot, recorder, 3)
+    ros.spin_until(lambda: recorder.counts["/words"] and recorder.counts["/map"])
     ros.close_node(recorder)
-    assert {stamp for topic, stamp, _ in read(tmp_path) if topic == "/words"} == {17_500_000_000}
+    stamps = {topic: stamp for topic, stamp, _ in read(tmp_path)}
+    assert stamps["/words"] == stamps["/map"] == 17_500_000_000
 
 
 def test_a_publisher_that_offers_less_is_heard_too(ros: Any, tmp_path: Path) -> None:

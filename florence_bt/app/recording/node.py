@@ -26,6 +26,8 @@ from florence_bt.ros.node import FlorenceNode
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
+CLOCK_WAIT_S = 2.0
+"""What comes in the beginning waits for so long for the time of a simulation, by which it is written."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
@@ -61,7 +63,9 @@ class _Topic:
     """A topic that is recorded or looked at.
 
     Attributes:
-        count: Messages that came.
+        count: Messages that were written.
+        viewers: How many clients of Foxglove look at it.
+        recorded: Whether it goes into the files.
     """
 
     def __init__(self, name: str, type_name: str, channel: foxglove.Channel) -> None:
@@ -104,12 +108,15 @@ class RecorderNode(FlorenceNode):
         self._topics: dict[str, _Topic] = {}
         self._refused: set[str] = set()
         self._simulated_ns: int | None = None
+        self._held: list[tuple[_Topic, bytes]] | None = []
         self._files = RecordingFiles(Path(params.folder), limits, self._logged) if params.folder else None
         if self._files is not None:
             self.on_close(self._files.close)
+        self.on_close(self._write_held)
         if params.foxglove_port:
             self._serve_foxglove(params.foxglove_port)
         self.create_timer(LOOK_S, self._look)
+        self.steady.call_at(self.steady.now() + CLOCK_WAIT_S, self._end_wait_for_clock)
         self._look()
 
     @property
@@ -211,10 +218,28 @@ class RecorderNode(FlorenceNode):
             if is_clock:
                 seconds, nanoseconds = _TIME.unpack_from(serialised)
                 self._simulated_ns = seconds * 1_000_000_000 + nanoseconds
-            topic.count += 1
-            topic.channel.log(serialised, log_time=self._simulated_ns or time.time_ns())
+                self._write_held()
+            if self._held is None:
+                self._write(topic, serialised)
+            else:
+                self._held.append((topic, serialised))
 
         return receive
+
+    def _write(self, topic: _Topic, serialised: bytes) -> None:
+        topic.count += 1
+        topic.channel.log(serialised, log_time=self._simulated_ns or time.time_ns())
+
+    def _end_wait_for_clock(self) -> None:
+        """Take the time of this machine, unless there is a simulation, whose time is about to come."""
+        if not any(topic.type_name == _CLOCK for topic in self._topics.values()):
+            self._write_held()
+
+    def _write_held(self) -> None:
+        """Write what came before it was known which time counts."""
+        held, self._held = self._held or (), None
+        for topic, serialised in held:
+            self._write(topic, serialised)
 
     # ---- Foxglove -------------------------------------------------------------------------------------
 
