@@ -92,6 +92,51 @@ def calibrate(
     raise typer.Exit(OK if calibrated.succeeded else FAILED)
 
 
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="The robot",
+    epilog=f"Example: florence teleop --speed 0.15\n\n{EXIT_CODES}",
+)
+def teleop(
+    joy: Annotated[
+        bool, typer.Option("--joy", help="A gamepad on the topic joy in place of the keys.")
+    ] = False,
+    speed: Annotated[float, typer.Option(help="Forward speed at the start, m/s.")] = 0.2,
+    turn: Annotated[float, typer.Option(help="Turning speed at the start, rad/s.")] = 0.8,
+    timeout: Annotated[
+        float, typer.Option(help="Seconds after the last key, or message of the pad, until the robot stands.")
+    ] = 0.7,
+    axis_linear: Annotated[int, typer.Option(help="With --joy: the axis for forward and backward.")] = 1,
+    axis_angular: Annotated[int, typer.Option(help="With --joy: the axis for turns.")] = 0,
+    enable_button: Annotated[int, typer.Option(help="With --joy: the dead-man button.")] = 4,
+    turbo_button: Annotated[
+        int, typer.Option(help="With --joy: the dead-man button for twice the speed; -1 for none.")
+    ] = 5,
+) -> None:
+    """Drive the robot by hand, with the keys of this terminal or with a gamepad.
+
+    Takes the robot by the manual override, which ends what it does, and gives it back at the end: Ctrl-C, or
+    a closed terminal. The arrows, or i , j l, drive; space stops. Keep a key pressed: the robot stands still
+    0.7 s after the last one. A gamepad drives by its left stick while L1 or LB is held.
+    """
+    from rich.console import Console
+
+    from florence_bt.app.teleop.hands import GamepadLayout, TeleopParameters
+    from florence_bt.app.teleop.teleop import drive_with_gamepad, drive_with_keys
+
+    parameters = TeleopParameters(speed=speed, turn=turn, timeout=timeout)
+    if joy:
+        layout = GamepadLayout(
+            axis_linear=axis_linear,
+            axis_angular=axis_angular,
+            enable_button=enable_button,
+            turbo_button=turbo_button,
+        )
+        drive_with_gamepad(Console(), parameters, layout)
+    else:
+        drive_with_keys(Console(), parameters)
+
+
 kinect = typer.Typer(help="The Kinect: record what it sees.", no_args_is_help=True)
 app.add_typer(kinect, name="kinect", rich_help_panel="The robot")
 
