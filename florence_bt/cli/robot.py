@@ -13,6 +13,59 @@ from florence_bt.core.errors import ConfigError
 
 
 @app.command(
+    rich_help_panel="The robot",
+    epilog=f"Example: florence init my_robot --robot-type create2 --service none\n\n{EXIT_CODES}",
+)
+def init(
+    folder: Annotated[Path, typer.Argument(help="The robot's folder; is made.")] = Path("my_robot"),
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Ask nothing: the defaults.")] = False,
+    emulate: Annotated[
+        bool, typer.Option("--emulate", help="For a rehearsal, on emulated devices in the example flat.")
+    ] = False,
+    robot_type: Annotated[
+        str | None, typer.Option(help="The base: create, create2 or roomba.", show_default="asks, create")
+    ] = None,
+    base: Annotated[
+        str | None, typer.Option(metavar="PORT", help="Port of the base.", show_default="asks, /dev/create")
+    ] = None,
+    laser: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PORT", help="Port or IP address of the laser.", show_default="asks, /dev/hokuyo"
+        ),
+    ] = None,
+    speech: Annotated[
+        str | None,
+        typer.Option(metavar="PROGRAM", help="print, none, or a command.", show_default="asks, print"),
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", help="A map of the home.", show_default="none yet")
+    ] = None,
+    hotspots: Annotated[
+        Path | None, typer.Option(help="Rooms and places of the home.", show_default="none yet")
+    ] = None,
+    service: Annotated[
+        str | None,
+        typer.Option(help="A systemd unit for: user, system or none.", show_default="asks, user"),
+    ] = None,
+) -> None:
+    """Make the folder of a robot: configuration, udev rules and a systemd unit; says what is left to do.
+
+    Finds the devices by their USB ids and asks them who they are; nothing moves. What is in the folder
+    already stays as it is, and is shown where it differs. Nothing outside the folder is changed. Afterwards
+    `florence up FOLDER` brings the robot up.
+    """
+    from florence_bt.app.robot_setup.setup import Given, set_up
+    from florence_bt.app.runs.keyboard import in_front
+
+    def ask(question: str, default: str) -> str:
+        return default if yes or not in_front() else str(typer.prompt(question, default=default))
+
+    given = Given(robot_type, base, laser, speech, map_file, hotspots, service, emulate)
+    set_up(folder, given, ask, typer.echo)
+
+
+@app.command(
     cls=RosVerb,
     rich_help_panel="The robot",
     epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}",
