@@ -1,4 +1,4 @@
-"""``florence init``: devices on a made-up machine, the files, running it twice; the folder that ``up`` reads."""
+"""``florence init``: devices on a made-up machine, the files, running it twice; the folder that `up` reads."""
 
 from __future__ import annotations
 
@@ -107,6 +107,18 @@ def answers(**changes: object) -> Answers:
     usual = {"robot_type": "create", "base": "/dev/create", "laser": "/dev/hokuyo", "speech": "print"}
     rest = {"map_file": "", "hotspots": "hotspots.yaml", "service": "none", "emulate": False}
     return Answers(**{**usual, **rest, **changes})
+
+
+def test_the_configuration_keeps_what_the_package_says_and_has_the_answers(tmp_path):
+    file = tmp_path / "robot.yaml"
+    file.write_text(robot_yaml(answers(robot_type="create2", laser="192.168.0.10", speech="no: 1"), file))
+    config = load_config(file)
+    assert config["turtlebot_node"]["port"] == "/dev/create"
+    assert config["turtlebot_node"]["robot_type"] == "create2"
+    assert config["turtlebot_node"]["gyro_measurement_range"] == 150.0
+    assert config["hokuyo_node"]["ip_address"] == "192.168.0.10"
+    assert config["speech"]["program"] == "no: 1"
+    assert "# document, table 8" in file.read_text()
 
 
 def florence(*words: str | Path):
