@@ -17,14 +17,15 @@ from florence_interfaces.srv import (
 )
 from nicegui import ui
 from nicegui.element import Element
+from rcl_interfaces.srv import GetParameters
 
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.app.runs.client import RUN_MISSION
+from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
 from florence_bt.core.errors import FlorenceError
+from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 from florence_bt.skills.robot_description.room import RoomParameters
 
-_STATES = {"SUCCEEDED": "positive", "ABORTED": "negative", "ACTIVE": "primary", "PENDING": "primary"}
 _LIVE = {"florence-live": "components/live"}
 
 
@@ -39,6 +40,13 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
         super().__init__()
         self._props["footprint"] = [list(corner) for corner in footprint]
         self._props["places"] = []
+
+    def show_places(self, places: Hotspots) -> None:
+        """Show rooms and objects at the places where the robot stands for them."""
+        self._props["places"] = [
+            {"label": each.label, "x": each.pose.x, "y": each.pose.y, "kind": each.kind} for each in places
+        ]
+        self.update()
 
 
 class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
@@ -78,8 +86,21 @@ class Page:
             if self._may_run:
                 self._add_controls()
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
-            MapView(corners).classes("w-full h-full").mark("map")
+            self._map = MapView(corners).classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")
+
+        ui.timer(0.1, self._show_places, once=True)
+
+    async def _show_places(self) -> None:
+        """Show the rooms and objects of the locator's file; without a locator there are none."""
+        question = GetParameters.Request(names=["hotspots_file"])
+        try:
+            answer = await self._ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
+            places = load_hotspots(answer.values[0].string_value)
+        except FlorenceError as error:
+            ui.notify(f"no places are shown: {error}", type="warning", multi_line=True)
+            return
+        self._map.show_places(places)
 
     def _add_controls(self) -> None:
         ui.button("Start…", on_click=self._choose_mission, icon="play_arrow").mark("start")

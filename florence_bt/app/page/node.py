@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.app.page.pictures import map_picture
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.node import FlorenceNode
@@ -144,6 +144,7 @@ class SceneNode(FlorenceNode):
         self.simulated = simulated
         self._parts = parts
         self._scene: dict[str, Any] = {"pose": None, "scan": [], "people": []}
+        self._scan: LaserScan | None = None
         self._tf = TransformListener(self)
         newest: dict[str, Any] = {"newest_only": True}
         self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
@@ -169,17 +170,24 @@ class SceneNode(FlorenceNode):
             self._show(pose=None)
         else:
             self._show(pose=_pose(pose))
+        self._show_scan()
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         variances = np.asarray(message.pose.covariance)[[0, 7, 35]]
         self._show(deviation=[_m(each) for each in np.sqrt(np.maximum(variances, 0.0)).tolist()])
 
     def _on_scan(self, message: LaserScanMsg) -> None:
-        scan = scan_from_ros(message)
+        self._scan = scan_from_ros(message)  # shown when the transforms of its time have come
+
+    def _show_scan(self) -> None:
+        scan = self._scan
+        if scan is None:
+            return
         try:
             sensor = self._tf.buffer.lookup(MAP_FRAME, scan.frame_id, self.time_of(scan.middle_stamp))
         except TransformUnavailable:
             return
+        self._scan = None
         valid = scan.valid()
         flat = scan.directions()[valid] * scan.ranges[valid][:, None]
         step = -(-len(flat) // MOST_POINTS) or 1

@@ -19,6 +19,8 @@ FRAME_S = 0.1
 ANSWER_S = 20.0
 """A viewer that has not taken a frame for so long is left alone."""
 MOST_VIEWERS = 50
+SHUT_DOWN_S = 2
+"""Seconds that viewers get to leave when the page ends."""
 
 
 class Viewers:
@@ -46,17 +48,37 @@ class Viewers:
             self._add(-1)
 
     async def _send_all(self, socket: WebSocket, node: PageNode) -> None:
+        taken = asyncio.Event()
+        listening = asyncio.create_task(_listen(socket, taken))
         seen: dict[str, int] = {}
-        while True:
-            frame, seen = node.parts.since(seen)
-            if frame:
-                await asyncio.wait_for(socket.send_text(frame), ANSWER_S)
-                await asyncio.wait_for(socket.receive_text(), ANSWER_S)
-            await asyncio.sleep(FRAME_S)
+        try:
+            while not listening.done():
+                frame, seen = node.parts.since(seen)
+                if frame:
+                    taken.clear()
+                    await asyncio.wait_for(socket.send_text(frame), ANSWER_S)
+                    done = asyncio.create_task(taken.wait())
+                    await asyncio.wait(
+                        {listening, done}, timeout=ANSWER_S, return_when=asyncio.FIRST_COMPLETED
+                    )
+                    if not done.done():
+                        done.cancel()
+                        return
+                await asyncio.wait({listening}, timeout=FRAME_S)
+        finally:
+            listening.cancel()
+            await asyncio.gather(listening, return_exceptions=True)
 
     def _add(self, more: int) -> None:
         self._count += more
         self._ros.look(self._count > 0)
+
+
+async def _listen(socket: WebSocket, taken: asyncio.Event) -> None:
+    """Note that a viewer has taken its frame, until it leaves."""
+    while True:
+        await socket.receive_text()
+        taken.set()
 
 
 def make_app(ros: RosThread, access: Access) -> Any:
@@ -97,7 +119,12 @@ def serve_page(host: str, port: int, access: Access) -> None:
         )
     with RosThread() as ros:
         settings = uvicorn.Config(
-            make_app(ros, access), host=host, port=port, log_level="warning", ws_max_size=LARGEST_REQUEST
+            make_app(ros, access),
+            host=host,
+            port=port,
+            log_level="warning",
+            ws_max_size=LARGEST_REQUEST,
+            timeout_graceful_shutdown=SHUT_DOWN_S,
         )
         server = uvicorn.Server(settings)
         print(
