@@ -1,8 +1,9 @@
 """How right the maps are that are built from laser and odometry alone.
 
-``python tools/mapping.py --log freiburg-079-corrected.log.gz --picture docs/img/freiburg-079.png --write PAGE``
-measures on a real building's log, also with scans left out, on generated homes and corridors, and with
-``--flat`` in the simulated flat, where goto_user runs on the map afterwards.
+``python tools/mapping.py --log freiburg-079-corrected.log.gz --picture docs/img/freiburg-079.png``
+measures on a real building's log, also with scans left out; ``--generated`` on generated homes and
+corridors; ``--flat`` in the simulated flat, where goto_user runs on the map afterwards. ``--write PAGE``
+writes the tables.
 """
 
 from __future__ import annotations
@@ -224,7 +225,7 @@ def flat_text() -> str:
     rig = make_rig(seed=3, person="study", grid=built)
     run = rig.run("goto_user")
     return (
-        f"{100 * there:.1f} % of the built map's wall cells are within {100 * WITHIN_M:.0f} cm of a true one, and "
+        f"{100 * there:.1f} % of the built wall cells are within {100 * WITHIN_M:.0f} cm of a true one, and "
         f"{100 * back:.1f} % of the true ones that it saw within {100 * WITHIN_M:.0f} cm of a built one. "
         f"`goto_user` on that map ended with: {run.status.name.lower()}."
     )
