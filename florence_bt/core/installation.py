@@ -14,6 +14,7 @@ EXTRAS = {
     "home": ("paho",),
     "record": ("foxglove",),
     "page": ("nicegui", "fastapi", "uvicorn"),
+    "mapping": ("gtsam", "rosbags"),
     "test": ("pytest",),
 }
 """Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""
