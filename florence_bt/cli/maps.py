@@ -178,6 +178,50 @@ def edit(
     )
 
 
+@maps.command(
+    epilog="Example: florence map rooms maps/home.yaml --out hotspots/home.yaml; then florence hotspot name "
+    f"--hotspots hotspots/home.yaml\n\n{EXIT_CODES}"
+)
+def rooms(
+    file: MapArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The hotspot file to write.", show_default="they are only listed"),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The picture, .png or .svg.", show_default="beside --out"),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace a hotspot file of this name.")
+    ] = False,
+) -> None:
+    """Propose the rooms of a map: what is divided by doors, with a place for the robot in each.
+
+    They are called room_1, room_2, ..., the largest first; florence hotspot name gives them their names.
+    """
+    from florence_bt.app.maps.proposal import proposed_hotspots, write_rooms
+    from florence_bt.app.places.draw import check_form, draw
+    from florence_bt.app.places.listing import as_table
+    from florence_bt.skills.locator.hotspots import Hotspots
+    from florence_bt.skills.navigation.map_server.map_file import load_map
+
+    if out is not None and out.exists() and not overwrite:
+        raise ConfigError(f"there is a file {str(out)!r}", valid=["another name", "--overwrite"])
+    shown = picture or (out.with_suffix(".png") if out is not None else None)
+    if shown is not None:
+        check_form(shown)
+    grid = load_map(file, lambda sentence: typer.echo(f"{file}: {sentence}", err=True))
+    found = Hotspots(proposed_hotspots(grid))
+    typer.echo(as_table(found) if len(found) else "no room in which the robot could stand")
+    if out is not None:
+        write_rooms(found, out)
+        typer.echo(f"{out} written; florence hotspot name --hotspots {out} gives the rooms their names")
+    if shown is not None:
+        draw(found, grid, shown, f"{file}: rooms")
+        typer.echo(f"{shown} written")
+
+
 _Files = tuple[Path, Path | None, Path | None, Path | None, Path | None]
 
 
