@@ -59,7 +59,7 @@ _MOST_SEEN = 2000
 """So many cells of a room tell where the most of it is."""
 _FOREIGN_M2 = 0.05
 """A rectangle is the outline of a room when it has less of the floor of other rooms."""
-_SLIT_M, _NOTCH_M, _OFF_M = 0.3, 0.5, 0.15
+_SLIT_M, _NOTCH_M, _OFF_M = 0.15, 0.5, 0.15
 """What is narrower sticks out of no outline, or into none, and no corner is for less."""
 
 
@@ -256,7 +256,9 @@ def _gaps(free: BoolGrid, walls: BoolGrid, along: int, resolution: float) -> Ite
         for (row, end), step in zip(piece.ends, (-1, 1), strict=True):
             rows, begin = slice(max(0, row - 1), row + 2), end + step
             # An open leaf is in the way on one side of the wall; what is on both sides is another wall.
-            while abs(begin - end) <= hinge and 0 < begin < last and not floor[row, begin] | wide[row, begin]:
+            while abs(begin - end) <= hinge and 0 < begin < last and not wide[row, begin]:
+                if floor[rows, begin].all():
+                    break
                 begin += step
             ahead = np.arange(begin, begin + step * (most + 2), step)
             ahead = ahead[(ahead >= 0) & (ahead <= last)]
@@ -272,7 +274,8 @@ def _gaps(free: BoolGrid, walls: BoolGrid, along: int, resolution: float) -> Ite
             behind = np.arange(end, end - step * straight, -step).clip(0, last)
             goes_on = np.count_nonzero(walls[rows, behind].any(axis=0)) >= straight - 1
             one_is_enough = goes_on and piece.length >= max(slim, _SLENDER * piece.thickness)
-            if one_is_enough or (len(both) > 1 and min(each.length for each in both) >= stub):
+            longest = max((other.length for other in both[1:]), default=0)
+            if one_is_enough or min(piece.length, longest) >= stub:
                 where = (rows, slice(min(begin, stop + 1), max(begin + 1, stop)))
                 gap = _Gap(1, (row, begin - step), (row, stop), both, where)
                 yield gap if along else gap.transposed()
