@@ -15,11 +15,12 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
 from florence_bt.core.zones import Zone
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
@@ -125,15 +126,11 @@ class Navigator:
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
         self._p = parameters or NavigatorParameters()
-        furnished = with_tables(grid) if self._p.costmap.fill_tables else grid
-        self.global_costmap = Costmap(self._p.costmap, furnished)
+        self.global_costmap = Costmap(self._p.costmap, self._furnished(grid))
         self.local_costmap = Costmap(self._p.costmap)
-        static = self.global_costmap.static_master()
-        frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])
-        outline = self._p.costmap.make_true_footprint().outline(grid.resolution / 2.0)
-        self._walls = MapWalls(static, frame, outline)
-        self._zones = ZoneLayer(self.global_costmap, self.local_costmap, static)
-        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls, self._zones)
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts())
+        self._newer_map: OccupancyGrid | None = None
+        self._exploration = Exploration(self.global_costmap, self._p.exploration)
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -148,6 +145,50 @@ class Navigator:
         self._feedback = Feedback()
         self.base_stop = BaseStop()
         self.speed_limit = 0.0
+
+    def _furnished(self, grid: OccupancyGrid) -> OccupancyGrid:
+        return with_tables(grid) if self._p.costmap.fill_tables else grid
+
+    def _map_parts(self) -> tuple[Cells, MapWalls, ZoneLayer]:
+        """Make what follows from the map, and from no sensor."""
+        costmap = self.global_costmap
+        static = costmap.static_master()
+        frame = np.array([costmap.origin_x, costmap.origin_y, costmap.resolution])
+        outline = self._p.costmap.make_true_footprint().outline(costmap.resolution / 2.0)
+        return static, MapWalls(static, frame, outline), ZoneLayer(costmap, self.local_costmap, static)
+
+    def replace_map(self, grid: OccupancyGrid) -> None:
+        """Take a newer map of the same place; the goal goes on, and what the sensors have marked stays.
+
+        Who follows a person does so on the older map: the newer one is taken afterwards.
+
+        Args:
+            grid: The map, with cells of the same size; it may have grown, and begin elsewhere.
+
+        Raises:
+            ValueError: Its cells have another size.
+        """
+        if isinstance(self._goal, Follow):
+            self._newer_map = grid
+            return
+        self._newer_map = None
+        self.global_costmap.replace_static(self._furnished(grid), forget=LASER)
+        zones, costmaps = self._zones.zones, self._costmaps
+        costmaps.static, costmaps.walls, costmaps.zones = self._map_parts()
+        self._zones.set(zones)
+        self._unmapped = MapDifference(costmaps)
+
+    @property
+    def _walls(self) -> MapWalls:
+        return self._costmaps.walls
+
+    @property
+    def _zones(self) -> ZoneLayer:
+        return self._costmaps.zones
+
+    def next_view(self, robot: Pose2, number: int) -> Result:
+        """Return where to look next while the map grows (:meth:`Exploration.next_view`)."""
+        return self._exploration.next_view(robot, number)
 
     @property
     def active(self) -> bool:
@@ -470,6 +511,8 @@ class Navigator:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
         self._goal = self._end = None
+        if self._newer_map is not None:
+            self.replace_map(self._newer_map)
         self._missing_since = self._finding = None
         self._feedback = Feedback(text="starting")
 
