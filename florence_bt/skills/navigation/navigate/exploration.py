@@ -26,6 +26,9 @@ _PIECE_M = 1.0
 """A long frontier is looked at in pieces of about this length."""
 _SAME_M = 0.5
 """A frontier so near to one that was looked at is the same one."""
+_CLOSE_M = 0.4
+"""From so far away the robot looks at a frontier best: it sees past its ends, and what it does not see stands
+beyond its outline. What is so close behind the frontier is what it looks at."""
 _MOST_CANDIDATES = 60
 """Places from which a piece of a frontier may be looked at that are tried, the best first."""
 _COST_M = 0.7
@@ -50,7 +53,7 @@ class ExplorationParameters(CheckedParameters):
     """
 
     map_grows: bool = False
-    frontier_length: NotNegative = 0.3
+    frontier_length: NotNegative = 0.45
     frontier_area: NotNegative = 0.2
     frontier_distance: Positive = 1.5
 
@@ -83,10 +86,11 @@ def frontiers(costmap: Costmap, robot: Pose2, parameters: ExplorationParameters)
         parameters: What counts.
     """
     ways = _ways(costmap, robot)
-    for cells, length in _pieces(costmap, parameters):
+    unknown = _large(costmap.unknown, round(parameters.frontier_area / costmap.resolution**2))
+    for cells, length in _pieces(costmap, unknown, parameters.frontier_length):
         middle = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))]
         x, y = _places(costmap, middle[None])[0].tolist()
-        view = _view(costmap, ways, middle, (x, y), parameters.frontier_distance)
+        view = _view(costmap, ways, middle, _behind(costmap, unknown, middle), parameters.frontier_distance)
         if view is not None:
             row, column = view[1]
             yield Frontier(x, y, length, view[0], float(ways[row, column]))
@@ -149,13 +153,14 @@ def _ways(costmap: Costmap, robot: Pose2) -> NDArray[np.float64]:
     return ways_from(start, floor, costmap.resolution)
 
 
-def _pieces(costmap: Costmap, parameters: ExplorationParameters) -> Iterator[tuple[NDArray[np.int64], float]]:
+def _pieces(
+    costmap: Costmap, unknown: NDArray[np.bool_], shortest: float
+) -> Iterator[tuple[NDArray[np.int64], float]]:
     """Yield the cells (row, column) of each piece of a frontier, shape (n, 2), and its length in metres."""
-    unknown = _large(costmap.unknown, round(parameters.frontier_area / costmap.resolution**2))
     beside = ndimage.binary_dilation(unknown, _NEITHER)
     frontier = beside & ~costmap.unknown & (costmap.master < LETHAL)
     labels, count = ndimage.label(frontier, _TOUCHING)
-    least = parameters.frontier_length / costmap.resolution
+    least = shortest / costmap.resolution
     size = max(1, round(_PIECE_M / costmap.resolution))
     for number, window in enumerate(ndimage.find_objects(labels, count), 1):
         cells = np.argwhere(labels[window] == number) + [part.start for part in window]
@@ -177,25 +182,34 @@ def _large(unknown: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
     return large
 
 
+def _behind(costmap: Costmap, unknown: NDArray[np.bool_], middle: NDArray[np.int64]) -> Point2:
+    """Return the middle of what is not known close to a cell of a frontier, metres."""
+    reach = round(_CLOSE_M / costmap.resolution)
+    low = np.maximum(middle - reach, 0)
+    window = unknown[low[0] : middle[0] + reach + 1, low[1] : middle[1] + reach + 1]
+    x, y = _places(costmap, np.argwhere(window) + low).mean(axis=0).tolist()
+    return x, y
+
+
 def _view(
-    costmap: Costmap,
-    ways: NDArray[np.float64],
-    middle: NDArray[np.int64],
-    place: Point2,
-    reach_m: float,
+    costmap: Costmap, ways: NDArray[np.float64], middle: NDArray[np.int64], behind: Point2, reach_m: float
 ) -> tuple[Pose2, tuple[int, int]] | None:
-    """Return the best pose to look at a cell from, and its cell; None when there is none."""
+    """Return the best pose to look past a cell from, and its cell; None when there is none.
+
+    The robot has room to turn there: from a tight corner it may not get out again.
+    """
     reach = math.ceil(reach_m / costmap.resolution)
     low = np.maximum(middle - reach, 0)
     window = ways[low[0] : middle[0] + reach + 1, low[1] : middle[1] + reach + 1]
     cells = np.argwhere(np.isfinite(window)) + low
     away = np.hypot(*(cells - middle).T) * costmap.resolution
-    cells, away = cells[away <= reach_m], away[away <= reach_m]
-    badness = away + _COST_M * costmap.master[cells[:, 0], cells[:, 1]] / INSCRIBED
+    roomy = costmap.master[cells[:, 0], cells[:, 1]] < costmap.harmless_below
+    cells, away = cells[roomy & (away <= reach_m)], away[roomy & (away <= reach_m)]
+    badness = np.abs(away - _CLOSE_M) + _COST_M * costmap.master[cells[:, 0], cells[:, 1]] / INSCRIBED
     for cell in cells[np.argsort(badness, kind="stable")[:_MOST_CANDIDATES]]:
         x, y = _places(costmap, cell[None])[0].tolist()
-        view = Pose2(x, y, math.atan2(place[1] - y, place[0] - x))
-        if _sees(costmap, cell, middle) and costmap.footprint_cost(view) >= 0:
+        view = Pose2(x, y, math.atan2(behind[1] - y, behind[0] - x))
+        if _sees(costmap, cell, middle):
             return view, (int(cell[0]), int(cell[1]))
     return None
 

@@ -24,6 +24,7 @@ from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
+from florence_bt.skills.navigation.navigate.glass import GlassMemory
 from florence_bt.skills.navigation.navigate.legs import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.path_drive import PathDrive
@@ -53,6 +54,8 @@ _INTERRUPTED = (Drive, ThroughDrive, PathDrive)
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
+_CORRECTED_M = 0.1
+"""A map whose place jumps so far was corrected, while it grows."""
 
 
 class SensorTimeouts:
@@ -130,6 +133,7 @@ class Navigator:
         self.local_costmap = Costmap(self._p.costmap)
         self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts())
         self._newer_map: OccupancyGrid | None = None
+        self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
@@ -172,7 +176,8 @@ class Navigator:
             self._newer_map = grid
             return
         self._newer_map = None
-        self.global_costmap.replace_static(self._furnished(grid), forget=LASER)
+        seen = grid if self._glass is None else self._glass.added_to(grid)
+        self.global_costmap.replace_static(self._furnished(seen), forget=LASER)
         zones, costmaps = self._zones.zones, self._costmaps
         costmaps.static, costmaps.walls, costmaps.zones = self._map_parts()
         self._zones.set(zones)
@@ -241,6 +246,9 @@ class Navigator:
         known = None
         if source == FEET and map_from_odom is not None:
             known = self._unmapped.is_known(moved_rays(in_base, map_from_odom @ odom_pose).ends)
+        if source == LASER and self._glass is not None and map_from_odom is not None:
+            ends = moved_rays(in_base, map_from_odom @ odom_pose).ends
+            self._glass.saw(scan.stamp, ends[~self._unmapped.is_known(ends)], map_from_odom @ odom_pose)
         if source == LASER:
             self._look_for_legs(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
         for costmap, robot in (
@@ -258,8 +266,11 @@ class Navigator:
         if map_from_odom is None:
             return
         before, self._map_from_odom = self._map_from_odom, map_from_odom
-        if before and (before @ odom_pose).distance_to(map_from_odom @ odom_pose) > _FOUND_ELSEWHERE_M:
+        jump = (before @ odom_pose).distance_to(map_from_odom @ odom_pose) if before else 0.0
+        if jump > _FOUND_ELSEWHERE_M:
             self.global_costmap.reset_outside(0.0, 0.0, 0.0)
+        if jump > _CORRECTED_M and self._glass is not None:
+            self._glass.forget()
 
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
         """Clear what the camera marked where somebody was who has walked on: it was that person."""
