@@ -1,4 +1,4 @@
-"""Verbs about maps: ``map save``."""
+"""Verbs about maps: ``map build``, ``map save``."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import Annotated
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, app
+from florence_bt.cli.exit_codes import FAILED, INTERRUPTED
 
-maps = typer.Typer(help="Maps: save the published one.", no_args_is_help=True)
+maps = typer.Typer(help="Maps: build one from a recording, save the published one.", no_args_is_help=True)
 app.add_typer(maps, name="map", rich_help_panel="The robot")
 
 
 @maps.callback()
 def _group() -> None:
-    """Save the published map."""
+    """Build and save maps."""
 
 
 @maps.command(
@@ -42,3 +43,79 @@ def save(
     )
     rows, columns = grid.cells.shape
     typer.echo(f"{written}: {columns} x {rows} cells of {grid.resolution:g} m")
+
+
+@maps.command(
+    epilog=f"Example: florence map build --log drive.mcap --out maps/home.yaml\n\n{EXIT_CODES}",
+)
+def build(
+    log: Annotated[
+        Path,
+        typer.Option(
+            help="The recording: an MCAP, db3 or ROS 1 bag file, the folder of a rosbag2, a log of CARMEN.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="The YAML file of the map; its other files get the same name.")],
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of this name.")] = False,
+    resumed: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            metavar="FILE.drive",
+            help="Go on with a drive that was built before, near where it ended.",
+        ),
+    ] = None,
+    scan: Annotated[str | None, typer.Option(metavar="TOPIC", help="The laser, of more than one.")] = None,
+    odom: Annotated[
+        str | None,
+        typer.Option(metavar="TOPIC", help="The odometry, of more than one; without any, tf is taken."),
+    ] = None,
+    odom_frame: Annotated[str, typer.Option(metavar="FRAME", help="The odometry's frame in tf.")] = "odom",
+    base_frame: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FRAME", help="The robot's frame: that of the odometry, base_footprint or base_link."
+        ),
+    ] = None,
+    mount: Annotated[
+        str | None,
+        typer.Option(
+            metavar="'X Y Z ROLL PITCH YAW'",
+            help="Where the laser is on the robot, metres and degrees (roll 180: upside down), "
+            "when the recording does not tell.",
+        ),
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A description of the robot that tells it.")
+    ] = None,
+    resolution: Annotated[float, typer.Option(metavar="METRES", help="Of a cell of the map.")] = 0.05,
+    laser_range: Annotated[
+        float, typer.Option(metavar="METRES", help="Leave out longer beams; 0 for the laser's own limit.")
+    ] = 0.0,
+) -> None:
+    """Build a map from the recording of a drive, with its laser and odometry alone.
+
+    Places that the robot came back to are recognised, and the map is bent to fit. Beside the map there are a
+    picture of it with the way of the robot (.drive.png), and the drive itself (.drive), for --continue.
+    Ctrl-C leaves the map of what was read.
+    """
+    from florence_bt.app.maps.build import build_map, output_files, write_built
+    from florence_bt.app.maps.recordings.recording import Choices
+    from florence_bt.app.maps.told import MapProgress, mount_from_text, tell_built
+    from florence_bt.core.errors import ConfigError
+    from florence_bt.skills.navigation.map_server.map_writer import check_target
+    from florence_bt.skills.navigation.mapping.parameters import SlamParameters
+
+    for file in output_files(out):
+        if file.exists() and not overwrite:
+            raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
+    check_target(output_files(out)[0])
+    choices = Choices(scan, odom, odom_frame, base_frame, mount_from_text(mount) if mount else None, urdf)
+    parameters = SlamParameters(resolution=resolution, laser_max_range=laser_range)
+    with MapProgress(log.name) as progress:
+        built = build_map(log, choices, parameters, resumed=resumed, tell=progress.tell)
+    tell_built(built, write_built(built, out))
+    if isinstance(built.problem, KeyboardInterrupt):
+        raise typer.Exit(INTERRUPTED)
+    if built.problem is not None:
+        raise typer.Exit(FAILED)

@@ -74,6 +74,16 @@ def save_map(
     return path
 
 
+def check_target(path: Path) -> None:
+    """Refuse a file, before the work, to which :func:`save_map` would not write a map.
+
+    Raises:
+        ConfigError: As there.
+    """
+    _check(path, "trinary", "pgm", OCCUPIED_THRESH, FREE_THRESH)
+    _refuse_what_is_no_map(path, path.with_suffix(".pgm"))
+
+
 def _refuse_what_is_no_map(path: Path, image: Path) -> None:
     """Refuse to replace a file that is not the description, or the image, of the map of this name."""
     for file in (path, image):

@@ -82,7 +82,7 @@ class LoopFinder:
         self._least_way, self._least_fit = least_way, least_fit
         self.driven: list[Pose2] = []
         self.ways: list[float] = []
-        self._unbroken_from = 0
+        self._torn_at: set[int] = set()
         self._pieces: list[_Piece] = []
         self._drawn: OrderedDict[int, Submap] = OrderedDict()
         self._candidates: list[_Candidate] = []
@@ -99,7 +99,7 @@ class LoopFinder:
         self.driven.append(driven)
         self.ways.append(way)
         if torn:
-            self._unbroken_from = number
+            self._torn_at.add(number)
             self._candidates.clear()
         for piece in self._open():
             middle = self.driven[piece.first]
@@ -108,6 +108,11 @@ class LoopFinder:
         opened = self._open()
         if not opened or used_up(number - opened[-1].first, self.driven[opened[-1].first], driven) >= 0.5:
             self._pieces.append(_Piece(number))
+
+    @property
+    def torn(self) -> tuple[bool, ...]:
+        """Which of the scans nothing ties to those before."""
+        return tuple(number in self._torn_at for number in range(len(self.driven)))
 
     def _open(self) -> list[_Piece]:
         return [piece for piece in self._pieces[-3:] if piece.end is None]
@@ -140,17 +145,36 @@ class LoopFinder:
                 break
         return found
 
+    def rejoin(self, reach: float) -> list[Tie]:
+        """Look for the newest scan, which nothing ties to those before, in the submaps that it has ended.
+
+        Args:
+            reach: How far off it may be, metres.
+        """
+        number = len(self.driven) - 1
+        seen = self._seen_lately(number)
+        ended = [index for index in range(len(self._pieces)) if self._pieces[index].end == number]
+        found = [self._match(index, number, seen, min(reach, _LONGEST_M), _LARGEST_RAD) for index in ended]
+        best = max(found, key=lambda each: each[0], default=(0.0, None))
+        return [best[1]] if best[1] is not None and best[0] >= self._least_fit else []
+
     def _look(
         self, index: int, number: int, seen: NDArray[np.float64], reach: float, turn: float
     ) -> list[Tie]:
+        fit, tie = self._match(index, number, seen, reach, turn)
+        if fit < self._least_fit:
+            return []
+        return [tie] if reach < _WIDE_M else self._confirmed(tie)
+
+    def _match(
+        self, index: int, number: int, seen: NDArray[np.float64], reach: float, turn: float
+    ) -> tuple[float, Tie]:
+        """Fit what was seen to a submap; return the part that fits, and the tie that follows."""
         anchor = self._pieces[index].first
         belief = self._graph.poses[anchor].inverse() @ self._graph.poses[number]
         match = self._fit(self._submap(index), seen, belief, reach, turn)
-        if match.near_fraction < self._least_fit:
-            return []
         covariance = turned_covariance(match.covariance, -match.pose.yaw) + _LEAST
-        tie = Tie(anchor, number, match.pose, covariance)
-        return [tie] if reach < _WIDE_M else self._confirmed(tie)
+        return match.near_fraction, Tie(anchor, number, match.pose, covariance)
 
     def _fit(
         self, submap: Submap, seen: NDArray[np.float64], belief: Pose2, reach: float, turn: float
@@ -195,7 +219,7 @@ class LoopFinder:
     def _seen_lately(self, number: int) -> NDArray[np.float64]:
         """Return what the robot has seen on the last metres, shape (n, 2), in its frame, metres."""
         here, seen = self.driven[number], []
-        for other in range(number, self._unbroken_from - 1, -1):
+        for other in range(number, max(self._torn_at, default=0) - 1, -1):
             if self.ways[number] - self.ways[other] > _LATELY_M:
                 break
             there = here.inverse() @ self.driven[other]

@@ -5,7 +5,6 @@ Source: Dellaert and Kaess, Factor graphs for robot perception, 2017.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -116,8 +115,3 @@ class PoseGraph:
 
 def _to_gtsam(gtsam: Any, pose: Pose2) -> Any:
     return gtsam.Pose2(pose.x, pose.y, pose.yaw)
-
-
-def is_finite_tie(tie: Tie) -> bool:
-    """Tell whether all numbers of a tie are finite."""
-    return tie.relative.is_finite() and bool(np.isfinite(tie.covariance).all()) and math.isfinite(tie.way)

@@ -7,6 +7,7 @@ The laser odometry follows the robot from scan to scan; where it comes back to a
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
+from florence_bt.skills.navigation.mapping.drive import Drive
 from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan, keep_scan
 from florence_bt.skills.navigation.mapping.loop_finder import LoopFinder
@@ -25,9 +27,12 @@ _MIN_POINTS = 10
 _REST_M, _REST_RAD = 0.002, 0.002
 _LEAST = np.diag(np.square([0.01, 0.01, 0.004]))
 """A step from one kept scan to the next is never surer."""
-_TORN_M, _TORN_RAD, _TORN_WAY_M = 0.1, 0.4, 10.0
-"""Where nothing ties a scan to the last ones: standard deviations besides twice the step, and the way that
-makes the odometry as unsure."""
+_TORN_M, _TORN_RAD, _TORN_WAYS, _PUT_DOWN_M = 0.4, 0.4, 25.0, 1.5
+"""How far off a scan may be that nothing ties to the last ones, besides twice the step, metres and radians;
+the metres of way that make the odometry a metre more unsure; how far off the robot may be when a drive goes
+on."""
+_LONG_M = 0.4
+"""Longer steps from scan to scan are the more unsure: less of what was seen is seen again."""
 _LOOK_EVERY = 2
 """Kept scans from one search for known places to the next."""
 _JUMP_M, _JUMP_RAD, _MOST_WAITING = 0.15, 0.05, 10
@@ -57,7 +62,7 @@ class Slam:
         self._finder = LoopFinder(self._scans, self._graph, p.loop_least_way, p.loop_fit)
         self._odometry = LaserOdometry()
         self._unsure: NDArray[np.float64] = np.zeros((3, 3))
-        self._torn = False
+        self._torn = self._resumed = False
         self._odom: Pose2 | None = None
         self._waiting = 0
         self._builder = GridBuilder(p.resolution, p.map_range)
@@ -112,7 +117,7 @@ class Slam:
         self._odometry.update(seen.points.astype(float), odom_pose, len(scan.ranges))
         self._odom = odom_pose
         self._unsure = self._unsure + self._odometry.covariance
-        self._torn = self._torn or self._odometry.broken
+        self._torn = self._torn or self._odometry.broken or self._resumed
         if self._scans and not self._torn and not self._is_far():
             return False
         self._keep(seen)
@@ -126,12 +131,15 @@ class Slam:
 
     def _keep(self, seen: KeptScan) -> None:
         step, torn = self.since_kept, self._torn
-        way = math.hypot(step.x, step.y) + _TORN_WAY_M * torn
+        metres = math.hypot(step.x, step.y)
+        way = metres * max(1.0, metres / _LONG_M)
+        wrong = 2.0 * metres + (_PUT_DOWN_M if self._resumed else _TORN_M)
+        if torn:
+            way += wrong * _TORN_WAYS
         if self._scans:
             covariance = self._unsure + _LEAST
             if torn:
-                metres = 2.0 * math.hypot(step.x, step.y) + _TORN_M
-                covariance = np.diag(np.square([metres, metres, _TORN_RAD]))
+                covariance = np.diag(np.square([wrong, wrong, _TORN_RAD]))
             number = len(self._scans)
             self._graph.add_step(Tie(number - 1, number, step, covariance, way))
             self.torn += torn
@@ -139,13 +147,17 @@ class Slam:
         self._finder.add(
             self._odometry.pose, way + (self._finder.ways[-1] if self._finder.ways else 0.0), torn=torn
         )
-        self._unsure, self._torn = np.zeros((3, 3)), False
-        if self._parameters.close_loops and len(self._scans) % _LOOK_EVERY == 0:
-            self._close_loops()
+        self._unsure, self._torn, self._resumed = np.zeros((3, 3)), False, False
+        if not self._parameters.close_loops:
+            return
+        if torn:
+            self._tie(self._finder.rejoin(wrong))
+        elif len(self._scans) % _LOOK_EVERY == 0:
+            self._tie(self._finder.find())
 
-    def _close_loops(self) -> None:
+    def _tie(self, ties: Iterable[Tie]) -> None:
         graph, far = self._graph, False
-        for tie in self._finder.find():
+        for tie in ties:
             expected = graph.poses[tie.first] @ tie.relative
             far = far or _moved(graph.poses[tie.second], expected, _JUMP_M, _JUMP_RAD)
             graph.add_tie(tie)
@@ -160,6 +172,37 @@ class Slam:
             self._graph.optimise()
             self._waiting = 0
             self.revision += 1
+
+    def resume(self, drive: Drive) -> None:
+        """Go on with a drive that was stopped, within about a metre of where it ended; before any scan.
+
+        Args:
+            drive: As :attr:`drive` gave it.
+        """
+        assert not self._scans, "a drive goes on at its first scan"
+        for scan, driven, way, torn in zip(drive.scans, drive.driven, drive.ways, drive.torn, strict=True):
+            self._scans.append(scan)
+            self._finder.add(driven, way, torn=torn)
+        for tie in drive.ties:
+            self._graph.add_step(tie) if tie.second == len(self._graph.poses) else self._graph.add_tie(tie)
+        self._graph.poses[:] = drive.poses
+        self.loops = len(drive.ties) - len(drive.scans) + 1
+        self.torn = sum(drive.torn)
+        self.revision, self._resumed = 1, True
+        self._odometry.pose = drive.driven[-1]
+
+    @property
+    def drive(self) -> Drive:
+        """All that is known of the drive."""
+        finder = self._finder
+        return Drive(
+            self.scans,
+            self.poses,
+            tuple(finder.driven),
+            tuple(finder.ways),
+            finder.torn,
+            tuple(self._graph.ties),
+        )
 
     def grid(self) -> OccupancyGrid:
         """Draw the map of all kept scans: free, occupied and unknown cells.
