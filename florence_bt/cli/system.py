@@ -98,6 +98,15 @@ def up(
     mapping: Annotated[
         bool, typer.Option("--mapping", help="Make a map while the robot drives, in place of a known one.")
     ] = False,
+    resumed: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            metavar="FILE.drive",
+            help="With --mapping: go on with that drive, near where it ended; mapping.drive in the folder of "
+            "a bring-up has its own.",
+        ),
+    ] = None,
     home: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
     ] = None,
@@ -173,6 +182,7 @@ def up(
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
             mapping=mapping,
+            resumed_drive=_absolute(resumed),
             home_file=_absolute(home),
             speech=speech,
             nav="nav2" if missions_only else nav,

@@ -42,6 +42,7 @@ class BringUp:
         nav: One of :data:`NAVIGATIONS`.
         base: One of :data:`BASES`.
         mapping: Whether a map is made while the robot drives, in place of one that is known.
+        resumed_drive: The file of a drive (``map build``) that the map goes on with, None for a new map.
         missions_only: Whether only the mission server and the locator come up, beside a robot that runs.
         speech: The parameter ``program`` of the node ``speech``, None for that of the configuration.
         home_file: The home sensors (docs/home_sensors.md), None for none.
@@ -66,6 +67,7 @@ class BringUp:
     nav: str = "own"
     base: str = "own"
     mapping: bool = False
+    resumed_drive: str | None = None
     missions_only: bool = False
     home_file: str | None = None
     speech: str | None = None
@@ -106,6 +108,8 @@ class BringUp:
                 "with --mapping Florence makes the map, and drives on it",
                 valid=["--mapping without --map", "--mapping without --nav nav2"],
             )
+        if self.resumed_drive is not None and not self.mapping:
+            raise ConfigError("--continue goes on with a map", valid=["--mapping --continue FILE.drive"])
         if not self.in_flat and (self.world_file is not None or self.world_seed is not None):
             raise ConfigError(
                 "--world and --world-seed are simulated homes", valid=["--sim", "--robot --emulate"]

@@ -51,8 +51,11 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
     if options.speech is not None:
         command_of(options.speech)
     if options.mapping:
+        from florence_bt.skills.navigation.mapping.drive import load_drive
         from florence_bt.skills.navigation.mapping.pose_graph import import_gtsam
 
         import_gtsam()
+        if options.resumed_drive is not None:
+            load_drive(Path(options.resumed_drive))
     if options.in_flat:
         people_at_home(options)

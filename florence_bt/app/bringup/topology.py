@@ -293,6 +293,7 @@ def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.simulated import start_of
     from florence_bt.skills.navigation.localisation.node import LocaliserNode
     from florence_bt.skills.navigation.map_server.node import MapServerNode
+    from florence_bt.skills.navigation.mapping.drive import SUFFIX
     from florence_bt.skills.navigation.mapping.node import MappingNode
     from florence_bt.skills.navigation.navigate.node import NavigationNode
     from florence_bt.skills.navigation.navigate.parameters import CycleParameters
@@ -310,7 +311,11 @@ def _navigation(settings: _Settings) -> list[Factory]:
         partial(MapServerNode, parameters=settings.of_map_server()),
         partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
     ]
-    growing = [partial(MappingNode, parameters=settings.of("mapping"))]
+    drive = {
+        "drive_file": str(Path(settings.options.folder) / f"mapping{SUFFIX}"),
+        "resumed_drive": settings.options.resumed_drive,
+    }
+    growing = [partial(MappingNode, parameters=settings.of("mapping", **drive))]
     return [*(growing if mapping else place), partial(NavigationNode, parameters=navigate)]
 
 

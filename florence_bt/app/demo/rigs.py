@@ -34,6 +34,7 @@ def make_rig(
     grid: OccupancyGrid | None = None,
     zones: Sequence[Zone] = (),
     mapping: bool = False,
+    hotspots: Hotspots | None = None,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -50,6 +51,7 @@ def make_rig(
         grid: The map; that of the home when not given.
         zones: Where the robot does not drive, or drives slowly.
         mapping: Whether the robot makes its map and knows no places; the map's frame is where it starts.
+        hotspots: The rooms; those of the home when not given.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -64,10 +66,11 @@ def make_rig(
     config = load_config()
     if mapping:
         config["navigate"] = {**config.get("navigate", {}), "map_grows": True}
-    hotspots = Hotspots() if mapping else parse_hotspots(hotspots_yaml(flat))
+    if hotspots is None:
+        hotspots = Hotspots() if mapping else parse_hotspots(hotspots_yaml(flat))
     hotspots.zones = tuple(zones)
     if user_room is None:
-        user_room = room.name if room and not mapping else ""
+        user_room = room.name if room and hotspots.get(room.name) else ""
     if grid is None:
         grid = EMPTY_MAP if mapping else laser_map(flat)
     return Rig(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -111,16 +113,14 @@ class MapWatch:
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed.
         """
-        if not self._console.is_terminal:
-            self._client.spin_until(done, float("inf"), watch=lambda: (self._say_line(), watch())[0])
-            return
-        with self._console.status(self.text) as status:
+        status = self._console.status(self.text) if self._console.is_terminal else None
 
-            def look() -> None:
-                status.update(self.text)
-                watch()
+        def look() -> None:
+            self._say_line() if status is None else status.update(self.text)
+            watch()
 
-            self._client.spin_until(done, float("inf"), watch=look)
+        with status or nullcontext():
+            self._client.spin_until(done, math.inf, watch=look)
 
     def write(self, files: MapFiles) -> None:
         """Write the map as it is now, its picture, and the rooms that are proposed; tell what came out.
@@ -137,11 +137,10 @@ class MapWatch:
         except OSError as error:
             raise ConfigError(f"it cannot be written: {error.strerror}", file=error.filename) from error
         rooms = write_proposal(grid, files.hotspots)
-        say = self._console.out
         size = f"{columns * grid.resolution:.1f} x {rows * grid.resolution:.1f} m"
-        say(f"{files.description}: {size} in cells of {grid.resolution:g} m")
-        say(f"{files.picture}: a picture of it and of the way")
-        say(f"{files.hotspots}: {rooms} rooms are proposed; florence hotspot name gives them their names")
+        print(f"{files.description}: {size} in cells of {grid.resolution:g} m")
+        print(f"{files.picture}: a picture of it and of the way")
+        print(f"{files.hotspots}: {rooms} rooms are proposed; florence hotspot name gives them their names")
 
     def _say_line(self) -> None:
         if time.monotonic() - self._told >= _LINE_EVERY_S:

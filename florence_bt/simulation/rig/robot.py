@@ -39,7 +39,7 @@ from florence_bt.skills.filters.velocity_filter.velocity_filter import (
 )
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
-from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
+from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
 from florence_bt.skills.navigation.navigate.navigator import FEET
 
 LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
@@ -150,6 +150,11 @@ class RigRobot:
         """The place of the odometry frame in the map, None while the robot is lost."""
         source = self._mapping or self._localiser
         return source.map_from_odom
+
+    @property
+    def progress(self) -> Progress | None:
+        """How far the map is; None when none is made."""
+        return None if self._mapping is None else self._mapping.progress
 
     @property
     def pose(self) -> Pose2:

@@ -12,6 +12,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.sensing import FREE, UNKNOWN, LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.mapping.drive import Drive
 
 EMPTY_MAP = OccupancyGrid(0.05, Pose2(), np.full((1, 1), UNKNOWN, np.int8))
 """The map before the first scan."""
@@ -34,6 +35,13 @@ class MapMaker(Protocol):
 
     def update(self, scan: LaserScan, laser_in_base: Transform3, odom_pose: Pose2) -> bool:
         """Take a scan; tell whether the map has more in it than before."""
+
+    @property
+    def drive(self) -> Drive:
+        """All that is known, to go on with another day."""
+
+    def resume(self, drive: Drive) -> None:
+        """Go on with a drive, near where it ended."""
 
     def grid(self) -> OccupancyGrid:
         """Draw the map."""

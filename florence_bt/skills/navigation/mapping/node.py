@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import CheckedParameters, Limits, NotNegative
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3, TransformUnavailable
 from florence_bt.ros.conversions import grid_to_ros, odometry_from_ros, scan_from_ros
@@ -31,6 +32,7 @@ from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
+from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters, MapMaker
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 
@@ -53,6 +55,9 @@ class MappingNodeParameters(CheckedParameters):
         map_frame: The map's frame: where the base was at the first scan.
         odom_frame: The odometry's frame.
         base_frame: The robot's frame.
+        drive_file: Where the drive is kept, to go on with it; empty for nowhere.
+        drive_period: Seconds between two writes of it.
+        resumed_drive: The file of a drive to go on with, near where it ended; empty to begin a new map.
     """
 
     transform_tolerance: NotNegative = 0.2
@@ -60,6 +65,9 @@ class MappingNodeParameters(CheckedParameters):
     map_frame: str = "map"
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
+    drive_file: str = ""
+    drive_period: Positive = 60.0
+    resumed_drive: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +88,7 @@ class MappingNode(FlorenceNode):
         parameters: Overrides of the node's parameters.
 
     Raises:
-        ConfigError: The extra ``mapping`` is not installed.
+        ConfigError: The extra ``mapping`` is not installed, or the drive to go on with cannot be read.
     """
 
     parameter_classes = (SlamParameters, GrowingMapParameters, MappingNodeParameters)
@@ -95,7 +103,11 @@ class MappingNode(FlorenceNode):
         super().__init__("mapping", parameters=parameters, namespace=namespace)
         slam = self.read_parameters(SlamParameters)
         self._p = p = self.read_parameters(MappingNodeParameters)
-        self._map = GrowingMap((make or _slam)(slam), self.read_parameters(GrowingMapParameters))
+        self._maker = (make or _slam)(slam)
+        if p.resumed_drive:
+            self._maker.resume(load_drive(Path(p.resumed_drive)))
+        self._saved_at = self.timebase.now()
+        self._map = GrowingMap(self._maker, self.read_parameters(GrowingMapParameters))
         self._map_from_odom: Pose2 | None = None
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._queue.clear)
@@ -115,6 +127,7 @@ class MappingNode(FlorenceNode):
     def _end_thread(self) -> None:
         self._work.put(None)
         self._thread.join()
+        self._save_drive()
 
     def _on_scan(self, message: LaserScanMsg) -> None:
         self._queue.add_scan("scan", self.timed(scan_from_ros(message)))
@@ -139,10 +152,22 @@ class MappingNode(FlorenceNode):
             try:
                 grid = self._map.update(work.scan, work.laser_in_base, work.odom_pose, work.now)
                 place = self._map.map_from_odom, self._map.pose
+                if work.now - self._saved_at >= self._p.drive_period:
+                    self._saved_at = work.now
+                    self._save_drive()
             except Exception as error:
                 self.call_soon(partial(self._raise, error))
                 return
             self.call_soon(partial(self._take, work.scan.middle_stamp, place, grid))
+
+    def _save_drive(self) -> None:
+        """Keep the drive; on the thread, or after its end."""
+        if not self._p.drive_file or self._map.pose is None:
+            return
+        try:
+            save_drive(Path(self._p.drive_file), self._maker.drive)
+        except OSError as error:
+            self.get_logger().warning(f"the drive is not kept: {error}", throttle_duration_sec=600.0)
 
     @staticmethod
     def _raise(error: Exception) -> None:
