@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from florence_bt.cli import (
+    exploring,
     interfaces,
     maps,
     missions,
@@ -15,5 +16,16 @@ from florence_bt.cli import (
 )
 from florence_bt.cli.common import app
 
-__all__ = ["app", "exploring", "interfaces", "maps", "missions", "places", "robot", "runs", "skills", "system"]
-__all__ += ["testing"]
+__all__ = [
+    "app",
+    "exploring",
+    "interfaces",
+    "maps",
+    "missions",
+    "places",
+    "robot",
+    "runs",
+    "skills",
+    "system",
+    "testing",
+]
