@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, integrate_twist
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
@@ -38,6 +39,7 @@ from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, Straigh
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
+from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
 LASER = "scan"
 """The source in whose scans legs are found."""
@@ -129,6 +131,7 @@ class Navigator:
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
         self._p = parameters or NavigatorParameters()
+        self._robot: Pose2 | None = None
         self.global_costmap = Costmap(self._p.costmap, self._furnished(grid))
         self.local_costmap = Costmap(self._p.costmap)
         self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts())
@@ -151,7 +154,18 @@ class Navigator:
         self.speed_limit = 0.0
 
     def _furnished(self, grid: OccupancyGrid) -> OccupancyGrid:
-        return with_tables(grid) if self._p.costmap.fill_tables else grid
+        """Return the map with its tables, but for one at which the robot stands: so it is none."""
+        if not self._p.costmap.fill_tables:
+            return grid
+        furnished, robot = with_tables(grid), self._robot
+        if robot is None:
+            return furnished
+        pieces, _ = ndimage.label(furnished.cells != grid.cells)
+        rows, columns = np.nonzero(pieces)
+        x = grid.origin.x + (columns + 0.5) * grid.resolution - robot.x
+        y = grid.origin.y + (rows + 0.5) * grid.resolution - robot.y
+        near = np.unique(pieces[rows, columns][np.hypot(x, y) < START_CLEARANCE_M])
+        return replace(furnished, cells=np.where(np.isin(pieces, near), grid.cells, furnished.cells))
 
     def _map_parts(self) -> tuple[Cells, MapWalls, ZoneLayer]:
         """Make what follows from the map, and from no sensor."""
@@ -266,7 +280,8 @@ class Navigator:
         if map_from_odom is None:
             return
         before, self._map_from_odom = self._map_from_odom, map_from_odom
-        jump = (before @ odom_pose).distance_to(map_from_odom @ odom_pose) if before else 0.0
+        self._robot = map_from_odom @ odom_pose
+        jump = (before @ odom_pose).distance_to(self._robot) if before else 0.0
         if jump > _FOUND_ELSEWHERE_M:
             self.global_costmap.reset_outside(0.0, 0.0, 0.0)
         if jump > _CORRECTED_M and self._glass is not None:
