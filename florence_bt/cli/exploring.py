@@ -33,6 +33,9 @@ def explore(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
+    folder: Annotated[Path, typer.Option(help="With --sim: the folder for the logs and the run.")] = Path(
+        "runs/explore"
+    ),
 ) -> None:
     """Let the robot map the home by itself: it drives wherever it gets to until it has seen everything.
 
@@ -56,7 +59,7 @@ def explore(
     system = None
     if sim:
         system = BringUp(
-            folder=str(Path("runs/explore").absolute()),
+            folder=str(folder.absolute()),
             mapping=True,
             person=ABSENT,
             world_file=str(world.absolute()) if world else None,

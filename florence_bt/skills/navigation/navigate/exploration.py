@@ -124,7 +124,8 @@ class Exploration:
         found = [(self._times(each), each) for each in frontiers(self._costmap, robot, self._p)]
         open_ones = [each for each in found if each[0] < 2]
         if not open_ones:
-            aside = f"; {len(found)} places cannot be seen better" if found else ""
+            count = "1 place" if len(found) == 1 else f"{len(found)} places"
+            aside = f"; {count} cannot be seen better" if found else ""
             return failure("nothing_left", f"the robot has seen all that it can get to{aside}")
         _, best = min(open_ones, key=lambda each: (each[0], _price(each[1], robot)))
         self._looked.append(((best.x, best.y), self._times(best) + 1))
