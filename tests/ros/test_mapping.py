@@ -49,24 +49,25 @@ class Driver:
         listen = self.node.create_subscription
         listen(OccupancyGridMsg, "map", lambda message: self.maps.append(grid_from_ros(message)), LATCHED)
         listen(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED)
-        listen(
-            DiagnosticArray, "diagnostics", lambda message: self.diagnoses.extend(message.status), RELIABLE
-        )
+        listen(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
         self.frames = TransformListener(self.node)
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.poses.append(pose_from_ros(message.pose.pose))
 
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self.diagnoses += [status for status in message.status if status.name.startswith("mapping: Place")]
+
     def sense(self) -> None:
         """Publish one scan and the odometry around it."""
         self.ros.spin_until(lambda: self._scans.get_subscription_count() and self._odometry_is_heard())
+        scan = self.world.scan()  # compiles first
         now = self.node.timebase.now()
-        scan = replace(self.world.scan(), stamp=now)
         for stamp in (now - 0.02, now + 0.05):
             odometry = Odometry(stamp, self.world.odom)
             self._odometry.publish(odometry_to_ros(odometry, "odom", "base_footprint"))
         told = len(self.poses)
-        self._scans.publish(scan_to_ros(scan))
+        self._scans.publish(scan_to_ros(replace(scan, stamp=now)))
         self.ros.spin_until(lambda: len(self.poses) > told)
 
     def _odometry_is_heard(self) -> bool:
