@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.slam import Slam
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, Box, World
@@ -53,6 +55,14 @@ def drive(slam: Slam, world: World, count: int, turn_scale: float = 0.8, way_sca
         world.pose = world.pose @ motion
         world.odom = world.odom @ Pose2(way_scale * motion.x, 0.0, turn_scale * motion.yaw)
         world.now += 0.1
+        slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
+
+
+def go(slam: Slam, world: World, motions: Sequence[Pose2]) -> None:
+    """Drive with good wheels; the first scan is taken where the robot stands."""
+    slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
+    for motion in motions:
+        world.pose, world.odom = world.pose @ motion, world.odom @ motion
         slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
 
 
@@ -127,6 +137,44 @@ def test_scans_and_poses_that_say_nothing_change_nothing() -> None:
     assert slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
     assert not slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
     assert slam.pose == Pose2()
+
+
+def test_a_drive_goes_on_from_its_file(tmp_path: Path) -> None:
+    slam, world = Slam(), World(START, boxes=list(RING), seed=3)
+    moves = list(laps(1))
+    go(slam, world, moves[:90])
+    save_drive(tmp_path / "home.drive", slam.drive)
+    assert (tmp_path / "home.drive").stat().st_size < 3_000 * len(slam.scans)
+    later = Slam()
+    later.resume(load_drive(tmp_path / "home.drive"))
+    assert np.mean(later.grid().cells == slam.grid().cells) > 0.995
+    # Its odometry begins anew, and somebody has pushed it a little.
+    world.pose, world.odom = world.pose @ Pose2(0.3, 0.1, 0.3), Pose2()
+    before = len(later.scans)
+    go(later, world, moves[90:100])
+    truth = START.inverse() @ world.pose
+    assert later.pose.distance_to(truth) < 0.15
+    assert len(later.scans) > before
+    assert later.torn == slam.torn + 1
+
+
+@pytest.mark.parametrize("data", [b"", b"PK no drive", b"\x93NUMPY"])
+def test_what_is_no_drive_is_refused(tmp_path: Path, data: bytes) -> None:
+    (file := tmp_path / "home.drive").write_bytes(data)
+    with pytest.raises(ConfigError, match=r"home\.drive"):
+        load_drive(file)
+    with pytest.raises(ConfigError, match="none"):
+        load_drive(tmp_path / "none.drive")
+
+
+def test_a_robot_whose_odometry_starts_anew_is_where_it_was() -> None:
+    slam, world = Slam(), World(START, boxes=list(RING), seed=3)
+    moves = list(laps(1))
+    go(slam, world, moves[:40])
+    world.odom = world.odom @ Pose2(500.0, 20.0, 2.0)
+    go(slam, world, moves[40:50])
+    assert slam.pose.distance_to(START.inverse() @ world.pose) < 0.15
+    assert slam.pose.distance_to(slam.map_from_odom @ world.odom) < 1e-6
 
 
 def test_a_map_that_is_too_large_is_an_error() -> None:

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.maps.recordings.recording import BAG_SUFFIXES, Choices, RecordedScan
+from florence_bt.app.maps.recordings.recording import Choices, RecordedScan
 from florence_bt.core.errors import ConfigError, FrameError, closest_first
 from florence_bt.core.installation import how_to_get
 from florence_bt.core.sensing import LaserScan
@@ -76,7 +76,7 @@ class _Bag:
 
     def _damaged(self, error: Exception) -> ConfigError:
         whole = {".mcap": f"mcap recover {self.path}", ".bag": f"rosbag reindex {self.path}"}
-        valid = [whole.get(self.path.suffix, f"ros2 bag reindex {self.path}"), *BAG_SUFFIXES]
+        valid = [whole.get(self.path.suffix, f"ros2 bag reindex {self.path}")]
         return ConfigError(f"the bag cannot be read: {error}", file=self.path, valid=valid)
 
     def __enter__(self) -> _Bag:

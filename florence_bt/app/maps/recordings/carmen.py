@@ -7,6 +7,7 @@ pose, and the line ODOM before it is raw odometry, as seen from the corrected po
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import math
 import zlib
@@ -72,15 +73,15 @@ def _text(raw: IO[bytes], path: Path) -> IO[str]:
 
 def _is_corrected(path: Path) -> bool:
     """Tell whether GMapping has written a log: it repeats each corrected pose as odometry at time zero."""
-    with path.open("rb") as raw, _text(raw, path) as lines:
-        pose: list[str] = []
+    pose: list[str] = []
+    with contextlib.suppress(*_BAD_FILE), path.open("rb") as raw, _text(raw, path) as lines:
         for line in islice(lines, _LOOK_AHEAD):
             words = line.split()
             if words[:1] == ["NEFF"]:
                 return True
             if words[:1] == ["FLASER"] and words[1:2] and words[1].isdigit():
                 pose = words[2 + int(words[1]) :][:3]
-            elif words[:1] == ["ODOM"] and pose and words[1:4] == pose and words[7:8] == ["0"]:
+            elif words[:1] == ["ODOM"] and pose and words[1:4] == pose and words[7:8] in (["0"], ["0.000000"]):
                 return True
     return False
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
@@ -14,6 +14,8 @@ from florence_bt.core.transforms import Transform3
 BAG_SUFFIXES = (".mcap", ".db3", ".bag")
 """Files of ROS 2 (MCAP, SQLite) and of ROS 1."""
 _MAGIC = {b"\x89MCAP": ".mcap", b"SQLite format 3": ".db3", b"#ROSBAG": ".bag"}
+
+_MOST_NAMED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +85,15 @@ def read_recording(path: Path, choices: Choices | None = None) -> Iterator[Recor
     return read_carmen(path, choices.mount)
 
 
-def _recordings_near(path: Path) -> list[str]:
+def _recordings_near(path: Path) -> Sequence[str]:
+    """Return the bags in the folder, most alike first; what a recording is when there are none."""
     try:
-        near = sorted(
-            str(each) for each in path.parent.iterdir() if each.suffix in (*BAG_SUFFIXES, ".log", ".gz")
-        )
+        bags = [
+            str(each)
+            for each in sorted(path.parent.iterdir())
+            if each.suffix in BAG_SUFFIXES or (each / "metadata.yaml").is_file()
+        ]
     except OSError:
-        near = []
+        bags = []
+    near = closest_first(str(path), bags)[:_MOST_NAMED]
     return near or ["an MCAP file, the folder of a rosbag2, or a log of CARMEN"]

@@ -33,6 +33,8 @@ _STEP_M, _STEP_RAD, _NEAR_M, _BEAMS = 0.05, 0.02, 0.2, 60
 _LONGEST_M, _LARGEST_RAD, _WIDER, _WIDER_GAIN = 0.6, 0.6, 2, 0.15
 """The search: its steps, which beams fit, how many are tried, how far it reaches at most, and when the scan
 does not fit there, how much longer the steps of a wider one are, by which so much more of it has to fit."""
+_FARTHEST_M = 4.0
+"""No search goes farther, whatever the wheels say: one of 100 m would last for minutes."""
 _SIGMA_M, _FIT_BEAMS, _INDEPENDENT_BEAMS = 0.04, 180, 40.0
 _BROKEN_BELOW = 0.5
 """When less of a scan fits, the wheels are believed: somebody stands around the robot, or has carried it."""
@@ -89,7 +91,7 @@ class LaserOdometry:
 
     def _follow(self, points: NDArray[np.float64], wheels: Pose2) -> None:
         # Twice the way: the wheels may take a drive for one in the other direction.
-        reach = 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M
+        reach = min(_FARTHEST_M, 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M)
         match = self._match(points, wheels, min(_LONGEST_M, reach), 1)
         if match.near_fraction < _BROKEN_BELOW and reach > _LONGEST_M:
             wider = self._match(points, wheels, reach, _WIDER)

@@ -33,6 +33,8 @@ the metres of way that make the odometry a metre more unsure; how far off the ro
 on."""
 _LONG_M = 0.4
 """Longer steps from scan to scan are the more unsure: less of what was seen is seen again."""
+_RESET_M = 5.0
+"""No robot drives so far from scan to scan."""
 _LOOK_EVERY = 2
 """Kept scans from one search for known places to the next."""
 _JUMP_M, _JUMP_RAD, _MOST_WAITING = 0.15, 0.05, 10
@@ -63,6 +65,7 @@ class Slam:
         self._odometry = LaserOdometry()
         self._unsure: NDArray[np.float64] = np.zeros((3, 3))
         self._torn = self._resumed = False
+        self._mended = Pose2()
         self._odom: Pose2 | None = None
         self._waiting = 0
         self._builder = GridBuilder(p.resolution, p.map_range)
@@ -111,10 +114,12 @@ class Slam:
         """
         if not odom_pose.is_finite() or self._rests(odom_pose):
             return False
+        self._mend(odom_pose)
         seen = keep_scan(scan, laser_in_base, self._parameters)
         if len(seen.points) < _MIN_POINTS:
             return False
-        self._odometry.update(seen.points.astype(float), odom_pose, len(scan.ranges))
+        told = self._mended @ odom_pose
+        self._odometry.update(seen.points.astype(float), told, len(scan.ranges))
         self._odom = odom_pose
         self._unsure = self._unsure + self._odometry.covariance
         self._torn = self._torn or self._odometry.broken or self._resumed
@@ -125,6 +130,12 @@ class Slam:
 
     def _rests(self, odom_pose: Pose2) -> bool:
         return self._odom is not None and not _moved(self._odom, odom_pose, _REST_M, _REST_RAD)
+
+    def _mend(self, odom_pose: Pose2) -> None:
+        """Take the odometry as standing still where it jumps: its driver was started anew."""
+        if self._odom is not None and self._odom.distance_to(odom_pose) > _RESET_M:
+            self._mended = self._mended @ self._odom @ odom_pose.inverse()
+            self._odom, self._torn = odom_pose, True
 
     def _is_far(self) -> bool:
         return _moved(Pose2(), self.since_kept, self._parameters.keep_d, self._parameters.keep_a)
