@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +18,26 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.polygons import Point, Polygon
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.skills.navigation.mapping.wall_direction import turned, wall_direction
+from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
+from florence_bt.skills.robot_description.room import FOOTPRINT_PADDING_M
 
 BoolGrid = NDArray[np.bool_]
 Cell = tuple[int, int]
 
+ROBOT_RADIUS_M = Footprint.from_corners(
+    corners_from_flat(FLORENCE_FOOTPRINT), FOOTPRINT_PADDING_M
+).circumscribed_radius
+"""What Florence's robot needs around its middle to turn, metres."""
 DOOR_M = 0.5, 1.2
 """How wide a door is: 0.6 to 1.1 m, and a cell of the map more or less on both sides."""
 _THICKEST_M = 0.3
 """A wall inside of a home is at most so thick on the map."""
-_WALL_M, _STUB_M = 0.3, 0.1
-"""So long is a wall with a door in it on one side of the door, or else on both sides."""
+_THIN_M, _STRAIGHT_M = 0.3, 0.5
+"""So long is a wall with a door in it thin beside the door, and straight whatever stands there,"""
+_STUB_M = 0.1
+"""or else so long on both sides of it."""
+_SLENDER = 1.5
+"""It is so many times as long as it is thick."""
 _HINGE_M = 0.15
 """So broad is what an open leaf hides of its own wall."""
 _LEAF_M = 0.2
@@ -45,9 +55,11 @@ _FREE_M = 0.6
 _CENTRE_WEIGHT = 0.1
 _VIEW_RAD = math.radians(57.0)
 """Of the Kinect. Source: REFERENCE 5.2."""
+_MOST_SEEN = 2000
+"""So many cells of a room tell where the most of it is."""
 _FOREIGN_M2 = 0.05
 """A rectangle is the outline of a room when it has less of the floor of other rooms."""
-_SLIT_M, _NOTCH_M, _OFF_M = 0.3, 0.5, 0.15
+_SLIT_M, _NOTCH_M, _OFF_M = 0.15, 0.5, 0.15
 """What is narrower sticks out of no outline, or into none, and no corner is for less."""
 
 
@@ -67,6 +79,15 @@ class ProposedRoom:
 
 
 @dataclass(frozen=True, slots=True)
+class _Piece:
+    """A thin piece of wall: its first and last cell (row, column), its length and thickness in cells."""
+
+    ends: tuple[Cell, Cell]
+    length: int
+    thickness: float
+
+
+@dataclass(frozen=True, slots=True)
 class _Gap:
     """A gap that may be a door, in cells of the turned map, (row, column) each.
 
@@ -74,14 +95,14 @@ class _Gap:
         along: Axis of the wall: 1 for rows, 0 for columns.
         start: The end of the wall.
         stop: What is on the other side.
-        pieces: The thin pieces of wall beside it, both ends of each.
+        pieces: The thin pieces of wall beside it.
         cells: What the gap covers: rows and columns.
     """
 
     along: int
     start: Cell
     stop: Cell
-    pieces: tuple[tuple[Cell, Cell], ...]
+    pieces: tuple[_Piece, ...]
     cells: tuple[slice, slice]
 
     @property
@@ -90,17 +111,17 @@ class _Gap:
 
     @property
     def wall(self) -> int:
-        return sum(self.lengths())
+        """How much wall there is beside it, cells."""
+        return sum(piece.length for piece in self.pieces)
 
     def transposed(self) -> _Gap:
-        pieces = tuple((a[::-1], b[::-1]) for a, b in self.pieces)
+        pieces = tuple(
+            replace(piece, ends=(piece.ends[0][::-1], piece.ends[1][::-1])) for piece in self.pieces
+        )
         return _Gap(1 - self.along, self.start[::-1], self.stop[::-1], pieces, self.cells[::-1])
 
-    def lengths(self) -> list[int]:
-        return [abs(a[self.along] - b[self.along]) + 1 for a, b in self.pieces]
 
-
-def propose_rooms(grid: OccupancyGrid, robot_radius: float = 0.26) -> list[ProposedRoom]:
+def propose_rooms(grid: OccupancyGrid, robot_radius: float = ROBOT_RADIUS_M) -> list[ProposedRoom]:
     """Propose the rooms of a map, the largest first.
 
     Args:
@@ -114,7 +135,7 @@ def propose_rooms(grid: OccupancyGrid, robot_radius: float = 0.26) -> list[Propo
     straight = turned(grid, -angle)
     free = _floor(straight)
     clearance, standing = _standing(straight, free, robot_radius)
-    labels = _regions(free, standing, straight.resolution)
+    labels = _regions(straight, free, standing)
     back = Pose2(0.0, 0.0, angle)
     rooms = []
     for label in np.unique(labels[labels > 0]):
@@ -181,11 +202,12 @@ def _meets(free: BoolGrid, wall: BoolGrid, axis: int) -> BoolGrid:
     return met
 
 
-def _regions(free: BoolGrid, standing: BoolGrid, resolution: float) -> NDArray[np.int32]:
+def _regions(grid: OccupancyGrid, free: BoolGrid, standing: BoolGrid) -> NDArray[np.int32]:
     """Label the free cells by rooms, from 1 on; 0 where no room is."""
     from scipy import ndimage
 
-    gaps = _doors([*_gaps(free, 1, resolution), *_gaps(free, 0, resolution)], resolution)
+    walls, resolution = grid.cells > OCCUPIED // 2, grid.resolution
+    gaps = _doors([gap for along in (1, 0) for gap in _gaps(free, walls, along, resolution)], resolution)
     open_floor = free.copy()
     for gap in gaps:
         open_floor[gap.cells] = False
@@ -215,48 +237,57 @@ def _beside(labels: NDArray[np.int32], gap: _Gap) -> set[int]:
     return set(np.unique(labels[rows, columns]).tolist()) - {0}
 
 
-def _gaps(free: BoolGrid, along: int, resolution: float) -> Iterator[_Gap]:
+def _gaps(free: BoolGrid, walls: BoolGrid, along: int, resolution: float) -> Iterator[_Gap]:
     """Find the gaps beside thin walls that run along an axis."""
     from scipy import ndimage
 
     # As if all walls ran along rows.
-    floor = free if along else free.T
+    floor, walls = (free, walls) if along else (free.T, walls.T)
     thin, wide = _thin(floor, round(_THICKEST_M / resolution))
-    pieces, _ = ndimage.label(thin, np.ones((3, 3)))
+    # Cells above each other are no piece of wall: they may be bumps in one that runs across.
+    labels, _ = ndimage.label(thin, [[1, 0, 1], [1, 1, 1], [1, 0, 1]])
+    pieces = [_piece(labels, number, place) for number, place in enumerate(ndimage.find_objects(labels), 1)]
     least, most = round(DOOR_M[0] / resolution), round(DOOR_M[1] / resolution)
-    wall, stub, hinge = (round(length / resolution) for length in (_WALL_M, _STUB_M, _HINGE_M))
+    slim, straight, stub, hinge = (
+        round(length / resolution) for length in (_THIN_M, _STRAIGHT_M, _STUB_M, _HINGE_M)
+    )
     last = floor.shape[1] - 1
-    ends = [_ends(pieces, number, place) for number, place in enumerate(ndimage.find_objects(pieces), 1)]
-    for piece in ends:
-        for (row, end), step in zip(piece, (-1, 1), strict=True):
-            low, high = max(0, row - 1), row + 2
-            begin = end + step
+    for piece in pieces:
+        for (row, end), step in zip(piece.ends, (-1, 1), strict=True):
+            rows, begin = slice(max(0, row - 1), row + 2), end + step
             # An open leaf is in the way on one side of the wall; what is on both sides is another wall.
-            while abs(begin - end) <= hinge and 0 < begin < last and not floor[row, begin] | wide[row, begin]:
+            while abs(begin - end) <= hinge and 0 < begin < last and not wide[row, begin]:
+                if floor[rows, begin].all():
+                    break
                 begin += step
-            stop = begin
-            while 0 <= stop <= last and floor[low:high, stop].all():
-                stop += step
-            if not least <= abs(stop - begin) <= most or not 0 <= stop <= last:
+            ahead = np.arange(begin, begin + step * (most + 2), step)
+            ahead = ahead[(ahead >= 0) & (ahead <= last)]
+            open_floor = floor[rows, ahead].all(axis=0)
+            width = int(np.argmin(open_floor)) if not open_floor.all() else 0
+            if not least <= width <= most:
                 continue
+            stop = begin + step * width
             beyond = np.arange(stop, stop + step * (hinge + 1), step).clip(0, last)
             beyond = beyond[np.cumsum(wide[row, beyond]) == 0]
-            others = set(np.unique(pieces[low:high, beyond]).tolist()) - {0}
-            both = (piece, *(ends[number - 1] for number in sorted(others)))
-            lengths = sorted(right[1] - left[1] + 1 for left, right in both)
-            if lengths[-1] < wall and (len(both) == 1 or lengths[0] < stub):
-                continue
-            where = (slice(low, high), slice(min(begin, stop + 1), max(begin + 1, stop)))
-            gap = _Gap(1, (row, begin - step), (row, stop), both, where)
-            yield gap if along else gap.transposed()
+            others = set(np.unique(labels[rows, beyond]).tolist()) - {0}
+            both = (piece, *(pieces[number - 1] for number in sorted(others)))
+            behind = np.arange(end, end - step * straight, -step).clip(0, last)
+            goes_on = np.count_nonzero(walls[rows, behind].any(axis=0)) >= straight - 1
+            one_is_enough = goes_on and piece.length >= max(slim, _SLENDER * piece.thickness)
+            longest = max((other.length for other in both[1:]), default=0)
+            if one_is_enough or min(piece.length, longest) >= stub:
+                where = (rows, slice(min(begin, stop + 1), max(begin + 1, stop)))
+                gap = _Gap(1, (row, begin - step), (row, stop), both, where)
+                yield gap if along else gap.transposed()
 
 
-def _ends(pieces: NDArray[np.int32], number: int, place: tuple[slice, slice]) -> tuple[Cell, Cell]:
-    """Return the first and the last cell of a piece along its row."""
+def _piece(labels: NDArray[np.int32], number: int, place: tuple[slice, slice]) -> _Piece:
+    """Describe a piece of wall that runs along its row."""
     rows, columns = place
-    piece = pieces[place] == number
-    first, last = (rows.start + int(np.median(np.flatnonzero(piece[:, at]))) for at in (0, -1))
-    return (first, columns.start), (last, columns.stop - 1)
+    cells = labels[place] == number
+    first, last = (rows.start + int(np.mean(np.flatnonzero(cells[:, at]))) for at in (0, -1))
+    length = columns.stop - columns.start
+    return _Piece(((first, columns.start), (last, columns.stop - 1)), length, int(cells.sum()) / length)
 
 
 def _thin(floor: BoolGrid, thickest: int) -> tuple[BoolGrid, BoolGrid]:
@@ -272,25 +303,23 @@ def _doors(gaps: list[_Gap], resolution: float) -> list[_Gap]:
     """Leave out the gaps beside open leaves: what has the length of the door at its foot."""
     near, longest = _LEAF_M / resolution, DOOR_M[1] / resolution
 
-    def is_leaf(gap: _Gap, ends: tuple[Cell, Cell], length: int) -> bool:
-        return length <= longest and any(
+    def is_leaf(piece: _Piece, gap: _Gap) -> bool:
+        return piece.length <= longest and any(
             other.along != gap.along
             and other.wall > gap.wall
-            and abs(other.width - length) <= near
-            and min(math.dist(a, b) for a in ends for b in (other.start, other.stop)) <= near
+            and abs(other.width - piece.length) <= near
+            and min(math.dist(a, b) for a in piece.ends for b in (other.start, other.stop)) <= near
             for other in gaps
         )
 
-    return [
-        gap
-        for gap in gaps
-        if not any(is_leaf(gap, *each) for each in zip(gap.pieces, gap.lengths(), strict=True))
-    ]
+    return [gap for gap in gaps if not any(is_leaf(piece, gap) for piece in gap.pieces)]
 
 
 def _hotspot(grid: OccupancyGrid, room: BoolGrid, clearance: NDArray[np.float64]) -> Pose2:
     """Choose where the robot stands: with floor around it, near the middle, looking at most of the room."""
     rows, columns = np.nonzero(room)
+    every = max(1, len(rows) // _MOST_SEEN)
+    rows, columns = rows[::every], columns[::every]
     middle = rows.mean(), columns.mean()
     y, x = np.ogrid[: room.shape[0], : room.shape[1]]
     away = np.hypot(y - middle[0], x - middle[1]) * grid.resolution

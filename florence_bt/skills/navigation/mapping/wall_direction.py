@@ -25,7 +25,10 @@ def wall_direction(grid: OccupancyGrid) -> float:
     Returns:
         Radians from the x axis of the map, more than -pi/4 and at most pi/4; 0 for a map without walls.
     """
-    row, column = np.nonzero(grid.cells > OCCUPIED // 2)
+    from scipy import ndimage
+
+    walls = grid.cells > OCCUPIED // 2
+    row, column = np.nonzero(walls & ~ndimage.binary_erosion(walls))
     every = -(-len(row) // _MOST_POINTS)
     if not every:
         return 0.0
@@ -47,8 +50,11 @@ def _crowding(points: NDArray[np.float64], angle: float) -> float:
     c, s = math.cos(angle), math.sin(angle)
     total = 0.0
     for along in (points @ (c, s), points @ (-s, c)):
-        counts = np.bincount(np.floor(along - along.min()).astype(int))
-        total += float((counts**2).sum())
+        # A point counts in the two columns beside it: the grid itself would be seen otherwise.
+        place, share = np.divmod(along - along.min(), 1.0)
+        left = np.bincount(place.astype(int), 1.0 - share, minlength=int(place.max()) + 2)
+        right = np.bincount(place.astype(int) + 1, share, minlength=len(left))
+        total += float(((left + right) ** 2).sum())
     return total
 
 
