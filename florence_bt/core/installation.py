@@ -13,6 +13,7 @@ EXTRAS = {
     "draw": ("resvg_py",),
     "home": ("paho",),
     "mapping": ("gtsam", "rosbags"),
+    "record": ("foxglove",),
     "test": ("pytest",),
 }
 """Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""
