@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from florence_bt.cli import (
+    exploring,
     interfaces,
     maps,
     missions,
@@ -19,6 +20,7 @@ from florence_bt.cli.common import app
 
 __all__ = [
     "app",
+    "exploring",
     "interfaces",
     "maps",
     "missions",

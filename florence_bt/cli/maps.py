@@ -1,4 +1,4 @@
-"""Verbs about maps: ``map build``, ``save``, ``clean``, ``crop``, ``rotate``, ``edit`` and ``rooms``."""
+"""Verbs about maps: ``map build``, ``explore``, ``save``, ``clean``, ``crop``, ``rotate``, ``edit``, ``rooms``."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, app
-from florence_bt.cli.exit_codes import FAILED, INTERRUPTED
+from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, OK
 from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
     from florence_bt.skills.navigation.mapping.editing import Edited
 
-maps = typer.Typer(help="Maps: build, save, clean, crop, rotate, edit; rooms.", no_args_is_help=True)
+maps = typer.Typer(help="Maps: build, explore, save, clean, crop, rotate, edit; rooms.", no_args_is_help=True)
 app.add_typer(maps, name="map", rich_help_panel="The robot")
 
 
@@ -265,16 +265,19 @@ def save(
 
 
 @maps.command(
-    epilog=f"Example: florence map build --log drive.mcap --out maps/home.yaml\n\n{EXIT_CODES}",
+    cls=RosVerb,
+    epilog="Examples: florence map build --out maps/home.yaml; "
+    f"florence map build --log drive.mcap --out maps/home.yaml\n\n{EXIT_CODES}",
 )
 def build(
+    out: Annotated[Path, typer.Option(help="The YAML file of the map; its other files get the same name.")],
     log: Annotated[
-        Path,
+        Path | None,
         typer.Option(
             help="The recording: an MCAP, db3 or ROS 1 bag file, the folder of a rosbag2, a log of CARMEN.",
+            show_default="the map that the running system makes",
         ),
-    ],
-    out: Annotated[Path, typer.Option(help="The YAML file of the map; its other files get the same name.")],
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of this name.")] = False,
     resumed: Annotated[
         Path | None,
@@ -312,12 +315,25 @@ def build(
         float, typer.Option(metavar="METRES", help="Leave out longer beams; 0 for the laser's own limit.")
     ] = 0.0,
 ) -> None:
-    """Build a map from the recording of a drive, with its laser and odometry alone.
+    """Build a map from the recording of a drive, or while you drive, with laser and odometry alone.
+
+    Without --log it shows how far the map of the running system is (florence up --mapping), until Ctrl-C
+    writes it; the options about recordings mean nothing then.
 
     Places that the robot came back to are recognised, and the map is bent to fit. Beside the map there are a
     picture of it with the way of the robot (.drive.png), and the drive itself (.drive), for --continue.
     Ctrl-C leaves the map of what was read.
     """
+    if log is None:
+        from rich.console import Console
+
+        from florence_bt.app.maps.explore import build_by_hand
+        from florence_bt.app.maps.watching import MapFiles
+
+        files = MapFiles.beside(out)
+        files.check(overwrite=overwrite)
+        build_by_hand(files, Console(stderr=True))
+        raise typer.Exit(OK)
     from florence_bt.app.maps.build import build_map, output_files, write_built
     from florence_bt.app.maps.recordings.recording import Choices
     from florence_bt.app.maps.told import MapProgress, mount_from_text, tell_built

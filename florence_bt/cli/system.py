@@ -98,6 +98,18 @@ def up(
     ] = False,
     map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
+    mapping: Annotated[
+        bool, typer.Option("--mapping", help="Make a map while the robot drives, in place of a known one.")
+    ] = False,
+    resumed: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            metavar="FILE.drive",
+            help="With --mapping: go on with that drive, near where it ended; mapping.drive in the folder of "
+            "a bring-up has its own.",
+        ),
+    ] = None,
     home: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
     ] = None,
@@ -190,6 +202,8 @@ def up(
             config_file=_absolute(robot or config),
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
+            mapping=mapping,
+            resumed_drive=_absolute(resumed),
             home_file=_absolute(home),
             speech=speech,
             nav="nav2" if missions_only else nav,

@@ -43,7 +43,7 @@ NODES: dict[str, tuple[str, ...]] = {
         "velocity_filter",
         "robot_description",
     ),
-    "navigation": ("map_server", "localiser", "navigate"),
+    "navigation": ("map_server", "localiser", "mapping", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
     "missions": ("florence_bt", "speech"),
 }
@@ -63,6 +63,7 @@ NODE_CLASSES = {
     "robot_description": "skills.robot_description.node:RobotDescriptionNode",
     "map_server": "skills.navigation.map_server.node:MapServerNode",
     "localiser": "skills.navigation.localisation.node:LocaliserNode",
+    "mapping": "skills.navigation.mapping.node:MappingNode",
     "navigate": "skills.navigation.navigate.node:NavigationNode",
     "user_tracker_ni_node": "skills.people.user_tracker.node:UserTrackerNode",
     "florenceLocator": "skills.locator.node:LocatorNode",
@@ -75,6 +76,9 @@ NODE_CLASSES = {
 
 OPTIONAL = ("home_sensors", "speech")
 """Nodes that are not in every bring-up: they need a file, or another program has their place."""
+
+MAPPING, WITHOUT_MAPPING = ("mapping",), ("map_server", "localiser")
+"""Nodes of a bring-up that makes a map, and those that are there in their place otherwise."""
 
 ENDED_TOGETHER = ("navigation", "people")
 """Processes that are ended side by side: neither needs the other."""
@@ -173,12 +177,13 @@ class _Settings:
     def hotspots_file(self) -> Path:
         """The hotspots; the copy of those of the package is made here.
 
-        A robot that is not ours has none at first: the flat is not its home.
+        A robot that is not ours has none at first, as the flat is not its home, and on a map that is made
+        nothing has a place yet.
         """
         file = self.options.hotspots
         if self.options.hotspots_file is None and not file.exists():
             flat = find_data("hotspots", "flat.yaml")
-            file.write_bytes(b"" if self.options.missions_only else flat.read_bytes())
+            file.write_bytes(b"" if self.options.has_no_places else flat.read_bytes())
         return file
 
     def of(self, node: str, **overrides: Any) -> Parameters:
@@ -288,21 +293,30 @@ def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.simulated import start_of
     from florence_bt.skills.navigation.localisation.node import LocaliserNode
     from florence_bt.skills.navigation.map_server.node import MapServerNode
+    from florence_bt.skills.navigation.mapping.drive import SUFFIX
+    from florence_bt.skills.navigation.mapping.node import MappingNode
     from florence_bt.skills.navigation.navigate.node import NavigationNode
     from florence_bt.skills.navigation.navigate.parameters import CycleParameters
 
+    mapping = settings.options.mapping
     navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
+    navigate["map_grows"] = mapping
     if settings.options.emulated:
         navigate.setdefault("silence_advice", f"is the simulated world too slow here? {TOO_SLOW_ADVICE}")
     start = start_of(settings.options)
     initial: dict[str, Any] = {"pose_file": str(Path(settings.options.folder) / "pose.json")}
     if start is not None:
         initial = {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
-    return [
+    place = [
         partial(MapServerNode, parameters=settings.of_map_server()),
         partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
-        partial(NavigationNode, parameters=navigate),
     ]
+    drive = {
+        "drive_file": str(Path(settings.options.folder) / f"mapping{SUFFIX}"),
+        "resumed_drive": settings.options.resumed_drive,
+    }
+    growing = [partial(MappingNode, parameters=settings.of("mapping", **drive))]
+    return [*(growing if mapping else place), partial(NavigationNode, parameters=navigate)]
 
 
 def _people(settings: _Settings) -> list[Factory]:
@@ -324,7 +338,7 @@ def _locator(settings: _Settings) -> Factory:
     parameters = settings.of(
         "florenceLocator",
         hotspots_file=str(settings.hotspots_file),
-        initial_user_room=user_room(settings.options),
+        initial_user_room=None if settings.options.mapping else user_room(settings.options),
         habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
     return partial(LocatorNode, parameters=parameters)
@@ -368,6 +382,7 @@ def _missions(settings: _Settings) -> list[Factory]:
         # Its predecessor has just died, and the system has been up all the time.
         recovery_limit=inf if os.environ.get(STARTED_AGAIN) else None,
     )
+    has_map = settings.options.map_file or not settings.options.has_no_places
     pictures = BackgroundPictures(settings.map_file, settings.hotspots_file)
 
     def mission_node() -> FlorenceNode:
@@ -375,7 +390,7 @@ def _missions(settings: _Settings) -> list[Factory]:
             partial(make_skills, without=without, mappings=mappings),
             {**{name: each.declaration for name, each in mappings.items()}, **collect_declarations()},
             make_safety=BaseSafety,
-            on_recorded=pictures.draw if settings.options.map_file or not alone else None,
+            on_recorded=pictures.draw if has_map else None,
             other_actions=ACTIONS_WITHOUT_SKILL,
             own_skills=[each.skill.name for each in own_bindings(settings.options)],
             only_used=alone,
