@@ -110,8 +110,7 @@ class System:
         """Stop everything."""
         try:
             if isinstance(error, ProcessDied):
-                if error.name != self._base:
-                    self._hold_still()
+                self._held(driver_answers=error.name != self._base)
                 self._stop_the_runs(error, "so the whole system ends")
         finally:
             self._down()
@@ -181,14 +180,18 @@ class System:
 
     def _stop_for(self, name: str, hung: set[str]) -> None:
         """Hold the robot because a process does not answer, then say so."""
-        problem = self._hold.hold(driver_answers=self._base not in hung)
-        done = (
-            f"the base may still be driving, switch it off: {problem}" if problem else "the robot is stopped"
-        )
+        done = self._held(driver_answers=self._base not in hung)
         line = f"the process {name!r} has not answered for {SILENT_S:.1f} s; {done}"
         self._report(line, "WARN")
         self._supervisor.note(name, line)
         self._supervisor.write_stack(name)
+
+    def _held(self, *, driver_answers: bool) -> str:
+        """Hold the robot; gives what was done, for people."""
+        problem = self._hold.hold(driver_answers=driver_answers)
+        return (
+            f"the base may still be driving, switch it off: {problem}" if problem else "the robot is stopped"
+        )
 
     def keep_up(self) -> None:
         """Check as :meth:`check` does, but start a process that died again, where that is safe.
@@ -218,9 +221,9 @@ class System:
     def _start_again(self, death: ProcessDied) -> bool:
         """Stop the robot, end what it does, and plan the start of a process; False when it stays dead."""
         others = companions(death.name, self.options)
-        pause = None if others is None else self._supervisor.start_again(death.name)
         if others is None:
             return False
+        pause = self._supervisor.start_again(death.name)
         if pause is None:
             times = self._supervisor.restarts(death.name)
             self._report(
@@ -229,18 +232,15 @@ class System:
                 "ERROR",
             )
             return False
-        driver_answers = death.name != self._base
-        self._hold.hold(driver_answers=driver_answers)
+        done = self._held(driver_answers=death.name != self._base)
         with_others = f" with {' and '.join(map(repr, others))}" if others else ""
         when = f" in {pause:g} s" if pause else ""
         self._report(
-            f"{death.what}, see {death.log_file}; "
-            f"the robot is stopped, the process is started again{with_others}{when}",
+            f"{death.what}, see {death.log_file}; {done}, the process is started again{with_others}{when}",
             "ERROR",
         )
-        # The runs first: one whose goals somebody else cancels, or whose servers go, fails for that reason.
         self._stop_the_runs(death, "which is started again")
-        if driver_answers:
+        if death.name != self._base:
             self._hold_still()
         self._supervisor.start_along(others, death.name)
         deadline = time.monotonic() + pause + READY_BUDGET_S
@@ -315,7 +315,10 @@ class System:
         self._safety.make_safe()
 
     def _stop_the_runs(self, death: ProcessDied, then: str) -> None:
-        """Stop every run with the reason, as long as the mission server can record it."""
+        """Stop every run with the reason, as long as the mission server can record it.
+
+        To be done before goals are cancelled or servers end: runs would fail for that reason.
+        """
         if death.name == self._missions or self.client.state.state not in ACTIVE_STATES:
             return
         try:
