@@ -214,6 +214,8 @@ class System:
             if name not in not_up:
                 del self._starting_again[name]
                 self._report(f"the process {name!r} is up again; see florence runs for what it was doing")
+                if self._starting_again:  # its velocity filter, if it has one, knows of no hold
+                    self._held(driver_answers=True)
             elif time.monotonic() > deadline:
                 del self._starting_again[name]
                 self._supervisor.kill(name, f"was not up again after {READY_BUDGET_S:.0f} s and was killed")
