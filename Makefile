@@ -39,8 +39,8 @@ format: setup ## format the code and repair what the linter can repair
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-trials: setup ## run goto_user in the rig, 10 seeds for each class of person, and write docs/trials.md
-	$(BIN)/python tools/trials.py --runs 10 --out docs/trials.md $(ARGS)
+trials: setup ## run goto_user in the rig, 10 seeds for each class of person, and write docs/notes/trials.md
+	$(BIN)/python tools/trials.py --runs 10 --out docs/notes/trials.md $(ARGS)
 
 bench: setup ## run the benchmarks
 	$(PYTEST) benchmarks --benchmark-only $(ARGS)

@@ -63,9 +63,9 @@ def write_figures(file: Path, sections: Sections) -> None:
     machine = f"{os.cpu_count()} cores, Python {platform.python_version()}"
     tables |= {name: figures.markdown() for name, figures in sections.items() if figures.lines}
     text = (
-        '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`, one table for each file of '
-        "`benchmarks/`; medians unless said otherwise; **missed** marks what a benchmark measured that "
-        "failed its limit. "
+        '# Figures\n\nMade by `make bench ARGS="--figures docs/notes/benchmarks.md"`, one table for each '
+        "file of `benchmarks/`; medians unless said otherwise; **missed** marks what a benchmark "
+        "measured that failed its limit. "
         f"Machine of the last run: {machine}. Compare ratios, not absolute times.\n"
     )
     body = "".join(f"\n## {name}\n\n{table}" for name, table in sorted(tables.items()))

@@ -1,7 +1,7 @@
 r"""Pages of the docs that are transcripts: runs the commands of a page, and writes what they print into it.
 
-``python -m tools.first_hour docs/first_hour.md`` does so for the newcomer's first hour, in a fresh clone of
-the last commit with an environment of its own (minutes; ``--folder`` keeps both for the next time).
+``python -m tools.first_hour docs/manual/first_hour.md`` does so for the newcomer's first hour, in a fresh
+clone of the last commit with an environment of its own (minutes; ``--folder`` keeps both for the next time).
 
 The page is the script. A ``console`` block has commands behind ``$`` and what they printed; a block
 ``yaml FILE`` is written to FILE. Words after ``console``::
@@ -296,7 +296,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("page", type=Path, help="the page, e.g. docs/first_hour.md")
+    parser.add_argument("page", type=Path, help="the page, e.g. docs/manual/first_hour.md")
     parser.add_argument(
         "--folder", type=Path, help="where the clone is kept (a temporary folder if not given)"
     )

@@ -1,6 +1,6 @@
 """Many seeded runs of ``follow_me``: in the rig somebody leads the robot through a home.
 
-``python tools/follow_trials.py --runs 10 --out docs/follow.md``.
+``python tools/follow_trials.py --runs 10 --out docs/notes/follow.md``.
 The single walks are in ``build/follow.csv``.
 """
 
@@ -336,7 +336,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--homes", nargs="+", choices=HOMES, default=list(HOMES), help="kinds of homes")
     parser.add_argument(
-        "--world", type=Path, help="source file in place of the hand-made flat (docs/homes.md)"
+        "--world", type=Path, help="source file in place of the hand-made flat (docs/notes/homes.md)"
     )
     parser.add_argument(
         "--world-seed", type=int, metavar="SEED", help="one generated home for all runs in such"

@@ -1,7 +1,7 @@
 """Depth pictures that somebody recorded with ``florence kinect record`` and labelled.
 
-The folder holds the recording and ``labels.yaml``: in which seconds of it who was where (docs/people.md has
-an example).
+The folder holds the recording and ``labels.yaml``: in which seconds of it who was where (the page
+docs/manual/people.md has an example).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The page ``docs/skills.md``: every skill as missions see it, written from the declarations.
+"""The page ``docs/reference/skills.md``: every skill as missions see it, written from the declarations.
 
-``python tools/skills_page.py docs/skills.md`` writes it.
+``python tools/skills_page.py docs/reference/skills.md`` writes it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _HEAD = """\
 
 What missions can ask of the robot. This page is written from the declarations of the skills
 (`florence_bt/skills/*/*/declaration.py`, and `florence_bt/trees/language/stock.skills.yaml`) by
-`python tools/skills_page.py docs/skills.md`.
+`python tools/skills_page.py docs/reference/skills.md`.
 
 Where a server is named, Florence need not have it itself: the skill is for robots that have one of that
 name. [`like`](skills_without_code.md#a-skill-that-is-like-another-one) makes a skill for one of another name.
@@ -112,6 +112,6 @@ def _limits(port: Port) -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="Write the page of all skills.")
-    parser.add_argument("page", type=Path, help="where to, e.g. docs/skills.md")
+    parser.add_argument("page", type=Path, help="where to, e.g. docs/reference/skills.md")
     page = parser.parse_args().page
     page.write_text(skills_page(), encoding="utf-8")

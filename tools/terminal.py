@@ -1,7 +1,7 @@
 """Runs a command in a terminal that does not exist, and reads from its screen what a person would see.
 
 ``python -m tools.terminal`` runs ``florence demo`` with nobody at home and writes two of its screens into
-docs/runtime.md.
+docs/manual/runtime.md.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import pyte
 
 _ALTERNATE_SCREEN = 1049
 """The mode of xterm in which a program has the terminal for itself."""
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "runtime.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "manual" / "runtime.md"
 DEMO = ("-m", "florence_bt.cli", "demo", "--person", "absent", "--seed", "4", "--out", "runs/terminal")
 MOMENTS = {
     "driving": r"(?s)drives to .*now +go there \([2-9] s\) -- driving.*\[>\] go there",

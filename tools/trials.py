@@ -1,6 +1,6 @@
 """Many seeded runs of ``goto_user`` in the rig, with people where people are, and what really came of them.
 
-``python tools/trials.py --runs 10 --out docs/trials.md``.
+``python tools/trials.py --runs 10 --out docs/notes/trials.md``.
 The single runs are in ``build/trials.csv``.
 """
 
@@ -332,7 +332,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=10, help="runs of each class")
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--classes", nargs="+", metavar="CLASS", help=f"some of: {', '.join(CLASSES)}")
-    parser.add_argument("--world", type=Path, help="source file of the home for all runs (docs/homes.md)")
+    parser.add_argument(
+        "--world", type=Path, help="source file of the home for all runs (docs/notes/homes.md)"
+    )
     parser.add_argument(
         "--world-seed", type=int, metavar="SEED", help="generate one home for all runs but the easy"
     )

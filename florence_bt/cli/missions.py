@@ -66,7 +66,7 @@ def check(
 ) -> None:
     """Check mission files: every problem at once, with file:line:column and what would have worked.
 
-    Needs no robot, no ROS and no simulation. All errors and warnings are explained in docs/checking.md.
+    Needs no robot, no ROS and no simulation. docs/manual/checking.md explains all errors and warnings.
     """
     from florence_bt.app.mission_files.checking import CheckOptions, check_files
 
@@ -125,7 +125,7 @@ def schema(
     """Write the JSON Schema of mission files: node kinds, skills with their inputs, missions, codes.
 
     An editor with a YAML language server completes and checks a mission that begins with the line
-    `# yaml-language-server: $schema=mission.schema.json` (docs/checking.md).
+    `# yaml-language-server: $schema=mission.schema.json` (docs/manual/checking.md).
     """
     from florence_bt.app.mission_files.output import write_output
     from florence_bt.app.mission_files.schema_file import scenario_schema_text, schema_text

@@ -1,8 +1,8 @@
 """Tests of missions: mocked skills, a clock that is moved by hand, the real executor.
 
 The pytest fixture ``florence`` (:mod:`florence_bt.mission_testing.plugin`) is a :class:`MissionTester`;
-docs/testing.md teaches its use. The names below are loaded when they are first used, because pytest imports
-this package in every session.
+docs/manual/testing.md teaches its use. The names below are loaded when they are first used, because pytest
+imports this package in every session.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The nodes apply the table to every subscription, service and goal (:mod:`florence_bt.ros.node`,
 :mod:`florence_bt.ros.action_server`). A type without numbers that could do harm needs no check; neither do
-types of other packages, whose skills know best. docs/safety.md has the limits as a table for people.
+types of other packages, whose skills know best. docs/manual/safety.md has the limits as a table for people.
 """
 
 from __future__ import annotations

@@ -20,8 +20,8 @@ LONG_S = 60.0
 
 
 def documented_commands(device: str) -> set[str]:
-    """The commands of the control channel that docs/emulators.md has in its table for a device."""
-    text = (Path(__file__).parents[2] / "docs" / "emulators.md").read_text()
+    """The commands of the control channel that docs/notes/emulators.md has in its table for a device."""
+    text = (Path(__file__).parents[2] / "docs" / "notes" / "emulators.md").read_text()
     table = (
         text.partition(f"\n## {device}")[2].partition("### Making things go wrong")[2].partition("\n## ")[0]
     )

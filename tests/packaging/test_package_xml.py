@@ -1,4 +1,4 @@
-"""What the code imports is named in ``package.xml``, or comes from pip (docs/setup.md)."""
+"""What the code imports is named in ``package.xml``, or comes from pip (docs/manual/setup.md)."""
 
 from __future__ import annotations
 

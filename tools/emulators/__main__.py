@@ -26,9 +26,9 @@ USUAL, SHORT = "usual", "short"
 CHECKSUMS = {"with-header": True, "without-header": False}
 
 EPILOG = """\
-docs/emulators.md explains the options. The first line of the output is the device file, which a client opens
-like a serial port, or host:port with --tcp. Lines on standard input (and on the connections of --control)
-make things go wrong; the line `help` lists them.
+docs/notes/emulators.md explains the options. The first line of the output is the device file, which a client
+opens like a serial port, or host:port with --tcp. Lines on standard input (and on the connections of
+--control) make things go wrong; the line `help` lists them.
 
 example:
   python tools/emulators {device} --link ./{device} --control ./control.sock

@@ -40,7 +40,7 @@ def test_an_unknown_language_is_a_failure_with_a_reason():
 
 
 def test_the_mission(florence):
-    """The fixture comes with Florence; see its docs/testing.md."""
+    """The fixture comes with Florence; see its docs/manual/testing.md."""
     florence.mock("get_hotspot", "SUCCESS (pose=(4 m, 5 m, 30 deg))")
     florence.mock("navigate_to", "running 10 s, then SUCCESS")
     florence.mock("*_tracker", "SUCCESS")

@@ -1,7 +1,7 @@
 """Makes the robot stand still without any mission: cancels all goals, commands zero, waits until it stands.
 
 For the first moment after a crash: the goals of the process that died may still be running on their servers
-(docs/runtime.md, restart).
+(docs/manual/runtime.md, restart).
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class BringUp:
         base: One of :data:`BASES`.
         missions_only: Whether only the mission server and the locator come up, beside a robot that runs.
         speech: The parameter ``program`` of the node ``speech``, None for that of the configuration.
-        home_file: The home sensors (docs/home_sensors.md), None for none.
+        home_file: The home sensors (docs/manual/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
         start: Pose of the robot at the start in the map frame, None for the flat's own.

@@ -1,1 +1,1 @@
-"""Scenario files: tests of missions written in YAML (docs/testing.md)."""
+"""Scenario files: tests of missions written in YAML (docs/manual/testing.md)."""

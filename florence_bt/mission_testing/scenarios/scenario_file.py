@@ -1,4 +1,4 @@
-"""Reads scenario files: YAML with ``given``, ``when`` and ``then`` (docs/testing.md is the grammar).
+"""Reads scenario files: YAML with ``given``, ``when`` and ``then`` (docs/manual/testing.md is the grammar).
 
 The parts of this module in order: pieces of the grammar, the mocks under ``skills``, what happens under
 ``when``, what must hold under ``then``, and the file as a whole.

@@ -64,7 +64,7 @@ INACTIVE = "lifecycle"
 
 
 class MissionNode(FlorenceNode):
-    """Serves the missions. A managed node: missions start only while it is active (docs/ros_api.md).
+    """Serves the missions. A managed node: missions start while it is active (docs/reference/ros_api.md).
 
     Its services are there in every state: the executor of rclpy 7.1 may die of a service that is taken away
     while somebody calls it. Triggers are refused with the state as the reason.

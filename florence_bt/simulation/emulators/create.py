@@ -1,7 +1,7 @@
 """An iRobot Create at the other end of the serial line, written from the Open Interface manual (REFERENCE 1).
 
 Bytes and the time in, bytes out. It never imports the driver, so that a mistake in the driver's codec cannot
-hide behind the same mistake here. ``docs/emulators.md`` describes what it does and how to run it alone.
+hide behind the same mistake here. ``docs/notes/emulators.md`` describes what it does and how to run it alone.
 """
 
 from __future__ import annotations

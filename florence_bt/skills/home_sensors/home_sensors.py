@@ -86,7 +86,7 @@ class HomeSensors:
         now: The present time, seconds.
 
     Source:
-        Document, section 3.8.1; REFERENCE 12.4. The rule is ours (docs/home_sensors.md).
+        Document, section 3.8.1; REFERENCE 12.4. The rule is ours (docs/manual/home_sensors.md).
     """
 
     def __init__(self, sensors: Mapping[str, HomeSensor], now: float) -> None:

@@ -34,7 +34,7 @@ class HomeSensorsNodeParameters:
     """Parameters of the home sensors.
 
     Attributes:
-        home_file: Which sensor is in which room (docs/home_sensors.md).
+        home_file: Which sensor is in which room (docs/manual/home_sensors.md).
         hotspots_file: The rooms.
     """
 

@@ -289,7 +289,7 @@ def add_to_empty(path: Path) -> None:
     """
     if not path.exists():
         try:
-            replace_text(path, "# Rooms, objects and zones: docs/places.md.\nhotspots:\n")
+            replace_text(path, "# Rooms, objects and zones: docs/manual/places.md.\nhotspots:\n")
         except OSError as error:
             raise ConfigError(f"cannot write the hotspots: {error}", file=path) from error
 

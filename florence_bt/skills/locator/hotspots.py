@@ -152,7 +152,7 @@ def load_hotspots(path: str | Path) -> Hotspots:
 
 
 def parse_hotspots(text: str, file: str | Path = "hotspots.yaml") -> Hotspots:
-    """Read the text of a hotspot file: the lists ``hotspots`` and ``zones`` (docs/places.md).
+    """Read the text of a hotspot file: the lists ``hotspots`` and ``zones`` (docs/manual/places.md).
 
     Args:
         text: YAML.

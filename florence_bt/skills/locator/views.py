@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
 
 RANGE_M = 3.5
-"""How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/people.md."""
+"""How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/manual/people.md."""
 BLIND_M = 0.6
 """A person nearer than this is not seen. Source: REFERENCE 12.2."""
 FREE_M = 0.32

@@ -19,10 +19,10 @@ from florence_bt.trees.language.values import fits
 from florence_bt.trees.language.vocabulary import NODE_KINDS
 
 HOW_TO_DECLARE = (
-    "NAME.skills.yaml beside the mission, if it is your own (docs/missions.md#skills-of-your-own)"
+    "NAME.skills.yaml beside the mission, if it is your own (docs/reference/missions.md#skills-of-your-own)"
 )
 """Where a skill is declared that this installation does not have."""
-SKILLS_THERE_ARE = ("a skill of docs/skills.md",)
+SKILLS_THERE_ARE = ("a skill of docs/reference/skills.md",)
 """Where the skills of an installation stand."""
 
 

@@ -138,7 +138,7 @@ def test_one_file_may_serve_several_robots(tmp_path):
 
 
 def test_the_example_of_the_documentation_is_right(tmp_path):
-    page = (Path(__file__).parents[3] / "docs" / "ros_api.md").read_text()
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "ros_api.md").read_text()
     (example,) = re.findall(r"```yaml\n(# params\.yaml\n.*?)```", page, re.DOTALL)
     file = written(tmp_path, example)
     speeds = {}

@@ -1,4 +1,4 @@
-"""docs/places.md is true: its files are read, its commands are typed, and they answer what the page says."""
+"""docs/manual/places.md is true: its files are read, and its commands answer what the page says."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from florence_bt.cli.application import app
 
-PAGE = Path(__file__).parents[3] / "docs" / "places.md"
+PAGE = Path(__file__).parents[3] / "docs" / "manual" / "places.md"
 FILE = re.compile(r"`(\w+\.yaml)`[^`]*```yaml\n(.*?)```", re.DOTALL)
 SESSION = re.compile(r"```text\n(\$ .*?)```", re.DOTALL)
 

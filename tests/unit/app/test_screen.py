@@ -150,7 +150,7 @@ def test_a_status_that_is_printed_once_is_laid_out_for_its_terminal(whole):
 
 @pytest.mark.parametrize("name", ["driving", "looking round"])
 def test_the_screens_of_the_page_are_those_of_a_terminal(name):
-    page = (Path(__file__).parents[3] / "docs" / "runtime.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "manual" / "runtime.md").read_text(encoding="utf-8")
     lines = page.partition(f"<!-- screen: {name} -->\n```\n")[2].partition("\n```\n")[0].splitlines()
     assert len(lines) == 24 and all(cell_len(line) <= 80 for line in lines)
     assert (

@@ -1,4 +1,4 @@
-"""The examples of docs/testing.md hold, and its tables name every word there is."""
+"""The examples of docs/manual/testing.md hold, and its tables name every word there is."""
 
 import re
 import subprocess
@@ -22,7 +22,7 @@ from florence_bt.mission_testing.scenarios.scenario_file import (
 )
 from florence_bt.trees.language.loader import MissionLibrary
 
-PAGE = (Path(__file__).parents[3] / "docs" / "testing.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "manual" / "testing.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```([a-z ]+)\n(.*?)```", PAGE, re.DOTALL)
 
 

@@ -39,8 +39,10 @@ def test_every_state_can_end_and_is_reached() -> None:
 
 
 def test_the_page_has_the_table_of_the_code() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "navigation.md").read_text(encoding="utf-8")
-    assert as_mermaid() in page and as_table() in page, "python tools/recovery_page.py docs/navigation.md"
+    page = (Path(__file__).parents[3] / "docs" / "manual" / "navigation.md").read_text(encoding="utf-8")
+    assert as_mermaid() in page and as_table() in page, (
+        "python tools/recovery_page.py docs/manual/navigation.md"
+    )
 
 
 def test_lost_time_counts_where_the_robot_gets_no_nearer() -> None:

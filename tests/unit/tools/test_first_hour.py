@@ -14,7 +14,7 @@ from florence_bt.cli.application import app
 from tools.first_hour import Block, CommandWentWrong, commands_of, transcript, without_figures, written_anew
 
 ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "first_hour.md").read_text()
+PAGE = (ROOT / "docs" / "manual" / "first_hour.md").read_text()
 FLORENCE = sorted({command for command in commands_of(PAGE) if command.startswith("florence ")})
 OFFLINE = ("$ florence check", "$ florence draw", "$ florence test")
 

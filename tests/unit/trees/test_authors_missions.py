@@ -31,10 +31,9 @@ SCENARIOS = [
     for scenario in read.scenarios
 ]
 
-TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text()
+TUTORIAL = (ROOT / "docs" / "manual" / "tutorial.md").read_text()
 SHOWN = re.findall(r"```yaml (examples/\S+)\n(.*?)```", TUTORIAL, re.DOTALL)
 COMMANDS = re.findall(r"```console\n\$ florence (\w+) (.*?)\n(.*?)```", TUTORIAL, re.DOTALL)
-IDIOMS = (ROOT / "docs" / "idioms.md").read_text()
 
 
 @pytest.mark.parametrize("file", MISSIONS, ids=lambda file: file.stem)
@@ -93,14 +92,3 @@ def test_the_tutorial_shows_how_many_scenarios_pass(words, output):
     assert re.search(rf"\b{len(scenarios)} passed", output)
     if "-v" in words:
         assert re.findall(r"::(.*) PASSED", output) == [scenario.name for scenario in scenarios]
-
-
-@pytest.mark.parametrize("text", [TUTORIAL, IDIOMS], ids=["tutorial", "idioms"])
-def test_the_links_within_the_docs_lead_somewhere(text):
-    for file, heading in re.findall(r"\]\(([\w./]*)(?:#([\w-]+))?\)", text):
-        path = ROOT / "docs" / file if file else None
-        assert path is None or path.exists(), file
-        if heading:
-            page = path.read_text() if path is not None else text
-            titles = re.findall(r"^#+ (.*)$", page, re.MULTILINE)
-            assert heading in [re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles]

@@ -1,4 +1,4 @@
-"""docs/checking.md is true: every example is said to be what the comment in front of it says."""
+"""docs/manual/checking.md is true: every example is said to be what the comment in front of it says."""
 
 import re
 from pathlib import Path
@@ -15,7 +15,7 @@ from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.loader import MissionLibrary
 
 ROOT = Path(__file__).parents[3]
-TEXT = (ROOT / "docs" / "checking.md").read_text()
+TEXT = (ROOT / "docs" / "manual" / "checking.md").read_text()
 BLOCKS = re.findall(r"```yaml bad\n# (.*?)\n(.*?)```", TEXT, re.DOTALL)
 
 

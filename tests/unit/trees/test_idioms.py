@@ -1,4 +1,4 @@
-"""docs/idioms.md is true: every snippet passes the check, and does what the page says."""
+"""docs/manual/idioms.md is true: every snippet passes the check, and does what the page says."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
-IDIOMS = (Path(__file__).parents[3] / "docs" / "idioms.md").read_text()
+IDIOMS = (Path(__file__).parents[3] / "docs" / "manual" / "idioms.md").read_text()
 SNIPPETS = re.findall(r"```yaml(?: node)?\n(.*?)```", IDIOMS, re.DOTALL)
 DECLARATIONS = collect_declarations(third_party=False)
 

@@ -223,7 +223,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def test_the_page_shows_the_file_of_the_example() -> None:
-    page = (ROOT / "docs" / "skills_without_code.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "manual" / "skills_without_code.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```yaml (\S+)#(\w+)\n(.*?)```", page, re.DOTALL)
     assert len(blocks) == 8
     for file, name, block in blocks:

@@ -26,7 +26,7 @@ from tests.ticking import drain, make_context, tick_until
 from tools.skills_page import skills_page
 
 DOCS = Path(__file__).parents[3] / "docs"
-TEXT = (DOCS / "missions.md").read_text()
+TEXT = (DOCS / "reference" / "missions.md").read_text()
 BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", TEXT, re.DOTALL)
 NODES = [text for kind, text in BLOCKS if kind]
 MISSIONS = [text for kind, text in BLOCKS if not kind]
@@ -121,8 +121,8 @@ def test_the_document_has_an_example_of_everything():
 
 
 def test_the_page_of_the_skills_is_current():
-    assert (DOCS / "skills.md").read_text() == skills_page(), (
-        "write it again: python tools/skills_page.py docs/skills.md"
+    assert (DOCS / "reference" / "skills.md").read_text() == skills_page(), (
+        "write it again: python tools/skills_page.py docs/reference/skills.md"
     )
 
 

@@ -485,7 +485,7 @@ def test_an_unknown_skill_can_be_declared(tmp_path: Path) -> None:
     file.write_text(HEAD + "  open_fridge: {door: left}\n")
     report = check_files([file])[0]
     assert "skills: {open_fridge: {summary: ...}} in NAME.skills.yaml beside the mission" in report
-    assert "docs/missions.md#skills-of-your-own" in report and "approach_person" not in report
+    assert "docs/reference/missions.md#skills-of-your-own" in report and "approach_person" not in report
     (tmp_path / "mine.skills.yaml").write_text(
         "skills:\n  open_fridge:\n    summary: Open a door of the fridge\n    inputs: {door: {type: text}}\n"
     )

@@ -21,7 +21,7 @@ DOCS = Path(__file__).parents[3] / "docs"
 LABELS = {"hotspot": ["kitchen", "tv"], "room": ["kitchen"]}
 SCHEMA = make_schema(collect_declarations(), MissionLibrary.load().missions())
 STRICT = make_schema(collect_declarations(), MissionLibrary.load().missions(), LABELS)
-BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", (DOCS / "missions.md").read_text(), re.DOTALL)
+BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", (DOCS / "reference" / "missions.md").read_text(), re.DOTALL)
 
 
 def problems(text: str, schema=SCHEMA) -> list[str]:

@@ -15,7 +15,7 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 
 HELD_UP_S = 1.0
 """When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
-(docs/runtime.md): the next step begins at standstill."""
+(docs/manual/runtime.md): the next step begins at standstill."""
 WAITED_S = 0.01
 """How long after that commands are refused: those that waited for this process, nobody knows how long, are
 served within milliseconds. Chosen below the period of the steps."""

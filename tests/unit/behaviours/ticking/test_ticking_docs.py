@@ -1,4 +1,4 @@
-"""The examples of docs/ticking.md run."""
+"""The examples of docs/notes/ticking.md run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-TEXT = (Path(__file__).parents[4] / "docs" / "ticking.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[4] / "docs" / "notes" / "ticking.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 
 
@@ -15,6 +15,6 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 def test_an_example_runs(number, monkeypatch, capsys):
     monkeypatch.setattr("time.sleep", lambda seconds: None)
     names: dict = {}
-    exec(compile(EXAMPLES[number], f"docs/ticking.md example {number}", "exec"), names)
+    exec(compile(EXAMPLES[number], f"docs/notes/ticking.md example {number}", "exec"), names)
     assert "b INVALID -> RUNNING" in capsys.readouterr().out
     assert names["tree"].count == 3
