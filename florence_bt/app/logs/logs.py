@@ -114,14 +114,16 @@ def _begin_of(folder: Path) -> float:
 
 
 def text_of(entry: LogEntry, width: int, colour: str) -> Text:
-    """Write an entry for people.
+    """Write an entry for people; one that is not of today has its date.
 
     Args:
         entry: The entry.
         width: Columns for the name of the process.
         colour: That of the name.
     """
-    when = datetime.fromtimestamp(entry.when).strftime("%H:%M:%S.%f")[:-3]
+    moment = datetime.fromtimestamp(entry.when)
+    day = "" if moment.date() == datetime.now().date() else "%Y-%m-%d "
+    when = moment.strftime(f"{day}%H:%M:%S.%f")[:-3]
     style = _STYLES.get(entry.level, "")
     node = f"{entry.node}: " if entry.node and entry.node != entry.process else ""
     text = Text.assemble(
