@@ -1,4 +1,4 @@
-"""Verbs about maps: ``map build``, ``explore``, ``save``, ``clean``, ``crop``, ``rotate``, ``edit``, ``rooms``."""
+"""Verbs about maps: make them, save them, change them, propose their rooms."""
 
 from __future__ import annotations
 
