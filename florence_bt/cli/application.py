@@ -2,7 +2,30 @@
 
 from __future__ import annotations
 
-from florence_bt.cli import interfaces, maps, missions, places, robot, runs, skills, system, testing
+from florence_bt.cli import (
+    interfaces,
+    maps,
+    missions,
+    places,
+    recording,
+    robot,
+    runs,
+    skills,
+    system,
+    testing,
+)
 from florence_bt.cli.common import app
 
-__all__ = ["app", "interfaces", "maps", "missions", "places", "robot", "runs", "skills", "system", "testing"]
+__all__ = [
+    "app",
+    "interfaces",
+    "maps",
+    "missions",
+    "places",
+    "recording",
+    "robot",
+    "runs",
+    "skills",
+    "system",
+    "testing",
+]

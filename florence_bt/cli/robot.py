@@ -13,6 +13,59 @@ from florence_bt.core.errors import ConfigError
 
 
 @app.command(
+    rich_help_panel="The robot",
+    epilog=f"Example: florence init my_robot --robot-type create2 --service none\n\n{EXIT_CODES}",
+)
+def init(
+    folder: Annotated[Path, typer.Argument(help="The robot's folder; is made.")] = Path("my_robot"),
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Ask nothing: the defaults.")] = False,
+    emulate: Annotated[
+        bool, typer.Option("--emulate", help="For a rehearsal, on emulated devices in the example flat.")
+    ] = False,
+    robot_type: Annotated[
+        str | None, typer.Option(help="The base: create, create2 or roomba.", show_default="asks, create")
+    ] = None,
+    base: Annotated[
+        str | None, typer.Option(metavar="PORT", help="Port of the base.", show_default="asks, /dev/create")
+    ] = None,
+    laser: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PORT", help="Port or IP address of the laser.", show_default="asks, /dev/hokuyo"
+        ),
+    ] = None,
+    speech: Annotated[
+        str | None,
+        typer.Option(metavar="PROGRAM", help="print, none, or a command.", show_default="asks, print"),
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", help="A map of the home.", show_default="none yet")
+    ] = None,
+    hotspots: Annotated[
+        Path | None, typer.Option(help="Rooms and places of the home.", show_default="none yet")
+    ] = None,
+    service: Annotated[
+        str | None,
+        typer.Option(help="A systemd unit for: user, system or none.", show_default="asks, user"),
+    ] = None,
+) -> None:
+    """Make the folder of a robot: configuration, udev rules and a systemd unit; says what is left to do.
+
+    Finds the devices by their USB ids and asks them who they are; nothing moves. What is in the folder
+    already stays as it is, and is shown where it differs. Nothing outside the folder is changed. Afterwards
+    `florence up FOLDER` brings the robot up.
+    """
+    from florence_bt.app.robot_setup.setup import Given, set_up
+    from florence_bt.app.runs.keyboard import in_front
+
+    def ask(question: str, default: str) -> str:
+        return default if yes or not in_front() else str(typer.prompt(question, default=default))
+
+    given = Given(robot_type, base, laser, speech, map_file, hotspots, service, emulate)
+    set_up(folder, given, ask, typer.echo)
+
+
+@app.command(
     cls=RosVerb,
     rich_help_panel="The robot",
     epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}",
@@ -90,6 +143,51 @@ def calibrate(
     elif write is not None:
         typer.echo(f"{write} stays as it is")
     raise typer.Exit(OK if calibrated.succeeded else FAILED)
+
+
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="The robot",
+    epilog=f"Example: florence teleop --speed 0.15\n\n{EXIT_CODES}",
+)
+def teleop(
+    joy: Annotated[
+        bool, typer.Option("--joy", help="A gamepad on the topic joy in place of the keys.")
+    ] = False,
+    speed: Annotated[float, typer.Option(help="Forward speed at the start, m/s.")] = 0.2,
+    turn: Annotated[float, typer.Option(help="Turning speed at the start, rad/s.")] = 0.8,
+    timeout: Annotated[
+        float, typer.Option(help="Seconds after the last key, or message of the pad, until the robot stands.")
+    ] = 0.7,
+    axis_linear: Annotated[int, typer.Option(help="With --joy: the axis for forward and backward.")] = 1,
+    axis_angular: Annotated[int, typer.Option(help="With --joy: the axis for turns.")] = 0,
+    enable_button: Annotated[int, typer.Option(help="With --joy: the dead-man button.")] = 4,
+    turbo_button: Annotated[
+        int, typer.Option(help="With --joy: the dead-man button for twice the speed; -1 for none.")
+    ] = 5,
+) -> None:
+    """Drive the robot by hand, with the keys of this terminal or with a gamepad.
+
+    Takes the robot by the manual override, which ends what it does, and gives it back at the end: Ctrl-C, or
+    a closed terminal. The arrows, or i , j l, drive; space stops. Keep a key pressed: the robot stands still
+    0.7 s after the last one. A gamepad drives by its left stick while L1 or LB is held.
+    """
+    from rich.console import Console
+
+    from florence_bt.app.teleop.hands import GamepadLayout, TeleopParameters
+    from florence_bt.app.teleop.teleop import drive_with_gamepad, drive_with_keys
+
+    parameters = TeleopParameters(speed=speed, turn=turn, timeout=timeout)
+    if joy:
+        layout = GamepadLayout(
+            axis_linear=axis_linear,
+            axis_angular=axis_angular,
+            enable_button=enable_button,
+            turbo_button=turbo_button,
+        )
+        drive_with_gamepad(Console(), parameters, layout)
+    else:
+        drive_with_keys(Console(), parameters)
 
 
 kinect = typer.Typer(help="The Kinect: record what it sees.", no_args_is_help=True)

@@ -206,3 +206,25 @@ def runs(
 
     for line in runs_table(folder, mission=mission, state=state, limit=limit):
         typer.echo(line)
+
+
+@app.command(
+    rich_help_panel="Runs",
+    epilog=f"Example: florence report --folder runs/up/runs --out run.html\n\n{EXIT_CODES}",
+)
+def report(
+    run: Annotated[str, typer.Argument(help="A run's id.", show_default="the latest run")] = "",
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the runs.", show_default="the running system's, or the one used last below ./runs"
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The file.", show_default="report.html in the folder of the run")
+    ] = None,
+) -> None:
+    """Write one HTML file of a recorded run, to be sent to somebody: map, tree, reasons, times."""
+    from florence_bt.app.runs.report import write_report
+
+    typer.echo(write_report(folder, run, out))

@@ -85,6 +85,9 @@ def demo(
     epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}",
 )
 def up(
+    folder: Annotated[
+        Path | None, typer.Argument(help="The folder of a robot, made by florence init.", show_default=False)
+    ] = None,
     sim: Annotated[bool, typer.Option("--sim", help="Simulated hardware instead of the robot's.")] = False,
     robot: Annotated[
         Path | None, typer.Option(metavar="CONFIG", help="Drive the robot that this file configures.")
@@ -149,11 +152,29 @@ def up(
         ),
     ] = None,
 ) -> None:
-    """Bring the whole system up and keep it running until Ctrl-C."""
+    """Bring the whole system up and keep it running until Ctrl-C.
+
+    With a FOLDER: the robot that its florence.yaml describes; other options go over what stands there.
+    """
+    if folder is not None:
+        from florence_bt.app.bringup.robot_folder import read_robot_folder
+
+        if sim or missions_only:
+            raise ConfigError(
+                "a robot's folder says what to bring up", valid=["florence up FOLDER", "--sim alone"]
+            )
+        its = read_robot_folder(folder)
+        robot, emulate = robot or its.robot, emulate or its.emulate
+        map_file, hotspots, home = map_file or its.map, hotspots or its.hotspots, home or its.home
+        folders, speech, out = folders or list(its.missions), speech or its.speech, out or its.out
+        if map_file is None:
+            typer.echo(f"{folder} has no map of its home yet: navigation uses that of the example flat")
     if missions_only and (sim or emulate):
         raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
     if not missions_only and sim == (robot is not None):
-        raise ConfigError("choose what to bring up", valid=["--sim", "--robot CONFIG", "--missions-only"])
+        raise ConfigError(
+            "choose what to bring up", valid=["FOLDER", "--sim", "--robot CONFIG", "--missions-only"]
+        )
     if robot and (config or (start and not emulate)):
         raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
     if emulate and (sim or speed != 1.0):

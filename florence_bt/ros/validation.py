@@ -33,6 +33,8 @@ MAX_WAIT_S = 86_400
 MAX_NOTE_S = 60.0
 MAX_ITEMS = 1_000
 """Transforms or joints in one message."""
+MAX_JOY = 100
+"""Axes, and buttons, of a gamepad."""
 MAX_POSES = 2_000
 """Of a path: 100 m in steps of 5 cm. More would keep the callback, and with it the heartbeat of the process,
 for too long: 65 us a pose of another frame (Python 3.11, one core)."""
@@ -301,6 +303,13 @@ def _joints(message: Any, now: Now | None) -> None:
             raise BadMessage(f"{what} that are not finite", "numbers")
 
 
+def _joy(message: Any, now: Now | None) -> None:
+    _between("the number of axes", len(message.axes), 0, MAX_JOY)
+    _between("the number of buttons", len(message.buttons), 0, MAX_JOY)
+    for index, value in enumerate(message.axes):
+        _within(f"axes[{index}]", value, 1.0 + 1e-6, "")
+
+
 def _pose_stamped(message: Any, now: Now | None) -> None:
     # The time of a goal is not used, and people leave it out.
     _name("header.frame_id", message.header.frame_id)
@@ -394,6 +403,7 @@ CHECKS: Mapping[str, Check] = {
     "sensor_msgs/Imu": _imu,
     "sensor_msgs/JointState": _joints,
     "sensor_msgs/BatteryState": _battery,
+    "sensor_msgs/Joy": _joy,
     "std_msgs/Float64": _numbers(MAX_DISTANCE_M, "", "data"),
     "tf2_msgs/TFMessage": _transforms,
     "florence_interfaces/DetectedUser": _numbers(MAX_DISTANCE_M, "m", "user_position_x", "user_position_y"),

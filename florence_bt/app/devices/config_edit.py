@@ -1,4 +1,4 @@
-"""Changes single numbers in a robot's configuration; comments and everything else stay as they are."""
+"""Changes single values in a robot's configuration; comments and everything else stay as they are."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
     """
     text = read_bytes(file).decode("utf-8")
     for name, value in values.items():
-        text = _with_number(text, file, node, name, f"{value:.6g}")
+        text = with_value(text, file, node, name, f"{value:.6g}")
     backup = file.with_name(file.name + ".bak")
     try:
         shutil.copy2(file, backup)
@@ -39,12 +39,24 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
     return backup
 
 
-def _with_number(text: str, file: Path, node: str, name: str, number: str) -> str:
+def with_value(text: str, file: Path, node: str, name: str, value_text: str) -> str:
+    """Return the text of a configuration with another value of one parameter.
+
+    Args:
+        text: The configuration.
+        file: Its file, named in errors.
+        node: The node, which gets a section when it has none.
+        name: The parameter.
+        value_text: The value as YAML.
+
+    Raises:
+        ConfigError: The text cannot be read, or the node's section is not a mapping.
+    """
     lines = text.splitlines(keepends=True)
     try:
         source = parse_yaml(text.encode(), file)
     except EmptyFile:
-        return f"{_ended(text)}{node}:\n  {name}: {number}\n"
+        return f"{_ended(text)}{node}:\n  {name}: {value_text}\n"
     if not isinstance(source, YamlMapping):
         raise ConfigError("must map node names to their parameters", file=file, valid=[f"{node}: {{...}}"])
     for key, section in source.entries:
@@ -58,16 +70,16 @@ def _with_number(text: str, file: Path, node: str, name: str, number: str) -> st
                 file=file,
                 line=key.position.line,
                 column=key.position.column,
-                valid=[f"{node}:\n  {name}: {number}"],
+                valid=[f"{node}:\n  {name}: {value_text}"],
             )
         for parameter, value in section.entries:
             if parameter.text == name and isinstance(value, YamlScalar):
                 line, start = value.position.line - 1, value.position.column - 1
                 width = len(value.text) + 2 * value.quoted
-                lines[line] = lines[line][:start] + number + lines[line][start + width :]
+                lines[line] = lines[line][:start] + value_text + lines[line][start + width :]
                 return "".join(lines)
-        return _inserted(lines, section, f"{name}: {number}")
-    return f"{_ended(text)}\n{node}:\n  {name}: {number}\n"
+        return _inserted(lines, section, f"{name}: {value_text}")
+    return f"{_ended(text)}\n{node}:\n  {name}: {value_text}\n"
 
 
 def _inserted(lines: list[str], section: YamlMapping, entry: str) -> str:

@@ -20,7 +20,7 @@ from florence_bt.app.doctor.graph import (
 from florence_bt.app.doctor.home import check_home
 from florence_bt.app.doctor.libraries import check_libraries
 from florence_bt.app.doctor.machine import check_machine
-from florence_bt.app.doctor.ports import check_ports, users_of
+from florence_bt.app.doctor.ports import check_ports, is_free
 from florence_bt.app.doctor.usb import check_usb
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.installation import how_to_get
@@ -78,12 +78,7 @@ def _hardware(config: dict[str, dict[str, Any]]) -> Iterator[HealthFinding]:
     }
     yield from _guarded("ports", lambda: check_ports(ports))
     yield from _guarded("USB", check_usb)
-    yield from _guarded("firmware", lambda: check_firmware(config, _is_free))
-
-
-def _is_free(port: str) -> bool:
-    path = Path(port)
-    return path.exists() and os.access(path, os.R_OK | os.W_OK) and not list(users_of(path))
+    yield from _guarded("firmware", lambda: check_firmware(config, is_free))
 
 
 def _ros() -> tuple[GraphView, list[HealthFinding]]:

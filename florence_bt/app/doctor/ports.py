@@ -98,3 +98,9 @@ def users_of(port: Path, processes: Path = Path("/proc")) -> Iterator[str]:
                 yield f"{name} ({process.name})"
         except OSError:
             continue  # it has ended, or belongs to another user: nothing can be said about it
+
+
+def is_free(port: str) -> bool:
+    """Tell whether a port is there, may be opened by this user, and is in nobody's use."""
+    path = Path(port)
+    return path.exists() and os.access(path, os.R_OK | os.W_OK) and not list(users_of(path))

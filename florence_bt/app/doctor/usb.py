@@ -33,9 +33,15 @@ class UsbDevice:
 KINECT_POWER = (
     "check the USB plug; the Kinect also needs 12 V, on our robot from the Create's breaker: digital output 0"
 )
+CREATE_CABLE = UsbDevice(
+    "cable of the Create", ("0403:6001", "067b:2303"), "plug the Create's serial cable in"
+)
+HOKUYO = UsbDevice(
+    "Hokuyo laser", ("15d1:0000",), "plug the laser's USB cable in (one with Ethernet has none)"
+)
 DEVICES = (
-    UsbDevice("cable of the Create", ("0403:6001", "067b:2303"), "plug the Create's serial cable in"),
-    UsbDevice("Hokuyo laser", ("15d1:0000",), "plug the laser's USB cable in (one with Ethernet has none)"),
+    CREATE_CABLE,
+    HOKUYO,
     UsbDevice("Kinect camera", ("045e:02ae", "045e:02bf"), KINECT_POWER, opened=True),
     UsbDevice("Kinect motor", ("045e:02b0", "045e:02ad"), KINECT_POWER, opened=True),
 )

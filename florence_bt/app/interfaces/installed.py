@@ -14,7 +14,8 @@ from florence_bt.core.errors import ConfigError, closest_first
 
 _INDEX = Path("share") / "ament_index" / "resource_index" / "rosidl_interfaces"
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)")
-_FIELD = re.compile(r"\s*([A-Za-z][A-Za-z0-9_/]*)[^\s#]*\s+[a-z]")
+FIELD = re.compile(r"\s*([A-Za-z][A-Za-z0-9_/]*)[^\s#]*\s+[a-z]")
+"""A line that defines a field, with its type in the group."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def _definition(
         if indent and (not line.strip() or line.lstrip().startswith("#")):
             continue
         yield f"{indent}{line.rstrip()}"
-        field = _FIELD.match(line)
+        field = FIELD.match(line)
         if field is None:
             continue
         package, _, message = field[1].rpartition("/")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from florence_bt.app.bringup.locks import running_folder
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReader
+from florence_bt.runtime.journal import JOURNAL_FILE, JournaledEvent, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import RunStatus
 from florence_bt.runtime.status import duration_text, outputs_text
@@ -60,19 +60,28 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
     Raises:
         ConfigError: There is no journal or no such run.
     """
-    with JournalReader(journal_folder(folder)) as reader:
-        latest = reader.runs(1)
-        run = reader.run(run_id) if run_id else (latest[0] if latest else None)
-        if run is None:
-            known = [each.run_id for each in reader.runs(5)]
-            raise ConfigError(f"no run {run_id!r} is recorded in {reader.path}", valid=known)
-        happened = reader.events(run.run_id)
+    run, happened = read_run(journal_folder(folder), run_id)
     lines = [journal_text(run, happened)]
     if run.lost:
         lines.append(f"note: {run.lost} events of this run could not be kept")
     if events:
         lines += ["", *timeline(happened, collect_declarations())]
     return "\n".join(lines)
+
+
+def read_run(folder: Path, run_id: str) -> tuple[JournaledRun, list[JournaledEvent]]:
+    """Read one run of a journal with its events; the latest one when the id is empty.
+
+    Raises:
+        ConfigError: There is no journal or no such run.
+    """
+    with JournalReader(folder) as reader:
+        latest = reader.runs(1)
+        run = reader.run(run_id) if run_id else (latest[0] if latest else None)
+        if run is None:
+            known = [each.run_id for each in reader.runs(5)]
+            raise ConfigError(f"no run {run_id!r} is recorded in {reader.path}", valid=known)
+        return run, list(reader.events(run.run_id))
 
 
 def left_runs(folder: Path) -> list[str]:

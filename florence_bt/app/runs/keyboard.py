@@ -16,6 +16,10 @@ _NAMES = {
     "\x1bOA": "up",
     "\x1b[B": "down",
     "\x1bOB": "down",
+    "\x1b[C": "right",
+    "\x1bOC": "right",
+    "\x1b[D": "left",
+    "\x1bOD": "left",
     "\x1b[5~": "page up",
     "\x1b[6~": "page down",
     "\x1b[H": "home",
@@ -74,14 +78,19 @@ class Keyboard:
             with suppress(termios.error):  # the terminal was closed
                 termios.tcsetattr(self._descriptor, termios.TCSANOW, before)
 
-    def read(self, wake: int, timeout_s: float) -> list[str]:
+    @property
+    def closed(self) -> bool:
+        """Whether there will be no keys: no terminal, or one that was closed."""
+        return self._descriptor < 0
+
+    def read(self, wake: int | None, timeout_s: float) -> list[str]:
         """Wait for keys.
 
         Args:
             wake: A descriptor that ends the wait when it can be read, too; it is not read.
             timeout_s: The longest wait.
         """
-        watched = [wake, self._descriptor] if self._descriptor >= 0 else [wake]
+        watched = [each for each in (wake, self._descriptor) if each is not None and each >= 0]
         ready, _, _ = select.select(watched, [], [], timeout_s)
         if self._descriptor not in ready:
             return []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from py_trees.common import Status
 
@@ -48,30 +48,56 @@ def _input_kinds(events: Iterable[JournaledEvent]) -> dict[str, Kind]:
     return {name: known[kind] for name, kind in kinds if kind in known}
 
 
+@dataclass(frozen=True, slots=True)
+class TimelineRow:
+    """What happened in a run at a time.
+
+    Attributes:
+        at: Seconds since the first event of the run.
+        text: What happened, for people.
+        duration: How long a skill ran, seconds; None for what is no skill, or has no end.
+        code: How a skill ended; empty without an end.
+    """
+
+    at: float
+    text: str
+    duration: float | None = None
+    code: str = ""
+
+
 def timeline(
     events: Sequence[JournaledEvent], skills: Mapping[str, SkillDeclaration] | None = None
 ) -> list[str]:
-    """List what happened in a run, a line each: when, how long, which skill with which inputs, how it ended.
+    """List what happened in a run as :func:`timeline_rows` has it, a line each."""
+    return [f"{f'+{row.at:.1f} s':>10}  {row.text}" for row in timeline_rows(events, skills)]
+
+
+def timeline_rows(
+    events: Sequence[JournaledEvent], skills: Mapping[str, SkillDeclaration] | None = None
+) -> list[TimelineRow]:
+    """List what happened in a run: when, how long, which skill with which inputs, how it ended.
 
     Args:
         events: The events of the run, in order.
         skills: The skills that are known; their inputs and outputs are shown with units.
 
     Returns:
-        Lines; times count from the run's first event, without the time in which no process ran.
+        Rows in order; times are without the time in which no process ran.
     """
     events = list(with_one_clock(events))
     ends = _ends(events)
-    lines = []
+    rows = []
     for index, event in enumerate(events):
-        at = f"+{event.time - events[0].time:.1f} s"
+        at = event.time - events[0].time
         if event.kind == EventKind.SKILL_STARTED.value:
             end = ends.get(index) or _without_end(events[index:])
-            lines.append(f"{at:>10}  {_skill_line(event, end, (skills or {}).get(event.skill))}")
+            text = _skill_line(event, end, (skills or {}).get(event.skill))
+            ran = (None, "") if isinstance(end, str) else (end.time - event.time, end.code)
+            rows.append(TimelineRow(at, text, *ran))
         elif event.kind in _WORDS:
             said = event.reason or (event.new if event.kind == EventKind.ENDED.value else "")
-            lines.append(f"{at:>10}  {_WORDS[event.kind]}{f': {said}' if said else ''}")
-    return lines
+            rows.append(TimelineRow(at, f"{_WORDS[event.kind]}{f': {said}' if said else ''}"))
+    return rows
 
 
 def with_one_clock(events: Iterable[JournaledEvent]) -> Iterator[JournaledEvent]:

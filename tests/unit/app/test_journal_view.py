@@ -182,3 +182,33 @@ def test_the_status_of_a_run_without_an_end_is_drawn_from_its_events(florence, r
 def test_an_unknown_run_names_those_that_are_known(florence, runs):
     result = florence("status", "--folder", runs, "--run", "T-7")
     assert result.exit_code == 2 and "T-003-goto_user" in result.output
+
+
+def test_the_report_says_what_ran_how_it_ended_and_why(florence, runs, tmp_path):
+    page = tmp_path / "run.html"
+    result = florence("report", "T-002-goto_room", "--folder", runs, "--out", page)
+    assert result.exit_code == 0 and result.output.split() == [str(page)]
+    text = page.read_text()
+    for part in ("goto_room", "FAILED", "no way there", "navigate_to", "+0.0 s", "no_path"):
+        assert part in text
+    assert "<img" not in text, "no picture was drawn of this run"
+
+
+def test_the_report_has_the_picture_of_the_run_inside(florence, runs):
+    folder = runs / "T-002-goto_room"
+    folder.mkdir()
+    (folder / "flat.png").write_bytes(b"\x89PNG and more")
+    assert florence("report", "T-002-goto_room", "--folder", runs).exit_code == 0
+    assert "data:image/png;base64,iVBORyBhbmQgbW9yZQ==" in (folder / "report.html").read_text()
+
+
+def test_what_others_wrote_does_not_become_a_part_of_the_page(florence, runs, tmp_path):
+    record(runs, 4, "greet", RunStatus.FAILED, Why("greet/<script>", "odd", "<img src=x onerror=alert(1)>"))
+    florence("report", "T-004-greet", "--folder", runs, "--out", tmp_path / "run.html")
+    text = (tmp_path / "run.html").read_text()
+    assert "<script" not in text and "<img" not in text and "&lt;img src=x" in text
+
+
+def test_a_report_of_an_unknown_run_names_those_there_are(florence, runs):
+    result = florence("report", "T-999", "--folder", runs)
+    assert result.exit_code == 2 and "T-003-goto_user" in result.output

@@ -13,6 +13,7 @@ from florence_bt.app.runs.keyboard import Keyboard, in_front, keys_in
     [
         ("aA/ ", ["a", "A", "/", " "]),
         ("\x1b[A\x1bOB\x1b[5~", ["up", "down", "page up"]),
+        ("\x1b[C\x1bOD", ["right", "left"]),
         ("\x1b", ["escape"]),
         ("\r\x7f", ["enter", "backspace"]),
         ("ü", ["ü"]),

@@ -1,0 +1,1 @@
+"""Recordings of what is published: MCAP files, and the WebSocket of Foxglove for a running robot."""

@@ -1,0 +1,162 @@
+"""The files of a recording: MCAP, one after the other, bounded by size and age."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import foxglove
+from foxglove.mcap import MCAPWriteOptions, MCAPWriter
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import CheckedParameters, Positive
+
+PATTERN = "recording_*.mcap"
+"""The names of the files that count towards the bounds, and are removed for them."""
+FREE_MB = 300.0
+"""Chosen: a recording ends when less than this is free on its disk, before anything else fails there."""
+FLUSH_S = 2.0
+"""What a power cut may cost."""
+_MB = 1e6
+DAY_S = 86_400.0
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingLimits(CheckedParameters):
+    """How much a recording may take.
+
+    Attributes:
+        file_size: Megabytes of one file; then the next one begins.
+        total_size: Megabytes of all recordings in the folder; the oldest are removed.
+        max_age: Days after which a recording in the folder is removed.
+    """
+
+    file_size: Positive = 256.0
+    total_size: Positive = 4096.0
+    max_age: Positive = 30.0
+
+    def _check(self) -> None:
+        if self.file_size > self.total_size:
+            raise ConfigError(
+                f"file_size is {self.file_size:g} MB, more than all files may have",
+                valid=[f"at most {self.total_size:g} MB, or a larger total_size"],
+            )
+
+
+class RecordingFiles:
+    """Writes what is logged in a context of the SDK into files of a folder.
+
+    Args:
+        folder: Is made when needed.
+        limits: How much it may take.
+        context: Where the messages are logged.
+        now: Seconds since 1970.
+        steady: Steady seconds.
+        free_mb: The megabytes that are free on the disk of a folder.
+
+    Raises:
+        ConfigError: The folder cannot be written to.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        limits: RecordingLimits,
+        context: foxglove.Context,
+        now: Callable[[], float] = time.time,
+        steady: Callable[[], float] = time.monotonic,
+        free_mb: Callable[[Path], float] = lambda folder: shutil.disk_usage(folder).free / _MB,
+    ) -> None:
+        self._folder = folder
+        self._limits = limits
+        self._context = context
+        self._now = now
+        self._steady = steady
+        self._begun: list[float] = []
+        self._free_mb = free_mb
+        self._flushed = steady()
+        self.written: list[Path] = []
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._writer: MCAPWriter | None = self._open()
+        except OSError as error:
+            raise ConfigError(
+                f"the folder {str(folder)!r} cannot be written to: {error.strerror or error}",
+                valid=["another folder"],
+            ) from error
+
+    @property
+    def size_mb(self) -> float:
+        """Megabytes in the files of this recording that are still there."""
+        return _size_mb(self.written)
+
+    def look(self) -> bool:
+        """Keep the bounds; call it about every second.
+
+        Returns:
+            Whether a new file was begun.
+
+        Raises:
+            ConfigError: The disk is nearly full. The recording is closed, and what it has is whole.
+        """
+        if self._writer is None:
+            return False
+        if self._steady() - self._flushed >= FLUSH_S:
+            self._writer.flush()
+            self._flushed = self._steady()
+        free = self._free_mb(self._folder)
+        if free < FREE_MB:
+            self.close()
+            raise ConfigError(
+                f"the recording ends: {free:.0f} MB are free on the disk of {str(self._folder)!r}",
+                valid=[f"{FREE_MB:g} MB free", "another folder"],
+            )
+        full = _size_mb(self.written[-1:]) >= self._limits.file_size
+        if full:
+            self._writer.close()
+            self._writer = self._open()
+        self._remove_old()
+        return full
+
+    def close(self) -> None:
+        """End the file; harmless when that was done already."""
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
+
+    def _open(self) -> MCAPWriter:
+        begun = time.strftime("%Y-%m-%d_%H-%M-%S", time.localtime(self._now()))
+        names = (f"recording_{begun}{suffix}.mcap" for suffix in ("", *(f"_{i}" for i in range(2, 1000))))
+        file = next(path for name in names if not (path := self._folder / name).exists())
+        options = MCAPWriteOptions(profile="ros2", compression_threads=0)
+        writer = foxglove.open_mcap(file, context=self._context, writer_options=options)
+        self.written.append(file)
+        self._begun.append(self._steady())
+        return writer
+
+    def _remove_old(self) -> None:
+        """Remove the oldest files beyond the bounds; never the one that is written.
+
+        The clock of a robot without a battery for it leaps by years when it finds a network. So the files of
+        this recording are as old as the steady clock says, and newer than all others.
+        """
+        others = set(self._folder.glob(PATTERN)).difference(self.written)
+        before = sorted(others, key=lambda file: file.stat().st_mtime)
+        ages = {file: self._now() - file.stat().st_mtime for file in before}
+        ages |= {
+            file: self._steady() - begun
+            for file, begun in zip(self.written, self._begun, strict=True)
+            if file.exists()
+        }
+        files = list(ages)
+        while len(files) > 1 and (
+            _size_mb(files) > self._limits.total_size or ages[files[0]] > self._limits.max_age * DAY_S
+        ):
+            files.pop(0).unlink()
+
+
+def _size_mb(files: Iterable[Path]) -> float:
+    return sum(file.stat().st_size for file in files if file.exists()) / _MB

@@ -1,0 +1,294 @@
+"""The node ``recorder``: what is published, as it comes, into files and to Foxglove."""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import foxglove
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+from florence_bt.app.recording.files import RecordingFiles, RecordingLimits
+from florence_bt.app.recording.schemas import message_schema
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.interfaces import load_interface
+from florence_bt.core.limits import CheckedParameters, Limits
+from florence_bt.ros.arguments import namespace
+from florence_bt.ros.node import FlorenceNode
+
+LOOK_S = 1.0
+"""How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
+CLOCK_WAIT_S = 2.0
+"""What comes in the beginning waits for so long for the time of a simulation, by which it is written."""
+DEPTH = 500
+"""Messages that may wait while the process has no turn."""
+PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
+"""Types of sensor_msgs that have 100 times the bytes of all others; cameras make them on demand."""
+OF_ALL_ROBOTS = ("/tf", "/tf_static", "/clock", "/rosout", "/diagnostics")
+"""Topics that a robot in a namespace may share with others."""
+_CLOCK = "rosgraph_msgs/msg/Clock"
+_TIME = struct.Struct("<4xiI")
+"""The beginning of a serialised message with a time: the CDR header, seconds, nanoseconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderParameters(CheckedParameters):
+    """Parameters of the recorder.
+
+    Attributes:
+        folder: Where the files go; empty for no files.
+        topics: Patterns such as ``/scan`` or ``*costmap*``: what to record; without one everything but
+            pictures.
+        exclude: Patterns of topics that are left out.
+        pictures: Whether images and clouds of points are recorded.
+        foxglove_port: The TCP port of 127.0.0.1 at which Foxglove finds the robot; 0 for none.
+    """
+
+    folder: str = ""
+    topics: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+    pictures: bool = False
+    foxglove_port: Annotated[int, Limits(0, 65535)] = 0
+
+
+class _Topic:
+    """A topic that is recorded or looked at.
+
+    Attributes:
+        count: Messages that were written.
+        viewers: How many clients of Foxglove look at it.
+        recorded: Whether it goes into the files.
+    """
+
+    def __init__(self, name: str, type_name: str, channel: foxglove.Channel) -> None:
+        self.name = name
+        self.type_name = type_name
+        self.channel = channel
+        self.count = 0
+        self.viewers = 0
+        self.recorded = False
+        self.subscription: Subscription | None = None
+        self.qos: QoSProfile | None = None
+
+    @property
+    def is_latched(self) -> bool:
+        return self.qos is not None and self.qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+
+
+class RecorderNode(FlorenceNode):
+    """Writes what is published into MCAP files without decoding it, and shows it to Foxglove.
+
+    Subscriptions ask for what the publishers offer, so that reliable messages arrive reliably and latched
+    ones are in every file. Hidden topics, such as those of actions, are left out, as rosbag2 does.
+
+    Args:
+        parameters: Overrides of the node's parameters.
+
+    Raises:
+        ConfigError: There is nothing to do, the folder cannot be written to, or the port is taken.
+    """
+
+    parameter_classes = (RecorderParameters, RecordingLimits)
+
+    def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
+        super().__init__("recorder", parameters=parameters)
+        self._params = params = self.read_parameters(RecorderParameters)
+        limits = self.read_parameters(RecordingLimits)
+        if not params.folder and not params.foxglove_port:
+            raise ConfigError("nothing to record for", valid=["folder", "foxglove_port"])
+        self._logged = foxglove.Context()
+        self._topics: dict[str, _Topic] = {}
+        self._refused: set[str] = set()
+        self._simulated_ns: int | None = None
+        self._held: list[tuple[_Topic, bytes]] | None = []
+        self._files = RecordingFiles(Path(params.folder), limits, self._logged) if params.folder else None
+        if self._files is not None:
+            self.on_close(self._files.close)
+        self.on_close(self._write_held)
+        if params.foxglove_port:
+            self._serve_foxglove(params.foxglove_port)
+        self.create_timer(LOOK_S, self._look)
+        self.steady.call_at(self.steady.now() + CLOCK_WAIT_S, self._end_wait_for_clock)
+        self._look()
+
+    @property
+    def counts(self) -> Counter[str]:
+        """How many messages of each topic were written."""
+        return Counter({each.name: each.count for each in self._topics.values() if each.recorded})
+
+    @property
+    def types(self) -> Mapping[str, str]:
+        """The type of each topic that is recorded."""
+        return {each.name: each.type_name for each in self._topics.values() if each.recorded}
+
+    @property
+    def files(self) -> RecordingFiles | None:
+        """The files that are written."""
+        return self._files
+
+    # ---- topics ---------------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        """Find new topics, follow changed publishers, and keep the bounds of the files."""
+        for name, (type_name, *_) in self.get_topic_names_and_types():
+            if name not in self._refused and self._is_ours(name):
+                self._follow(name, type_name)
+        if self._files is None:
+            return
+        try:
+            begun = self._files.look()
+        except ConfigError as error:
+            self.get_logger().error(str(error))
+            self.fatal = error
+            return
+        for topic in self._topics.values():
+            if begun and topic.is_latched:
+                self._subscribe(topic)  # which brings its last message into the new file, too
+
+    def _is_ours(self, name: str) -> bool:
+        """Tell whether a topic is one of this robot's, and not hidden."""
+        robot = namespace()
+        below = not robot or name.startswith(f"{robot}/") or name in OF_ALL_ROBOTS
+        return below and "/_" not in name
+
+    def _follow(self, name: str, type_name: str) -> None:
+        publishers = self.get_publishers_info_by_topic(name)
+        if not publishers:
+            return
+        topic = self._topics.get(name)
+        if topic is None:
+            topic = self._new_topic(name, type_name)
+            if topic is None:
+                return
+        qos = _qos_of([each.qos_profile for each in publishers])
+        if topic.qos != qos:
+            topic.qos = qos
+            self._subscribe(topic)
+
+    def _new_topic(self, name: str, type_name: str) -> _Topic | None:
+        try:
+            schema = message_schema(type_name)
+        except ConfigError as error:
+            self._refused.add(name)
+            self.get_logger().warning(f"{name} is not recorded: {error}")
+            return None
+        channel = foxglove.Channel(
+            name,
+            message_encoding="cdr",
+            schema=foxglove.Schema(name=type_name, encoding="ros2msg", data=schema.encode()),
+            context=self._logged,
+        )
+        topic = self._topics[name] = _Topic(name, type_name, channel)
+        topic.recorded = self._files is not None and self._is_wanted(name, type_name)
+        return topic
+
+    def _is_wanted(self, name: str, type_name: str) -> bool:
+        patterns = self._params.topics
+        if any(fnmatchcase(name, each) for each in self._params.exclude):
+            return False
+        if any(fnmatchcase(name, each) for each in patterns):
+            return True
+        package, _, last = type_name.partition("/msg/")
+        is_picture = package == "sensor_msgs" and last in PICTURES
+        return not patterns and (self._params.pictures or not is_picture)
+
+    def _subscribe(self, topic: _Topic) -> None:
+        """Subscribe to a topic that is recorded or looked at, once more if need be; else end that."""
+        if topic.subscription is not None:
+            self.destroy_subscription(topic.subscription)
+            topic.subscription = None
+        if topic.qos is None or not (topic.recorded or topic.viewers):
+            return
+        topic.subscription = self.create_subscription(
+            load_interface(topic.type_name), topic.name, self._receiver(topic), topic.qos, raw=True
+        )
+
+    def _receiver(self, topic: _Topic) -> Callable[[bytes], None]:
+        is_clock = topic.type_name == _CLOCK
+
+        def receive(serialised: bytes) -> None:
+            if is_clock:
+                seconds, nanoseconds = _TIME.unpack_from(serialised)
+                self._simulated_ns = seconds * 1_000_000_000 + nanoseconds
+                self._write_held()
+            if self._held is None:
+                self._write(topic, serialised)
+            else:
+                self._held.append((topic, serialised))
+
+        return receive
+
+    def _write(self, topic: _Topic, serialised: bytes) -> None:
+        topic.count += 1
+        topic.channel.log(serialised, log_time=self._simulated_ns or time.time_ns())
+
+    def _end_wait_for_clock(self) -> None:
+        """Take the time of this machine, unless there is a simulation, whose time is about to come."""
+        if not any(topic.type_name == _CLOCK for topic in self._topics.values()):
+            self._write_held()
+
+    def _write_held(self) -> None:
+        """Write what came before it was known which time counts."""
+        held, self._held = self._held or (), None
+        for topic, serialised in held:
+            self._write(topic, serialised)
+
+    # ---- Foxglove -------------------------------------------------------------------------------------
+
+    def _serve_foxglove(self, port: int) -> None:
+        """Show the topics at a port of this machine; cameras work only while somebody looks."""
+        try:
+            server = foxglove.start_server(
+                name="Florence",
+                host="127.0.0.1",
+                port=port,
+                server_listener=_Viewers(self),
+                context=self._logged,
+            )
+        except RuntimeError as error:
+            raise ConfigError(
+                f"Foxglove's port {port} cannot be used: {error}", valid=["another port"]
+            ) from error
+        self.on_close(server.stop)
+        self.get_logger().info(f"Foxglove finds the robot at ws://127.0.0.1:{port}")
+
+    def add_viewers(self, name: str, more: int) -> None:
+        """Note that somebody began (1) or ceased (-1) to look at a topic."""
+        topic = self._topics[name]
+        topic.viewers += more
+        # A new viewer needs the last message of a latched topic.
+        if topic.subscription is None or not topic.recorded or (more > 0 and topic.is_latched):
+            self._subscribe(topic)
+
+
+class _Viewers(foxglove.ServerListener):
+    """Tells the node what is looked at; the server calls it from its own threads."""
+
+    def __init__(self, node: RecorderNode) -> None:
+        self._node = node
+
+    def on_subscribe(self, client: Any, channel: Any) -> None:
+        self._node.call_soon(partial(self._node.add_viewers, channel.topic, 1))
+
+    def on_unsubscribe(self, client: Any, channel: Any) -> None:
+        self._node.call_soon(partial(self._node.add_viewers, channel.topic, -1))
+
+
+def _qos_of(offers: Sequence[QoSProfile]) -> QoSProfile:
+    """Return what a subscriber asks for that wants to hear all of these publishers, as well as it can."""
+    reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offers)
+    latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offers)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=DEPTH,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )

@@ -1,0 +1,1 @@
+"""Driving by hand: ``florence teleop``, with the keys of a terminal or with a gamepad."""

@@ -1,0 +1,257 @@
+"""``florence teleop``: takes the robot by the manual override, drives it, and gives it back."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+
+from florence_interfaces.msg import StopReason
+from florence_interfaces.srv import StopMission
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rich.console import Console, Group
+from rich.live import Live
+from sensor_msgs.msg import BatteryState, Joy
+from std_msgs.msg import Bool
+
+from florence_bt.app.bringup.locks import bring_up_here
+from florence_bt.app.bringup.options import STARTS
+from florence_bt.app.bringup.signals import ignored, once
+from florence_bt.app.runs.client import (
+    ACTIVE_STATES,
+    ANSWER_BUDGET_S,
+    BUSY_BUDGET_S,
+    MissionClient,
+    SystemNotThere,
+)
+from florence_bt.app.runs.keyboard import Keyboard, in_front
+from florence_bt.app.runs.switch_override import switch_override
+from florence_bt.app.runs.whereabouts import Whereabouts
+from florence_bt.app.teleop.hands import Gamepad, GamepadLayout, Hand, Keys, TeleopParameters
+from florence_bt.app.teleop.panel import KEYS, Situation, lines_of
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.geometry import Twist2
+from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
+from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE, STATE
+from florence_bt.ros.topics import MANUAL_OVERRIDE
+
+PERIOD_S = 0.05
+"""Seconds between two commands: a fifth of what the velocity filter waits for one."""
+FRAME_S = 0.1
+"""Seconds between two pictures."""
+STOP_RUN_S = 1.0
+"""Seconds that the mission server gets to stop its run with our reason; the override stops it in any case."""
+REASON = "florence teleop: a person drives by hand"
+
+
+class TakenBack(FlorenceError):
+    """Somebody else ended the manual override, or the base's driver has gone."""
+
+
+def drive_with_keys(console: Console, parameters: TeleopParameters) -> None:
+    """Drive by the keys of the terminal until Ctrl-C, or until the terminal is closed.
+
+    Raises:
+        ConfigError: There is no terminal.
+        FlorenceError: The robot could not be taken or given back, or somebody else took it.
+    """
+    if not in_front():
+        raise ConfigError(
+            "the keys come from a terminal, and this is not one (or not in its foreground)",
+            valid=["florence teleop in a terminal", "florence teleop --joy with a gamepad"],
+        )
+    hand = Keys(parameters)
+    with MissionClient("florence_teleop") as client, Keyboard() as keyboard:
+
+        def read() -> bool:
+            for key in keyboard.read(None, 0.0):
+                hand.press(key, time.monotonic())
+            return not keyboard.closed
+
+        stop = f"it stops {parameters.timeout:g} s after the last key: keep one pressed to drive on"
+        _Teleop(client, hand, console, [*KEYS, stop], read).drive()
+
+
+def drive_with_gamepad(console: Console, parameters: TeleopParameters, layout: GamepadLayout) -> None:
+    """Drive by the topic ``joy`` until Ctrl-C.
+
+    Raises:
+        FlorenceError: The robot could not be taken or given back, or somebody else took it.
+    """
+    hand = Gamepad(parameters, layout)
+    hold = f"hold button {layout.enable_button}" + (
+        f", or {layout.turbo_button} for twice the speed" if layout.turbo_button >= 0 else ""
+    )
+    text = [
+        f"  {hold}; axes {layout.axis_linear} and {layout.axis_angular} drive",
+        "  Ctrl-C gives the robot back",
+        f"it stops when the button is let go, and {parameters.timeout:g} s after the last message on joy",
+    ]
+    with MissionClient("florence_teleop") as client:
+        client.node.create_subscription(
+            Joy,
+            "joy",
+            lambda message: hand.take(message.axes, message.buttons, time.monotonic()),
+            COMMAND,
+            judge_stamps=False,
+        )
+        _Teleop(client, hand, console, text, lambda: True, lambda: _pad_problem(client, hand)).drive()
+
+
+def _pad_problem(client: MissionClient, hand: Gamepad) -> str:
+    if client.node.count_publishers("joy") == 0:
+        return f"nobody publishes {client.node.resolve_topic_name('joy')}: ros2 run joy joy_node"
+    return hand.problem
+
+
+class _Teleop:
+    """Takes what the hand wants to the base, and shows what the base says.
+
+    Args:
+        client: Talks to the system.
+        hand: Who drives.
+        console: Where to show it.
+        help_lines: What the keys or the pad do.
+        read: Reads keys; False when there will be no more.
+        problem: Why the hand cannot drive.
+    """
+
+    def __init__(
+        self,
+        client: MissionClient,
+        hand: Hand,
+        console: Console,
+        help_lines: list[str],
+        read: Callable[[], bool],
+        problem: Callable[[], str] = lambda: "",
+    ) -> None:
+        self._client = client
+        self._hand = hand
+        self._console = console
+        self._help = help_lines
+        self._read = read
+        self._problem = problem
+        self._overridden: bool | None = None
+        self._driven: Twist2 | None = None
+        self._stop_reason = ""
+        self._charge: float | None = None
+        self._command_at = self._draw_at = 0.0
+        self._told = ""
+        node = client.node
+        self._velocity = node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        node.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop_reason, LATCHED)
+        node.create_subscription(Odometry, "odom", self._on_odometry, STATE, judge_stamps=False)
+        node.create_subscription(BatteryState, "battery_state", self._on_battery, STATE, judge_stamps=False)
+        self._whereabouts = Whereabouts(client)
+
+    def drive(self) -> None:
+        """Take the robot, drive it until Ctrl-C or the end of the keys, and give it back."""
+        with once(), self._taken():
+            shown = self._console.is_terminal and not self._console.is_dumb_terminal
+            if shown:
+                self._say("\n".join(self._help))
+            live = Live(console=self._console, auto_refresh=False, transient=True) if shown else None
+            with live or nullcontext():
+                self._client.spin_until(
+                    lambda: not self._read(), float("inf"), watch=lambda: self._step(live)
+                )
+
+    @contextmanager
+    def _taken(self) -> Iterator[None]:
+        """Hold the manual override; one that was on before is left on."""
+        node = self._client.node
+        patience = time.monotonic() + ANSWER_BUDGET_S
+
+        def settled() -> bool:
+            late = time.monotonic() > patience and not bring_up_here()
+            return self._overridden is not None or late
+
+        self._client.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S)
+        if self._overridden is None:
+            raise SystemNotThere(
+                f"no driver of a base says {node.resolve_topic_name(MANUAL_OVERRIDE)}; "
+                f"is the system up? Start it with: {', or '.join(STARTS)}"
+            )
+        ours = not self._overridden
+        if ours:
+            self._stop_run()
+            switch_override(True)
+            self._client.spin_until(lambda: bool(self._overridden), ANSWER_BUDGET_S)
+        try:
+            self._say(
+                "you have the robot (manual override)"
+                if ours
+                else "the manual override is on already: you drive, and it stays on afterwards"
+            )
+            yield
+        finally:
+            with ignored():
+                self._velocity.publish(Twist())
+                if ours:
+                    self._give_back()
+
+    def _stop_run(self) -> None:
+        """Let a run end with our reason, if the mission server is quick; the override ends it otherwise."""
+        self._client.spin_until(lambda: self._client.state.state in ACTIVE_STATES, PERIOD_S)
+        if self._client.state.state not in ACTIVE_STATES:
+            return
+        answer = self._client.ask(StopMission, "florence_bt/stop", StopMission.Request(reason=REASON))
+        self._client.spin_until(answer.done, STOP_RUN_S)
+
+    def _give_back(self) -> None:
+        if not self._overridden:
+            return
+        switch_override(False)
+        self._say("the robot is given back: missions may start again; what was stopped stays stopped")
+
+    def _step(self, live: Live | None) -> None:
+        """Send what is wanted, and draw; call it often."""
+        now = time.monotonic()
+        if not self._overridden:
+            raise TakenBack("the manual override was released by somebody else: missions may drive the robot")
+        wanted = self._hand.wanted(now)
+        if now >= self._command_at + PERIOD_S:
+            self._command_at = now
+            self._velocity.publish(twist_to_ros(wanted))
+        if now < self._draw_at + FRAME_S:
+            return
+        self._draw_at = now
+        if self._client.node.count_publishers(MANUAL_OVERRIDE) == 0:
+            self._overridden = None
+            raise TakenBack(
+                "the base's driver is gone; the manual override stays on: florence release, once it is back"
+            )
+        situation = Situation(
+            self._hand.speeds,
+            wanted,
+            self._driven,
+            self._stop_reason,
+            self._charge,
+            self._whereabouts.text(),
+            self._problem(),
+        )
+        if live is not None:
+            live.update(Group(*lines_of(situation)), refresh=True)
+        elif (held := situation.problem or situation.stop_reason) != self._told:
+            self._told = held
+            self._say(held or "nothing holds the base")
+
+    def _say(self, line: str) -> None:
+        try:
+            self._console.print(line, highlight=False, markup=False, soft_wrap=True)
+        except OSError:  # the terminal was closed
+            self._console.quiet = True
+
+    def _on_override(self, message: Bool) -> None:
+        self._overridden = bool(message.data)
+
+    def _on_stop_reason(self, message: StopReason) -> None:
+        self._stop_reason = message.text if message.code else ""
+
+    def _on_odometry(self, message: Odometry) -> None:
+        self._driven = twist_from_ros(message.twist.twist)
+
+    def _on_battery(self, message: BatteryState) -> None:
+        self._charge = message.percentage if 0.0 <= message.percentage <= 1.0 else None
