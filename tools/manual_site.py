@@ -22,6 +22,20 @@ BOOSTS = {"manual": 2.0, "notes": 0.5}
 """Folder -> how much more than others its pages count for the search."""
 
 
+SHIM = "https://unpkg.com/iframe-worker/shim"
+"""What the theme would fetch for the search in pages that are opened from the disk; we have our own copy."""
+
+
+def on_post_page(output: str, *, page: Any, **_: Any) -> str:
+    """Take the script of the search from the site itself."""
+    return output.replace(SHIM, f"{'../' * page.file.src_uri.count('/')}site/iframe-worker.js")
+
+
+def on_post_template(output: str, **_: Any) -> str:
+    """Do so for the page that tells of an unknown address, which links from the top."""
+    return output.replace(SHIM, "/site/iframe-worker.js")
+
+
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     """Name files of the repository that are not on the site, in place of a link."""
     source = Path("docs") / page.file.src_uri
