@@ -42,7 +42,7 @@ class DetectorParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class ColourParameters(CheckedParameters):
-    """The parameters of what the colour detector says (docs/manual/people.md has their trial).
+    """The parameters of what the colour detector says (docs/notes/people.md has their trial).
 
     Attributes:
         colour_person: From this score on it shows a person.
