@@ -183,10 +183,15 @@ def up(
             )
         its = read_robot_folder(folder)
         robot, emulate = robot or its.robot, emulate or its.emulate
-        map_file, hotspots, home = map_file or its.map, hotspots or its.hotspots, home or its.home
-        folders, speech, out = folders or list(its.missions), speech or its.speech, out or its.out
-        if map_file is None:
-            typer.echo(f"{folder} has no map of its home yet: navigation uses that of the example flat")
+        if not mapping:  # its places are those of another map
+            map_file, hotspots = map_file or its.map, hotspots or its.hotspots
+        home, folders, speech = home or its.home, folders or list(its.missions), speech or its.speech
+        out = out or its.out
+        if map_file is None and not mapping:
+            typer.echo(
+                f"{folder} has no map of its home yet: navigation uses that of the example flat; "
+                f"florence up {folder} --mapping makes one"
+            )
     if missions_only and (sim or emulate):
         raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
     if not missions_only and sim == (robot is not None):
