@@ -81,7 +81,9 @@ def _is_corrected(path: Path) -> bool:
                 return True
             if words[:1] == ["FLASER"] and words[1:2] and words[1].isdigit():
                 pose = words[2 + int(words[1]) :][:3]
-            elif words[:1] == ["ODOM"] and pose and words[1:4] == pose and words[7:8] in (["0"], ["0.000000"]):
+            elif (
+                words[:1] == ["ODOM"] and pose and words[1:4] == pose and words[7:8] in (["0"], ["0.000000"])
+            ):
                 return True
     return False
 
