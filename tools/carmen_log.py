@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -12,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.app.maps.recordings.carmen import LONGEST_M, read_carmen
+from florence_bt.app.maps.recordings.recording import RecordedScan
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 
-FRAME = "laser"
-LONGEST_M = 20.0
-"""Longer ranges are no measurements."""
 FREE_M = 12.0
 """Beams mark and clear cells up to here."""
 LEAST_HITS, LEAST_SHARE = 2, 0.25
@@ -41,50 +39,23 @@ class Record:
 
 
 def read_log(path: Path) -> list[Record]:
-    """Read the scans of a log.
-
-    The line ODOM before each FLASER tells the raw odometry in the frame of the reference: relative to the
-    reference of the scan before.
+    """Read the scans of a log that GMapping has corrected.
 
     Args:
         path: The log, perhaps compressed by gzip.
 
     Raises:
-        OSError: It cannot be read.
-        ValueError: It is not such a log.
+        ConfigError: It cannot be read, or was not corrected.
     """
     found: list[Record] = []
-    odometry: Pose2 | None = None
-    with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as lines:
-        for line in lines:
-            words = line.split()
-            if words[:1] == ["ODOM"]:
-                odometry = Pose2(*map(float, words[1:4]))
-            if words[:1] != ["FLASER"]:
-                continue
-            count = int(words[1])
-            ranges = np.array(words[2 : 2 + count], np.float32)
-            reference = Pose2(*map(float, words[2 + count : 5 + count]))
-            motion = Pose2()
-            if found and odometry is not None:
-                motion = found[-1].reference.inverse() @ odometry
-            found.append(Record(_scan(ranges, float(words[8 + count])), reference, motion))
-    if not found:
-        raise ValueError(f"{path} has no line FLASER; would have worked: a log of CARMEN")
+    before: RecordedScan | None = None
+    for each in read_carmen(path):
+        if each.reference is None:
+            raise ConfigError("the log was not corrected", file=path, valid=["one with lines NEFF"])
+        motion = before.odom.inverse() @ each.odom if before else Pose2()
+        found.append(Record(each.scan, each.reference, motion))
+        before = each
     return found
-
-
-def _scan(ranges: NDArray[np.float32], stamp: float) -> LaserScan:
-    return LaserScan(
-        stamp=stamp,
-        frame_id=FRAME,
-        angle_min=-math.pi / 2,
-        # 180 or 360 beams are those of 181 or 361 without the last one.
-        angle_increment=math.pi / (len(ranges) - len(ranges) % 2),
-        range_min=0.0,
-        range_max=LONGEST_M,
-        ranges=np.where(ranges < LONGEST_M, ranges, np.float32(np.inf)),
-    )
 
 
 def thinned(records: Sequence[Record], every: float) -> list[Record]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from florence_bt.app.maps.recordings.carmen import FRAME
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, LaserScan, OccupancyGrid
 from florence_bt.simulation.home.build_map import laser_map
@@ -23,7 +24,7 @@ from florence_bt.simulation.home.generate import generated_flat
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path
-from tools.carmen_log import FRAME, Record
+from tools.carmen_log import Record
 
 SCAN_PERIOD_S = 0.1
 STEP_M, STEP_RAD = 0.06, 0.12

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from florence_bt.cli import (
+    exploring,
     interfaces,
     maps,
     missions,
+    page,
     places,
     recording,
     robot,
@@ -18,9 +20,11 @@ from florence_bt.cli.common import app
 
 __all__ = [
     "app",
+    "exploring",
     "interfaces",
     "maps",
     "missions",
+    "page",
     "places",
     "recording",
     "robot",

@@ -10,6 +10,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from florence_bt.skills.locator.hotspot_file import HotspotFile
@@ -127,6 +128,40 @@ def rename(
     from florence_bt.app.places.target import rename_hotspot
 
     _change(hotspots, rename_hotspot(label, new))
+
+
+@hotspot.command(
+    cls=RosVerb,
+    epilog="Examples: florence hotspot name --hotspots hotspots/home.yaml; "
+    f"florence hotspot name room_1=kitchen room_2=hall\n\n{EXIT_CODES}",
+)
+def name(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="ROOM=NAME...", help="room_1=kitchen; without any each room is asked for."),
+    ] = None,
+    hotspots: HotspotsOption = None,
+) -> None:
+    """Give the rooms that were proposed (room_1, room_2, ...) their names, by the picture beside the file.
+
+    An empty answer leaves a room as it is. A name with blanks needs quotes: room_1="living room".
+    """
+    from florence_bt.app.maps.proposal import ask_names, name_rooms
+    from florence_bt.app.places.target import PlacesTarget
+
+    with PlacesTarget(hotspots) as target:
+        given = key_values(names or [])
+        if not names:
+            places = target.hotspots()
+            given = ask_names(places.rooms(), places.labels(), _ask)
+        if not given:
+            raise ConfigError("no room was given a name", valid=["room_1=kitchen", "florence hotspot rename"])
+        _tell(target.change(name_rooms(given)))
+
+
+def _ask(question: str) -> str:
+    answer: str = typer.prompt(question, default="", show_default=False)
+    return answer
 
 
 @hotspot.command(cls=RosVerb, epilog=f"Example: florence hotspot remove sofa\n\n{EXIT_CODES}")

@@ -98,6 +98,18 @@ def up(
     ] = False,
     map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
+    mapping: Annotated[
+        bool, typer.Option("--mapping", help="Make a map while the robot drives, in place of a known one.")
+    ] = False,
+    resumed: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            metavar="FILE.drive",
+            help="With --mapping: go on with that drive, near where it ended; mapping.drive in the folder of "
+            "a bring-up has its own.",
+        ),
+    ] = None,
     home: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
     ] = None,
@@ -171,10 +183,15 @@ def up(
             )
         its = read_robot_folder(folder)
         robot, emulate = robot or its.robot, emulate or its.emulate
-        map_file, hotspots, home = map_file or its.map, hotspots or its.hotspots, home or its.home
-        folders, speech, out = folders or list(its.missions), speech or its.speech, out or its.out
-        if map_file is None:
-            typer.echo(f"{folder} has no map of its home yet: navigation uses that of the example flat")
+        if not mapping:  # its places are those of another map
+            map_file, hotspots = map_file or its.map, hotspots or its.hotspots
+        home, folders, speech = home or its.home, folders or list(its.missions), speech or its.speech
+        out = out or its.out
+        if map_file is None and not mapping:
+            typer.echo(
+                f"{folder} has no map of its home yet: navigation uses that of the example flat; "
+                f"florence up {folder} --mapping makes one"
+            )
     if missions_only and (sim or emulate):
         raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
     if not missions_only and sim == (robot is not None):
@@ -196,6 +213,8 @@ def up(
             config_file=_absolute(robot or config),
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
+            mapping=mapping,
+            resumed_drive=_absolute(resumed),
             home_file=_absolute(home),
             speech=speech,
             nav="nav2" if missions_only else nav,

@@ -13,6 +13,8 @@ EXTRAS = {
     "draw": ("resvg_py",),
     "home": ("paho",),
     "record": ("foxglove",),
+    "page": ("nicegui", "fastapi", "uvicorn"),
+    "mapping": ("gtsam", "rosbags"),
     "test": ("pytest",),
 }
 """Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""

@@ -43,6 +43,16 @@ def with_tables(grid: OccupancyGrid) -> OccupancyGrid:
     return replace(grid, cells=cells)
 
 
+def table_legs(grid: OccupancyGrid) -> NDArray[np.float64]:
+    """Return where the legs of tables and chairs are, shape (n, 2), metres."""
+    corners = [
+        point
+        for corner, one, other in _rectangles(_legs(grid))
+        for point in (corner, one, other, one + other - corner)
+    ]
+    return np.array(corners).reshape(-1, 2)
+
+
 def _fill(cells: NDArray[np.int8], grid: OccupancyGrid, corner: Point, side: Point, other: Point) -> None:
     """Occupy the cells whose middles are in a rectangle, in place."""
     points = np.stack([corner, corner + side, corner + other, corner + side + other])

@@ -18,7 +18,7 @@ KEYS = {
     "pydantic_core": "python3-pydantic",
 }
 """Module -> rosdep key, where the key is neither the module nor ``python3-MODULE``."""
-FROM_PIP = {"numba", "onnxruntime", "mujoco", "resvg_py"}
+FROM_PIP = {"numba", "onnxruntime", "mujoco", "resvg_py", "gtsam", "rosbags"}
 """rosdep has no keys for these."""
 
 

@@ -47,7 +47,7 @@ SECTIONS = {
     RUN: "what florence needs besides",
     TEST: "what only tests and checks need",
 }
-EXTRAS = {BUILD: ("ros", "build"), RUN: ("robot", "sim", "draw")}
+EXTRAS = {BUILD: ("ros", "build"), RUN: ("robot", "sim", "draw", "mapping")}
 """Extras of pyproject.toml whose packages belong to a section; all others belong to the last one."""
 
 

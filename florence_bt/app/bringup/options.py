@@ -41,6 +41,8 @@ class BringUp:
         hotspots_file: Hotspots of the flat, None for the one of the package.
         nav: One of :data:`NAVIGATIONS`.
         base: One of :data:`BASES`.
+        mapping: Whether a map is made while the robot drives, in place of one that is known.
+        resumed_drive: The file of a drive (``map build``) that the map goes on with, None for a new map.
         missions_only: Whether only the mission server and the locator come up, beside a robot that runs.
         speech: The parameter ``program`` of the node ``speech``, None for that of the configuration.
         home_file: The home sensors (docs/manual/home_sensors.md), None for none.
@@ -65,6 +67,8 @@ class BringUp:
     hotspots_file: str | None = None
     nav: str = "own"
     base: str = "own"
+    mapping: bool = False
+    resumed_drive: str | None = None
     missions_only: bool = False
     home_file: str | None = None
     speech: str | None = None
@@ -101,6 +105,13 @@ class BringUp:
             raise ConfigError(
                 "with --missions-only base and navigation run already", valid=["--missions-only alone"]
             )
+        if self.mapping and (self.map_file is not None or self.nav == "nav2"):
+            raise ConfigError(
+                "with --mapping Florence makes the map, and drives on it",
+                valid=["--mapping without --map", "--mapping without --nav nav2"],
+            )
+        if self.resumed_drive is not None and not self.mapping:
+            raise ConfigError("--continue goes on with a map", valid=["--mapping --continue FILE.drive"])
         if not self.in_flat and (self.world_file is not None or self.world_seed is not None):
             raise ConfigError(
                 "--world and --world-seed are simulated homes", valid=["--sim", "--robot --emulate"]
@@ -122,6 +133,11 @@ class BringUp:
         return self.world_file is not None or self.world_seed is not None
 
     @property
+    def has_no_places(self) -> bool:
+        """Whether neither a map nor hotspots are known at first."""
+        return self.missions_only or self.mapping
+
+    @property
     def runs(self) -> Path:
         """Parent of the folders of the runs."""
         return Path(self.folder) / "runs"
@@ -129,7 +145,7 @@ class BringUp:
     @property
     def hotspots(self) -> Path:
         """The file with the hotspots; of those of the package a copy, because ``setHotspot`` writes to it."""
-        name = "places.yaml" if self.missions_only else "hotspots.yaml"
+        name = "places.yaml" if self.has_no_places else "hotspots.yaml"
         return Path(self.hotspots_file or Path(self.folder) / name)
 
     @property

@@ -37,9 +37,9 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
     map_file = options.map_file or find_data("maps", "flat.yaml")
     load_map(map_file, lambda sentence: warn(f"{map_file}: warning: {sentence}"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
-    if options.own_world and not options.hotspots_file:
+    if options.own_world and not options.mapping and not options.hotspots_file:
         hotspots = parse_hotspots(hotspots_yaml(flat_of(options)))
-    elif options.missions_only and not options.hotspots_file:
+    elif options.has_no_places and not options.hotspots_file:
         hotspots = Hotspots()
     else:
         hotspots = load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
@@ -50,5 +50,12 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
             home.mqtt.password()
     if options.speech is not None:
         command_of(options.speech)
+    if options.mapping:
+        from florence_bt.skills.navigation.mapping.drive import load_drive
+        from florence_bt.skills.navigation.mapping.pose_graph import import_gtsam
+
+        import_gtsam()
+        if options.resumed_drive is not None:
+            load_drive(Path(options.resumed_drive))
     if options.in_flat:
         people_at_home(options)

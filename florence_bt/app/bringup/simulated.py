@@ -91,7 +91,7 @@ def with_world_files(options: BringUp) -> BringUp:
     Returns:
         The options with these files, unless they name others. They are written again at each start.
     """
-    if not options.own_world:
+    if not options.own_world or options.mapping:
         return options
     folder = Path(options.folder) / "world"
     for name, content in build_files(flat := flat_of(options)).items():

@@ -44,7 +44,7 @@ NODES: dict[str, tuple[str, ...]] = {
         "velocity_filter",
         "robot_description",
     ),
-    "navigation": ("map_server", "localiser", "navigate"),
+    "navigation": ("map_server", "localiser", "mapping", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
     "missions": ("speech", "florence_bt"),
 }
@@ -65,6 +65,7 @@ NODE_CLASSES = {
     "robot_description": "skills.robot_description.node:RobotDescriptionNode",
     "map_server": "skills.navigation.map_server.node:MapServerNode",
     "localiser": "skills.navigation.localisation.node:LocaliserNode",
+    "mapping": "skills.navigation.mapping.node:MappingNode",
     "navigate": "skills.navigation.navigate.node:NavigationNode",
     "user_tracker_ni_node": "skills.people.user_tracker.node:UserTrackerNode",
     "florenceLocator": "skills.locator.node:LocatorNode",
@@ -77,6 +78,9 @@ NODE_CLASSES = {
 
 OPTIONAL = ("home_sensors", "speech")
 """Nodes that are not in every bring-up: they need a file, or another program has their place."""
+
+MAPPING, WITHOUT_MAPPING = ("mapping",), ("map_server", "localiser")
+"""Nodes of a bring-up that makes a map, and those that are there in their place otherwise."""
 
 ENDED_TOGETHER = ("navigation", "people")
 """Processes that are ended side by side: neither needs the other."""
@@ -131,6 +135,7 @@ def processes(options: BringUp) -> dict[str, tuple[str, ...]]:
     without = {
         *(["home_sensors"] if options.home_file is None else []),
         *(["speech"] if _speaks_by(options) == NONE else []),
+        *(WITHOUT_MAPPING if options.mapping else MAPPING),
     }
     kept = {group: tuple(name for name in names if name not in without) for group, names in found.items()}
     return {name: (name,) for names in kept.values() for name in names} if options.split else kept
@@ -151,7 +156,7 @@ def companions(process: str, options: BringUp) -> list[str] | None:
     """Return the processes that start again with one that died, because they rely on what it knew.
 
     A new driver of the base counts its odometry from zero, so the localisation begins anew, at the last pose
-    that it kept. A localisation that is not ours cannot be told.
+    that it kept. A localisation that is not ours cannot be told, and a map that is made would have a tear.
 
     Args:
         process: The one that died.
@@ -161,7 +166,8 @@ def companions(process: str, options: BringUp) -> list[str] | None:
         Their names; None when the process itself cannot be started again.
     """
     nodes = processes(options)[process]
-    if SIMULATOR in nodes or (BASE in nodes and options.nav != "own"):
+    torn = options.nav != "own" or options.mapping
+    if SIMULATOR in nodes or (BASE in nodes and torn) or not set(MAPPING).isdisjoint(nodes):
         return None
     localiser = process_of(LOCALISER, options)
     return [localiser] if BASE in nodes and localiser != process else []
@@ -213,12 +219,13 @@ class _Settings:
     def hotspots_file(self) -> Path:
         """The hotspots; the copy of those of the package is made here.
 
-        A robot that is not ours has none at first: the flat is not its home.
+        A robot that is not ours has none at first, as the flat is not its home, and on a map that is made
+        nothing has a place yet.
         """
         file = self.options.hotspots
         if self.options.hotspots_file is None and not file.exists():
             flat = find_data("hotspots", "flat.yaml")
-            file.write_bytes(b"" if self.options.missions_only else flat.read_bytes())
+            file.write_bytes(b"" if self.options.has_no_places else flat.read_bytes())
         return file
 
     def of(self, node: str, **overrides: Any) -> Parameters:
@@ -346,10 +353,18 @@ def _localiser(settings: _Settings) -> Factory:
     return _plain(LOCALISER, settings, seed=options.seed, **initial)
 
 
+def _mapping(settings: _Settings) -> Factory:
+    from florence_bt.skills.navigation.mapping.drive import SUFFIX
+
+    file = Path(settings.options.folder) / f"mapping{SUFFIX}"
+    return _plain("mapping", settings, drive_file=str(file), resumed_drive=settings.options.resumed_drive)
+
+
 def _navigate(settings: _Settings) -> Factory:
     from florence_bt.skills.navigation.navigate.parameters import CycleParameters
 
     parameters = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
+    parameters["map_grows"] = settings.options.mapping
     if settings.options.emulated:
         parameters.setdefault("silence_advice", f"is the simulated world too slow here? {TOO_SLOW_ADVICE}")
     return partial(node_class("navigate"), parameters=parameters)
@@ -362,7 +377,7 @@ def _locator(settings: _Settings) -> Factory:
         "florenceLocator",
         settings,
         hotspots_file=str(settings.hotspots_file),
-        initial_user_room=user_room(settings.options),
+        initial_user_room=None if settings.options.mapping else user_room(settings.options),
         habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
 
@@ -401,6 +416,7 @@ def _missions(settings: _Settings) -> Factory:
         # Its predecessor has just died, and the system has been up all the time.
         recovery_limit=inf if os.environ.get(STARTED_AGAIN) else None,
     )
+    has_map = settings.options.map_file or not settings.options.has_no_places
     pictures = BackgroundPictures(settings.map_file, settings.hotspots_file)
 
     def mission_node() -> FlorenceNode:
@@ -408,7 +424,7 @@ def _missions(settings: _Settings) -> Factory:
             partial(make_skills, without=without, mappings=mappings),
             {**{name: each.declaration for name, each in mappings.items()}, **collect_declarations()},
             make_safety=BaseSafety,
-            on_recorded=pictures.draw if settings.options.map_file or not alone else None,
+            on_recorded=pictures.draw if has_map else None,
             other_actions=ACTIONS_WITHOUT_SKILL,
             own_skills=[each.skill.name for each in own_bindings(settings.options)],
             only_used=alone,
@@ -429,6 +445,7 @@ _MAKERS: dict[str, Callable[[_Settings], Factory]] = {
     "velocity_filter": _velocity_filter,
     "map_server": _map_server,
     LOCALISER: _localiser,
+    "mapping": _mapping,
     "navigate": _navigate,
     "florenceLocator": _locator,
     "approach_user": _approach,

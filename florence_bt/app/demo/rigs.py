@@ -16,7 +16,9 @@ from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.rig.rig import Rig, RigSetting
-from florence_bt.skills.locator.hotspots import parse_hotspots
+from florence_bt.simulation.rig.robot import Config, parameters_of
+from florence_bt.skills.locator.hotspots import Hotspots, parse_hotspots
+from florence_bt.skills.navigation.mapping.growing_map import EMPTY_MAP, GrowingMap, GrowingMapParameters
 
 
 def make_rig(
@@ -31,6 +33,8 @@ def make_rig(
     believed: Pose2 | None = None,
     grid: OccupancyGrid | None = None,
     zones: Sequence[Zone] = (),
+    mapping: bool = False,
+    hotspots: Hotspots | None = None,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -46,6 +50,8 @@ def make_rig(
         believed: Where the robot believes to stand at first, where it does when not given.
         grid: The map; that of the home when not given.
         zones: Where the robot does not drive, or drives slowly.
+        mapping: Whether the robot makes its map and knows no places; the map's frame is where it starts.
+        hotspots: The rooms; those of the home when not given.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -57,20 +63,36 @@ def make_rig(
     else:
         people, place = who_is_at_home(flat, person, seed)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
-    hotspots = parse_hotspots(hotspots_yaml(flat))
+    config = load_config()
+    if mapping:
+        config["navigate"] = {**config.get("navigate", {}), "map_grows": True}
+    if hotspots is None:
+        hotspots = Hotspots() if mapping else parse_hotspots(hotspots_yaml(flat))
     hotspots.zones = tuple(zones)
+    if user_room is None:
+        user_room = room.name if room and hotspots.get(room.name) else ""
+    if grid is None:
+        grid = EMPTY_MAP if mapping else laser_map(flat)
     return Rig(
         RigSetting(
             flat=flat,
-            grid=laser_map(flat) if grid is None else grid,
+            grid=grid,
             hotspots=hotspots,
             frames=robot_frames(),
-            config=load_config(),
+            config=config,
             people=[*people, *others],
             start=start or place,
             believed=believed,
-            user_room=user_room if user_room is not None else (room.name if room else ""),
+            user_room=user_room,
             seed=seed,
             runs_folder=runs_folder,
+            mapping=_growing_map(config) if mapping else None,
         )
     )
+
+
+def _growing_map(config: Config) -> GrowingMap:
+    from florence_bt.skills.navigation.mapping.slam import Slam, SlamParameters
+
+    slam = Slam(parameters_of(SlamParameters, config, "mapping"))
+    return GrowingMap(slam, parameters_of(GrowingMapParameters, config, "mapping"))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.options import STARTS
-from florence_bt.app.bringup.topology import NODES, OPTIONAL
+from florence_bt.app.bringup.topology import MAPPING, NODES, OPTIONAL, WITHOUT_MAPPING
 from florence_bt.app.doctor.finding import (
     HealthFinding,
     HealthLevel,
@@ -65,13 +65,14 @@ def absent_groups(view: GraphView) -> set[str]:
 
 def wanted_nodes(view: GraphView) -> list[str]:
     """Return the names, without namespace, of the nodes that such a running system has."""
-    absent = absent_groups(view)
+    absent, seen = absent_groups(view), _names(view)
+    others = WITHOUT_MAPPING if seen & {*MAPPING} else MAPPING
     return [
         name
         for group, names in NODES.items()
         if group not in absent
         for name in names
-        if name not in OPTIONAL
+        if name not in OPTIONAL and name not in others
     ]
 
 

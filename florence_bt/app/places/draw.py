@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
@@ -31,14 +32,43 @@ def draw(hotspots: Hotspots, grid: OccupancyGrid | None, picture: Path, title: s
         ConfigError: The picture has another ending than .png or .svg, or cannot be written, or there is
             nothing to draw.
     """
-    from florence_bt.simulation.home.picture import draw_places
+    check_form(picture)
+    _draw(grid or _unknown_ground(hotspots), hotspots, picture, title)
 
+
+def draw_change(
+    before: OccupancyGrid, after: OccupancyGrid, hotspots: Hotspots | None, picture: Path, title: str
+) -> None:
+    """Draw a changed map; cells that have changed in their place are coloured. As :func:`draw`."""
+    changed = None
+    if before.cells.shape == after.cells.shape and before.origin == after.origin:
+        changed = before.cells != after.cells
+    _draw(after, hotspots or Hotspots(), picture, title, changed)
+
+
+def check_form(picture: Path) -> None:
+    """Refuse a picture of a form that cannot be written.
+
+    Raises:
+        ConfigError: It has another ending than .png or .svg.
+    """
     if picture.suffix not in FORMS:
         raise ConfigError(
             f"a picture cannot be written as {picture.name!r}", valid=["places.png", "places.svg"]
         )
+
+
+def _draw(
+    grid: OccupancyGrid,
+    hotspots: Hotspots,
+    picture: Path,
+    title: str,
+    changed: NDArray[np.bool_] | None = None,
+) -> None:
+    from florence_bt.simulation.home.picture import draw_places
+
     try:
-        draw_places(grid or _unknown_ground(hotspots), hotspots, picture, title)
+        draw_places(grid, hotspots, picture, title, changed)
     except OSError as error:
         raise ConfigError(f"the picture cannot be written: {error}", file=picture) from error
 

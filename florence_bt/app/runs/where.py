@@ -40,7 +40,7 @@ OLD_S = 3.0
 SEEN_S = 1.5
 """Wall seconds for which a person counts as seen: the camera's node tells of people five times a second."""
 WATCH_PERIOD_S = 0.5
-_LOCALISER = "Place in the map"
+_LOCALISER, _MAPPING = "Place in the map", "mapping:"
 _GOALS = "navigate_to_pose/_action/status"
 _THROUGHS = "navigate_through_poses/_action/status"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
@@ -141,6 +141,8 @@ class Where:
         if status is None:
             return Fact(f"not known: no localiser has told within {WAIT_S:g} s", False)
         values = {value.key: value.value for value in status.values}
+        if status.name.startswith(_MAPPING):
+            return Fact(status.message, status.level == status.OK)
         fit, metres, degrees = (float(value) for value in list(values.values())[:3])
         text = f"{status.message}; {100 * fit:.0f} % of the scan fits the map"
         text += f", ± {100 * metres:.0f} cm, ± {degrees:.1f} deg" if status.level == status.OK else ""

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.polygons import Point
-from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.core.zones import KEEP_OUT, SLOW
 from florence_bt.skills.locator.hotspots import ROOM, Hotspots
 
@@ -24,6 +25,12 @@ _LABEL_M = 1.0, 0.25
 """Labels of hotspots that are nearer to each other than this, along x and y, would cover each other."""
 _ROOMS = ("#4c9ac0", "#e0a030", "#6ab070", "#b080c0", "#d07060", "#90a0b0")
 _ZONES = {KEEP_OUT: ("#c02020", "///"), SLOW: ("#a06a00", "..")}
+_CHANGES = (
+    (OCCUPIED, (0.75, 0.1, 0.1, 1.0), "now occupied"),
+    (FREE, (0.25, 0.75, 0.35, 1.0), "now free"),
+    (UNKNOWN, (0.4, 0.5, 0.95, 1.0), "now unknown"),
+)
+"""What a changed cell has become, its colour, and words for it."""
 _ROBOT_RADIUS_M = 0.17
 _LOOK_REACH_M = 1.1
 _LOOK_HALF_ANGLE_RAD = math.radians(31.3)
@@ -75,7 +82,13 @@ def _legend(axes: Axes) -> None:
         )
 
 
-def draw_places(grid: OccupancyGrid, hotspots: Hotspots, file: Path, title: str) -> None:
+def draw_places(
+    grid: OccupancyGrid,
+    hotspots: Hotspots,
+    file: Path,
+    title: str,
+    changed: NDArray[np.bool_] | None = None,
+) -> None:
     """Draw rooms, hotspots with their directions, and zones.
 
     Args:
@@ -83,8 +96,11 @@ def draw_places(grid: OccupancyGrid, hotspots: Hotspots, file: Path, title: str)
         hotspots: What to draw.
         file: The PNG or SVG file to write; its folder is made when missing.
         title: A line above the picture.
+        changed: Cells to colour by what they have become, shape of the grid's; None for none.
     """
     figure, axes = _new_figure(grid, title)
+    if changed is not None:
+        _draw_changed(axes, grid, changed)
     for number, room in enumerate(hotspots.rooms()):
         if room.polygon:
             colour = _ROOMS[number % len(_ROOMS)]
@@ -145,16 +161,26 @@ def _new_figure(grid: OccupancyGrid, title: str) -> tuple[Figure, Axes]:
     grey = np.full(grid.cells.shape, 0.82)
     grey[grid.cells == FREE] = 1.0
     grey[grid.cells == OCCUPIED] = 0.25
-    axes.imshow(
-        grey,
-        cmap="gray",
-        vmin=0,
-        vmax=1,
-        origin="lower",
-        extent=(left, right, low, high),
-        interpolation="nearest",
-    )
+    _show_cells(axes, grid, grey, cmap="gray", vmin=0, vmax=1)
     return figure, axes
+
+
+def _show_cells(axes: Axes, grid: OccupancyGrid, values: NDArray[np.float64], **style: Any) -> None:
+    rows, columns = grid.cells.shape
+    left, low = grid.origin.x, grid.origin.y
+    extent = (left, left + columns * grid.resolution, low, low + rows * grid.resolution)
+    axes.imshow(values, origin="lower", extent=extent, interpolation="nearest", **style)
+
+
+def _draw_changed(axes: Axes, grid: OccupancyGrid, changed: NDArray[np.bool_]) -> None:
+    """Colour cells, and say what the colours mean."""
+    shown = np.zeros((*grid.cells.shape, 4))
+    for value, colour, what in _CHANGES:
+        cells = changed & (grid.cells == value)
+        if cells.any():
+            shown[cells] = colour
+            axes.plot([], [], "s", color=colour, label=what)
+    _show_cells(axes, grid, shown)
 
 
 def _draw_hotspot(

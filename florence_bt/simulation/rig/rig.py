@@ -28,10 +28,11 @@ from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, R
 from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, RigVoice, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
@@ -71,6 +72,7 @@ class RigSetting:
         user_room: Where the user was last seen, empty for unknown.
         seed: Start of every random generator.
         runs_folder: Where the runs leave their folders, None for nowhere.
+        mapping: What makes a map in place of that one, None for nothing.
     """
 
     flat: Flat
@@ -84,6 +86,7 @@ class RigSetting:
     user_room: str = ""
     seed: int = 0
     runs_folder: Path | None = None
+    mapping: GrowingMap | None = None
 
 
 class Rig:
@@ -114,6 +117,8 @@ class Rig:
             on_images=lambda depth, colour: self._people.on_images(depth, colour),
             driving=lambda: self._base.active,
             looking=lambda: self._people.running,
+            mapping=setting.mapping,
+            on_map=self._use_map,
         )
         self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
         self.locator.map = setting.grid
@@ -183,6 +188,17 @@ class Rig:
                 self.clock.run_next()
         return run
 
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map as it is now."""
+        assert self.locator.map is not None
+        return self.locator.map
+
+    def _use_map(self, grid: OccupancyGrid) -> None:
+        self.locator.map = grid
+        self._base.use_map(grid)
+        self._people.use_map(grid)
+
     def _saw_users(self, users: Sequence[TrackedUser]) -> None:
         seen = self._people.in_image
         self._base.saw_users([user for user in filter_users(users) if user.user_id in seen])
@@ -236,10 +252,19 @@ class _BaseSkills:
         self._navigator.start_through(goals, self._clock.now())
         return run
 
+    def use_map(self, grid: OccupancyGrid) -> None:
+        self._navigator.replace_map(grid)
+
+    def get_frontier(self, number: int) -> Result:
+        place = self._robot.map_from_odom
+        if place is None:
+            return failure("no_pose", NO_POSE)
+        return self._navigator.next_view(place @ self._robot.odometry.pose, number)
+
     def plan(self, goal: Pose2) -> Result:
         place = self._robot.map_from_odom
         if place is None:
-            return failure("no_pose", "the robot does not know where it is in the map")
+            return failure("no_pose", NO_POSE)
         plan = self._navigator.plan_between(place @ self._robot.odometry.pose, goal)
         return plan if isinstance(plan, Result) else success(length=plan.length)
 
@@ -313,7 +338,7 @@ class _PeopleSkills:
         self._detector = parameters_of(DetectorParameters, setting.config, "user_tracker_ni_node")
         self._tracker = UserTracker(parameters_of(TrackerParameters, setting.config, "user_tracker_ni_node"))
         self._look = LookForUser(parameters_of(LookParameters, setting.config, "user_tracker_ni_node"))
-        self._known = KnownObstacles(setting.grid)
+        self.use_map(setting.grid)
         self._component = ExclusiveComponent()
         self._robot = robot
         self._clock = clock
@@ -353,6 +378,9 @@ class _PeopleSkills:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
             self.on_users(tracked)
         self._end_look_when_over()
+
+    def use_map(self, grid: OccupancyGrid) -> None:
+        self._known = KnownObstacles(grid)
 
     def start_tracker(self) -> Result:
         self._tracker.start(self._clock.now())

@@ -39,6 +39,7 @@ from florence_bt.skills.filters.velocity_filter.velocity_filter import (
 )
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
 from florence_bt.skills.navigation.navigate.navigator import FEET
 
 LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
@@ -67,7 +68,8 @@ class RigRobot:
 
     Args:
         world: The physics.
-        grid: The map.
+        grid: The map that the robot is localised in.
+        mapping: What makes the map in its place, None for nothing.
         frames: The robot's static frames.
         config: Parameters by node name.
         clock: Drives everything.
@@ -78,6 +80,7 @@ class RigRobot:
             same moment; it may be called until the world moves on.
         driving: Whether something drives the robot; otherwise scans and images may be rare.
         looking: Whether somebody looks for people and needs larger images.
+        on_map: Called with each newer map that is made.
     """
 
     def __init__(
@@ -94,6 +97,8 @@ class RigRobot:
         on_images: Callable[[DepthImage, Callable[[], ColourImage] | None], None],
         driving: Callable[[], bool],
         looking: Callable[[], bool],
+        mapping: GrowingMap | None = None,
+        on_map: Callable[[OccupancyGrid], None] = lambda grid: None,
     ) -> None:
         self.world = world
         self.frames = frames
@@ -129,6 +134,7 @@ class RigRobot:
             frames.lookup(LASER_FRAME, KINECT_SCAN_FRAME),
         )
         self._laser_filter = LaserFilter(parameters_of(LaserFilterParameters, config, "laser_filter"))
+        self._mapping, self._on_map = mapping, on_map
         self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
         self._localiser.set_pose(start, (0.05, 0.05, 0.03))
         self._localiser.believe(Pose2())
@@ -142,7 +148,13 @@ class RigRobot:
     @property
     def map_from_odom(self) -> Pose2 | None:
         """The place of the odometry frame in the map, None while the robot is lost."""
-        return self._localiser.map_from_odom
+        source = self._mapping or self._localiser
+        return source.map_from_odom
+
+    @property
+    def progress(self) -> Progress | None:
+        """How far the map is; None when none is made."""
+        return None if self._mapping is None else self._mapping.progress
 
     @property
     def pose(self) -> Pose2:
@@ -193,7 +205,10 @@ class RigRobot:
         geometry = URG_04LX
         distances = self._laser.measure(geometry.first_step, geometry.last_step)
         scan = scan_from_distances(distances, geometry.first_step, 1, geometry, now, LASER_FRAME)
-        self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
+        if self._mapping is None:
+            self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
+        elif grid := self._mapping.update(scan, self._laser_in_base, self.odometry.pose, now):
+            self._on_map(grid)
         self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
         self._combinator.update_laser(scan, now)
         self._on_scan(FEET, self._laser_filter.filter(scan))

@@ -16,6 +16,7 @@ from pathlib import Path
 import yaml
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
 from florence_bt.core.odd_characters import needs_quotes
 from florence_bt.core.plain_yaml import (
     Position,
@@ -123,21 +124,50 @@ class HotspotFile:
         self._wanted.zones = tuple(zone for zone in self._wanted.zones if zone.label != label)
         self._remove("zones", item)
 
-    def save(self) -> None:
-        """Write the file in one step; the old one is kept beside it with the ending ``.bak``.
+    def turn(self, move: Pose2) -> None:
+        """Move everything into another frame, to a millimetre and a hundredth of a degree.
+
+        Args:
+            move: Pose of the frame of now in the new one.
+        """
+        for spot in tuple(self._wanted):
+            pose = move @ spot.pose
+            values = {"x": _metres(pose.x), "y": _metres(pose.y), "yaw": f"{math.degrees(pose.yaw):.5g} deg"}
+            if spot.polygon:
+                values["polygon"] = _moved_corners(spot.polygon, move)
+            self.put(read_hotspot(spot.label, values, spot), values)
+        for zone in self._wanted.zones:
+            values = _zone_entry(zone) | {"polygon": _moved_corners(zone.polygon, move)}
+            values.pop("label")
+            new = read_zone(zone.label, values)
+            self._wanted.zones = tuple(new if each is zone else each for each in self._wanted.zones)
+            item = self._places.entry("zones", zone.label)
+            self._apply(self._edit(item, "polygon", values["polygon"]))
+
+    def text(self) -> str:
+        """Return the text of the changed file.
 
         Raises:
-            ConfigError: The file cannot be written, or would not be read back; the old one is untouched.
+            ConfigError: It would not be read back.
         """
         read = self._places.sound()
         if tuple(read) != tuple(self._wanted) or read.zones != self._wanted.zones:
             raise ConfigError(
                 "the file is written in a way that cannot be changed here", file=self.path, valid=[_BY_HAND]
             )
+        return self._text
+
+    def save(self) -> None:
+        """Write the file in one step; the old one is kept beside it with the ending ``.bak``.
+
+        Raises:
+            ConfigError: The file cannot be written, or would not be read back; the old one is untouched.
+        """
+        text = self.text()
         try:
             if self.path.exists():
                 shutil.copy2(self.path, self.path.with_name(self.path.name + ".bak"))
-            replace_text(Path(os.path.realpath(self.path)), self._text)
+            replace_text(Path(os.path.realpath(self.path)), text)
         except OSError as error:
             raise ConfigError(f"cannot write the hotspots: {error}", file=self.path) from error
 
@@ -172,6 +202,10 @@ class HotspotFile:
     def _edit(self, item: YamlMapping, name: str, text: str) -> Edit:
         """Return what writes a value of an item: in place of its old one, or behind that of ``y``."""
         value = item.get(name)
+        if isinstance(value, YamlSequence) and not self._in_brackets(value):
+            key = item.key(name)
+            assert key is not None, "it has a value"
+            return self._offset(key.position) + len(name) + 1, self._end_of(value), f" {text}"
         if value is not None:
             return self._offset(value.position), self._end_of(value), text
         after = item.get("y")
@@ -338,6 +372,15 @@ def _zone_entry(zone: Zone) -> dict[str, str]:
 
 def _corners(polygon: Polygon) -> str:
     return "[" + ", ".join(f"[{x!r}, {y!r}]" for x, y in polygon) + "]"
+
+
+def _moved_corners(polygon: Polygon, move: Pose2) -> str:
+    moved = (move.apply(*corner) for corner in polygon)
+    return "[" + ", ".join(f"[{_metres(x)}, {_metres(y)}]" for x, y in moved) + "]"
+
+
+def _metres(length: float) -> str:
+    return repr(round(length, 3) + 0.0)
 
 
 class _Dumper(yaml.SafeDumper):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -133,3 +135,13 @@ def test_a_step_is_unsure_along_a_bare_corridor_and_sure_across() -> None:
     drive(room, there, Pose2(0.3), Pose2(0.3), 2)
     least, most = np.sqrt(np.linalg.eigvalsh(there.covariance[:2, :2]))
     assert most < 1.2 * least
+
+
+def test_an_odometry_that_jumps_does_not_stop_the_robot() -> None:
+    """A search as far as the wheels say would last for minutes."""
+    world, odometry = World(Pose2(2.0, 2.0, 0.3), boxes=[*WALLS, *FURNITURE], seed=2), LaserOdometry()
+    update(odometry, world, world.odom)
+    world.pose = Pose2(6.0, 2.5, 1.5)
+    began = time.process_time()
+    update(odometry, world, Pose2(800.0, 0.0, 2.0))
+    assert time.process_time() - began < 5.0

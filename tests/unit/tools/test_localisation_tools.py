@@ -8,10 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from florence_bt.app.maps.recordings.carmen import FRAME
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from tests.unit.skills.navigation_world import make_map
-from tools.carmen_log import FRAME, Record, build_map, thinned
+from tools.carmen_log import Record, build_map, thinned
 from tools.generated_log import HOKUYO, Conditions, Place, corridors, drive
 from tools.localisation import FOUND_HEAD, Followed, Search, figures, found_row, row, searched, worst
 

@@ -16,25 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, angle_difference
-from florence_bt.skills.navigation.localisation._kernels import draw_distances
-from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
-from florence_bt.skills.navigation.localisation.scan_match import Match, evenly, match_scan, search_around
+from florence_bt.skills.navigation.localisation.scan_match import (
+    Match,
+    evenly,
+    match_scan,
+    search_around,
+    turned_covariance,
+)
+from florence_bt.skills.navigation.localisation.submap import Submap
 from florence_bt.skills.navigation.localisation.wheel_slip import WheelSlip
 
-_RESOLUTION_M, _REACH_M = 0.05, 12.0
-"""Cells of a submap, and how far from its first scan it reaches."""
-_FAR_M = 0.3
-"""Where distances to the surfaces of a submap are cut."""
-_GAP_M = 0.35
-"""Two neighbouring beams that end nearer to each other have met the same surface."""
-_KEEP_M, _KEEP_RAD, _SCANS, _SUBMAP_M = 0.15, 0.15, 24, 6.0
-"""A scan is kept when the robot has moved so far since the last one that was; this many make a submap, or so
-many metres from its first scan, where the next ones still lie within its reach; after half of either the next
-submap begins."""
+_KEEP_M, _KEEP_RAD = 0.15, 0.15
+"""A scan is kept when the robot has moved so far since the last one that was; after half a submap the next
+one begins."""
 _STEP_M, _STEP_RAD, _NEAR_M, _BEAMS = 0.05, 0.02, 0.2, 60
 _LONGEST_M, _LARGEST_RAD, _WIDER, _WIDER_GAIN = 0.6, 0.6, 2, 0.15
 """The search: its steps, which beams fit, how many are tried, how far it reaches at most, and when the scan
 does not fit there, how much longer the steps of a wider one are, by which so much more of it has to fit."""
+_FARTHEST_M = 4.0
+"""No search goes farther, whatever the wheels say: one of 100 m would last for minutes."""
 _SIGMA_M, _FIT_BEAMS, _INDEPENDENT_BEAMS = 0.04, 180, 40.0
 _BROKEN_BELOW = 0.5
 """When less of a scan fits, the wheels are believed: somebody stands around the robot, or has carried it."""
@@ -44,32 +44,6 @@ somebody who walks by is most of what is seen, and would take the robot along.""
 _SLIP, _SLIP_OF_SEARCH = 0.1, 0.2
 """The slip of even the best wheels, as a part of the motion: what holds the fit, and what holds the search,
 which has to find the wheels that have just begun to slip (``python tools/localisation.py``)."""
-
-
-class _Submap:
-    """A map of distances to what some scans have met, around where the first one was taken."""
-
-    def __init__(self, middle: Pose2) -> None:
-        self._middle = middle
-        cells = round(2.0 * _REACH_M / _RESOLUTION_M)
-        self.field = LikelihoodField(
-            resolution=_RESOLUTION_M,
-            origin_x=middle.x - _REACH_M,
-            origin_y=middle.y - _REACH_M,
-            signed=np.full((cells, cells), _FAR_M, np.float32),
-            normals=np.zeros((cells, cells, 2), np.float32),
-            max_distance=_FAR_M,
-        )
-        self._scans = 0
-
-    def used(self, pose: Pose2) -> float:
-        """Return the part of it that is used up when the robot is at a pose."""
-        return max(self._scans / _SCANS, self._middle.distance_to(pose) / _SUBMAP_M)
-
-    def add(self, pose: Pose2, points: NDArray[np.float64]) -> None:
-        field, at = self.field, (pose.x, pose.y, pose.yaw)
-        draw_distances(field.signed, points, at, field.frame, _FAR_M, _GAP_M)
-        self._scans += 1
 
 
 class LaserOdometry:
@@ -87,7 +61,7 @@ class LaserOdometry:
         self.broken = False
         self._odom: Pose2 | None = None
         self._kept = Pose2()
-        self._submaps: list[_Submap] = []
+        self._submaps: list[Submap] = []
         self._slip = WheelSlip()
 
     def update(self, points: NDArray[np.float64], odom_pose: Pose2, beams: int) -> None:
@@ -106,7 +80,7 @@ class LaserOdometry:
                 self._follow(points, wheels)
         self._odom = odom_pose
         if self.broken or not self._submaps:
-            self._submaps = [_Submap(self.pose)]
+            self._submaps = [Submap(self.pose)]
         elif self._kept.distance_to(self.pose) < _KEEP_M and _turn(self._kept, self.pose) < _KEEP_RAD:
             return
         self._keep(points)
@@ -117,7 +91,7 @@ class LaserOdometry:
 
     def _follow(self, points: NDArray[np.float64], wheels: Pose2) -> None:
         # Twice the way: the wheels may take a drive for one in the other direction.
-        reach = 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M
+        reach = min(_FARTHEST_M, 2.0 * math.hypot(wheels.x, wheels.y) + _STEP_M)
         match = self._match(points, wheels, min(_LONGEST_M, reach), 1)
         if match.near_fraction < _BROKEN_BELOW and reach > _LONGEST_M:
             wider = self._match(points, wheels, reach, _WIDER)
@@ -128,7 +102,7 @@ class LaserOdometry:
             return
         error = (self.pose @ wheels).inverse() @ match.pose
         self.pose, self.broken = match.pose, False
-        self.covariance = _turned(match.covariance, -match.pose.yaw)
+        self.covariance = turned_covariance(match.covariance, -match.pose.yaw)
         self._slip.learn(wheels, error, self.covariance)
 
     def _match(self, points: NDArray[np.float64], wheels: Pose2, reach: float, longer: int) -> Match:
@@ -163,7 +137,7 @@ class LaserOdometry:
         if self._submaps[0].used(self.pose) >= 1.0 and len(self._submaps) > 1:
             self._submaps.pop(0)
         if len(self._submaps) == 1 and self._submaps[0].used(self.pose) >= 0.5:
-            self._submaps.append(_Submap(self.pose))
+            self._submaps.append(Submap(self.pose))
         for submap in self._submaps:
             submap.add(self.pose, points)
 
@@ -176,12 +150,6 @@ def _cost(deviation: float) -> float:
 def _covariance(deviations: tuple[float, float]) -> NDArray[np.float64]:
     metres, radians = deviations
     return np.diag(np.square([metres, metres, radians]))
-
-
-def _turned(covariance: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return turn @ covariance @ turn.T
 
 
 def _turn(start: Pose2, end: Pose2) -> float:

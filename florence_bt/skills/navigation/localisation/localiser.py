@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.localisation.beam_ends import beam_ends
 from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
 from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
@@ -168,7 +169,8 @@ class Localiser:
         """
         if not odom_pose.is_finite() or self._rests(odom_pose):
             return None
-        points = self._beam_ends(scan, laser_in_base)
+        p = self._parameters
+        points = beam_ends(scan, laser_in_base, p.laser_min_range, p.laser_max_range)
         if len(points) < _MIN_POINTS:
             return None
         self._laser.update(points, odom_pose, len(scan.ranges))
@@ -200,15 +202,6 @@ class Localiser:
         return (
             self._counted is None or self._resting or _moved(Pose2(), motion, p.update_min_d, p.update_min_a)
         )
-
-    def _beam_ends(self, scan: LaserScan, laser_in_base: Transform3) -> NDArray[np.float64]:
-        """Return the ends of all beams that hit something, shape (n, 2), in the base frame."""
-        p = self._parameters
-        longest = min(scan.range_max, p.laser_max_range) if p.laser_max_range > 0.0 else scan.range_max
-        used = scan.valid() & (scan.ranges < longest) & (scan.ranges >= p.laser_min_range)
-        ends = np.zeros((np.count_nonzero(used), 3))
-        ends[:, :2] = scan.ranges[used].astype(float)[:, None] * scan.directions()[used]
-        return np.ascontiguousarray(laser_in_base.apply(ends)[:, :2])
 
     def _fit(self, points: NDArray[np.float64], belief: Pose2, covariance: NDArray[np.float64]) -> Match:
         p = self._parameters

@@ -31,13 +31,13 @@ from florence_bt.ros.conversions import (
     odometry_from_ros,
     pose_array_to_ros,
     pose_from_ros,
-    pose_with_covariance_to_ros,
     scan_from_ros,
 )
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
-from florence_bt.ros.tf import TransformBroadcaster, TransformListener
+from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.quality import diagnosis_of
@@ -45,8 +45,6 @@ from florence_bt.skills.navigation.localisation.saved_pose import load_pose, sav
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 DIAGNOSTICS_PERIOD_S = 1.0
-ODOMETRY_PERIOD_S = 0.04
-"""At the latest after this long the next odometry comes, when the robot stands."""
 INITIAL_POSE = "initialpose"
 INITIAL_SLACK_M = 1.0
 """So near to something that the map knows the robot may be believed (chosen: it was put down by a mouse)."""
@@ -105,8 +103,7 @@ class LocaliserNode(FlorenceNode):
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._queue.clear)
         self._frames = TransformListener(self, moving=False)
-        self._broadcaster = TransformBroadcaster(self)
-        self._pose_publisher = self.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED)
+        self._place = PlacePublisher(self, p.map_frame, p.odom_frame, p.transform_tolerance)
         self._cloud_publisher = self.create_publisher(PoseArray, "particle_cloud", RELIABLE)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
@@ -224,7 +221,7 @@ class LocaliserNode(FlorenceNode):
         if map_from_odom is None:
             return
         self._send_transform()
-        self._publish_pose(localiser, self.stamp(scan.middle_stamp))
+        self._publish_pose(localiser, scan.middle_stamp)
 
     def _report(self, *, lost: bool) -> None:
         if lost:
@@ -237,20 +234,11 @@ class LocaliserNode(FlorenceNode):
 
     def _send_transform(self) -> None:
         if self._localiser is not None and self._localiser.map_from_odom is not None:
-            now, odometry = self.timebase.now(), self._queue.odometry
-            # Behind the odometry, the pose of now is not known.
-            known = now if odometry is None else min(now, odometry.stamp + ODOMETRY_PERIOD_S)
-            when = known + self._p.transform_tolerance
-            pose = self._localiser.map_from_odom
-            self._broadcaster.send(self._p.map_frame, self._p.odom_frame, when, pose)
+            self._place.send_transform(self._localiser.map_from_odom, self._queue.odometry)
 
     def _publish_pose(self, localiser: Localiser, stamp: float) -> None:
         assert localiser.pose is not None
-        covariance = np.zeros((6, 6))
-        covariance[np.ix_([0, 1, 5], [0, 1, 5])] = localiser.covariance
-        self._pose_publisher.publish(
-            pose_with_covariance_to_ros(localiser.pose, covariance.ravel().tolist(), self._p.map_frame, stamp)
-        )
+        self._place.publish_pose(localiser.pose, localiser.covariance, stamp)
         if self._cloud_publisher.get_subscription_count():
             poses = (Pose2(x, y, math.remainder(yaw, math.tau)) for x, y, yaw in localiser.particles.tolist())
-            self._cloud_publisher.publish(pose_array_to_ros(poses, self._p.map_frame, stamp))
+            self._cloud_publisher.publish(pose_array_to_ros(poses, self._p.map_frame, self.stamp(stamp)))

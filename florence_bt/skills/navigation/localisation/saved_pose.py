@@ -32,7 +32,12 @@ def save_pose(path: Path, pose: Pose2, grid: OccupancyGrid) -> None:
     Raises:
         OSError: It cannot be written.
     """
-    replace_text(path, json.dumps({"map": identity_of(grid), "x": pose.x, "y": pose.y, "yaw": pose.yaw}))
+    replace_text(path, pose_text(pose, grid))
+
+
+def pose_text(pose: Pose2, grid: OccupancyGrid) -> str:
+    """Return what is in the file of a pose (base_footprint in the map frame)."""
+    return json.dumps({"map": identity_of(grid), "x": pose.x, "y": pose.y, "yaw": pose.yaw})
 
 
 def load_pose(path: Path, grid: OccupancyGrid) -> Pose2 | None:

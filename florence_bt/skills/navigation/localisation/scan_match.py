@@ -128,3 +128,10 @@ def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     if len(points) <= count:
         return points
     return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
+
+
+def turned_covariance(covariance: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """Return a covariance of x, y, yaw, shape (3, 3), in axes from which its own are turned by an angle."""
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return turn @ covariance @ turn.T

@@ -49,6 +49,28 @@ def save_map(
         REFERENCE 7.8.
     """
     path = path if path.suffix else path.with_suffix(".yaml")
+    files = encode_map(
+        grid, path, mode=mode, form=form, occupied_thresh=occupied_thresh, free_thresh=free_thresh
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        refuse_what_is_no_map(*files)
+        replace_files(files)
+    except OSError as error:
+        raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
+    return path
+
+
+def encode_map(
+    grid: OccupancyGrid,
+    path: Path,
+    *,
+    mode: str,
+    form: str,
+    occupied_thresh: float = OCCUPIED_THRESH,
+    free_thresh: float = FREE_THRESH,
+) -> dict[Path, bytes]:
+    """Return the files of a map, the image first; arguments and errors as of :func:`save_map`."""
     _check(path, mode, form, occupied_thresh, free_thresh)
     grid = grid.upright()
     unknown = grid.cells == UNKNOWN
@@ -65,17 +87,26 @@ def save_map(
         f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
         f"negate: 0\noccupied_thresh: {occupied_thresh!r}\nfree_thresh: {free_thresh!r}\n"
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _refuse_what_is_no_map(path, image)
-        replace_files({image: encode_image(grey, opacity, form), path: description.encode()})
-    except OSError as error:
-        raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
-    return path
+    return {image: encode_image(grey, opacity, form), path: description.encode()}
 
 
-def _refuse_what_is_no_map(path: Path, image: Path) -> None:
-    """Refuse to replace a file that is not the description, or the image, of the map of this name."""
+def check_target(path: Path) -> None:
+    """Refuse a file, before the work, to which :func:`save_map` would not write a map.
+
+    Raises:
+        ConfigError: As there.
+    """
+    _check(path, "trinary", "pgm", OCCUPIED_THRESH, FREE_THRESH)
+    refuse_what_is_no_map(path.with_suffix(".pgm"), path)
+
+
+def refuse_what_is_no_map(image: Path, path: Path) -> None:
+    """Refuse to replace a file that is not the image, or the description, of the map of this name.
+
+    Raises:
+        ConfigError: One is something else.
+        OSError: It cannot be looked at.
+    """
     for file in (path, image):
         refuse_to_replace(file)
     is_map = False

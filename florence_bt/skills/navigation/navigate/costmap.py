@@ -294,12 +294,39 @@ class Costmap:
         return self._master
 
     @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Which cells the map says nothing about, shape (rows, columns)."""
+        return self._static == UNKNOWN_COST
+
+    @property
     def harmless_below(self) -> int:
         """The cost at the robot's centre below which its outline cannot touch anything."""
         distance = self.footprint.circumscribed_radius + 1.5 * self.resolution
         if distance > self._parameters.inflation_radius:
             return 0
         return cost_at_distance(distance, self.footprint.inscribed_radius, self._parameters)
+
+    def replace_static(self, static: OccupancyGrid, forget: str) -> None:
+        """Take a newer map of the same place; what the sensors have marked stays where it is.
+
+        Args:
+            static: The map, with cells of the same size; it may be larger or smaller, and begin elsewhere.
+            forget: A source whose marks go: the map knows better by now.
+
+        Raises:
+            ValueError: Its cells have another size.
+        """
+        if static.resolution != self.resolution:
+            raise ValueError(f"cells of {static.resolution} m in place of cells of {self.resolution} m")
+        du = round((static.origin.x - self.origin_x) / self.resolution)
+        dv = round((static.origin.y - self.origin_y) / self.resolution)
+        self._static = _static_costs(static, self._parameters)
+        self.origin_x, self.origin_y = static.origin.x, static.origin.y
+        self._layers.pop(forget, None)
+        self._layers = {
+            name: _shifted(marks, dv, du, self._static.shape) for name, marks in self._layers.items()
+        }
+        self._closed = self._master = None
 
     def set_people(self, people: NDArray[np.float64]) -> None:
         """Set where people are now: a way past them costs more, but none is closed.
@@ -566,12 +593,12 @@ def _static_costs(grid: OccupancyGrid, parameters: CostmapParameters) -> Cells:
     return costs
 
 
-def _shifted(marks: Cells, dv: int, du: int) -> Cells:
-    """Return the array whose cell [v, u] is the old [v + dv, u + du]."""
+def _shifted(marks: Cells, dv: int, du: int, shape: tuple[int, ...] | None = None) -> Cells:
+    """Return the array whose cell [v, u] is the old [v + dv, u + du], of the old shape when none is given."""
+    result = np.zeros(marks.shape if shape is None else shape, marks.dtype)
     rows, columns = marks.shape
-    result = np.zeros_like(marks)
-    if abs(dv) < rows and abs(du) < columns:
-        source = marks[max(0, dv) : rows + min(0, dv), max(0, du) : columns + min(0, du)]
-        v, u = max(0, -dv), max(0, -du)
-        result[v : v + source.shape[0], u : u + source.shape[1]] = source
+    source = marks[max(0, dv) : max(0, rows, dv), max(0, du) : max(0, columns, du)]
+    v, u = max(0, -dv), max(0, -du)
+    target = result[v : v + source.shape[0], u : u + source.shape[1]]
+    target[:] = source[: target.shape[0], : target.shape[1]]
     return result

@@ -9,7 +9,8 @@ from itertools import pairwise
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.outcome import Outcome, Result, success
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.serving import ActionBinding, PublicationBinding, ServiceBinding
 from florence_bt.core.skill import Inputs
 from florence_bt.skills.navigation.navigate.results import (
@@ -17,9 +18,12 @@ from florence_bt.skills.navigation.navigate.results import (
     BACK_UP_CODES_BY_NUMBER,
     DRIVING_GROUPS,
     FOLLOW_FAILURES,
+    FRONTIER_FAILURES,
     HEADING_CODES_BY_NUMBER,
+    MAP_IS_FIXED,
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
+    NO_POSE,
     PERSON_GROUPS,
     PLAN_CODES_BY_NUMBER,
     PLAN_FAILURES,
@@ -35,7 +39,7 @@ from florence_bt.skills.navigation.navigate.results import (
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
-NOT_OF_NAV2 = frozenset({"follow_user", "approach_person", "set_speed_limit"})
+NOT_OF_NAV2 = frozenset({"follow_user", "approach_person", "set_speed_limit", "get_frontier"})
 """The skills that Nav2 cannot perform."""
 ACTIONS_WITHOUT_SKILL = ("follow_path", "wait")
 """For other programs: missions have no paths, and a node of their own that waits."""
@@ -210,6 +214,28 @@ SET_SPEED_LIMIT = SkillDeclaration(
     deadline_s=10.0,
 )
 
+GET_FRONTIER = SkillDeclaration(
+    name="get_frontier",
+    summary="Look up where to look next while the map grows: at known floor beside what nobody has seen yet",
+    inputs={
+        "number": Port(
+            Kind.INTEGER,
+            "1 begins anew; each further number leaves aside what the robot has been sent to look at before",
+            minimum=1,
+        )
+    },
+    outputs={"pose": Port(Kind.POSE, "where the robot is to stand, towards what is not known")},
+    failures=FRONTIER_FAILURES,
+    deadline_s=10.0,
+)
+
+
+def _frontier_result(message: Any) -> Result:
+    if message.valid:
+        return success(pose=Pose2(message.x, message.y, message.phi))
+    codes = {NO_POSE: "no_pose", MAP_IS_FIXED: "map_is_fixed"}
+    return failure(codes.get(message.message, "nothing_left"), message.message)
+
 
 def _plan_result(message: Any, outcome: Outcome) -> Result:
     result = result_from_server(PLAN_TO, "no_path", message, outcome)
@@ -332,6 +358,15 @@ BINDINGS = (
         feedback=lambda message: "approaching the person",
         component="base",
         start_in_rig=lambda base, inputs: base.approach(**inputs),
+    ),
+    ServiceBinding(
+        skill=GET_FRONTIER,
+        interface="florence_interfaces/srv/GetView",
+        name="navigate/get_frontier",
+        request=lambda inputs: {"number": inputs["number"]},
+        result=_frontier_result,
+        component="base",
+        start_in_rig=lambda base, inputs: base.get_frontier(inputs["number"]),
     ),
     PublicationBinding(
         skill=SET_SPEED_LIMIT,

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, integrate_twist
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
@@ -15,14 +16,16 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
 from florence_bt.core.zones import Zone
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
+from florence_bt.skills.navigation.navigate.glass import GlassMemory
 from florence_bt.skills.navigation.navigate.legs import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.path_drive import PathDrive
@@ -36,6 +39,7 @@ from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, Straigh
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
+from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
 LASER = "scan"
 """The source in whose scans legs are found."""
@@ -52,6 +56,8 @@ _INTERRUPTED = (Drive, ThroughDrive, PathDrive)
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
+_CORRECTED_M = 0.1
+"""A map whose place jumps so far was corrected, while it grows."""
 
 
 class SensorTimeouts:
@@ -125,15 +131,13 @@ class Navigator:
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
         self._p = parameters or NavigatorParameters()
-        furnished = with_tables(grid) if self._p.costmap.fill_tables else grid
-        self.global_costmap = Costmap(self._p.costmap, furnished)
+        self._robot: Pose2 | None = None
+        self.global_costmap = Costmap(self._p.costmap, self._furnished(grid))
         self.local_costmap = Costmap(self._p.costmap)
-        static = self.global_costmap.static_master()
-        frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])
-        outline = self._p.costmap.make_true_footprint().outline(grid.resolution / 2.0)
-        self._walls = MapWalls(static, frame, outline)
-        self._zones = ZoneLayer(self.global_costmap, self.local_costmap, static)
-        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls, self._zones)
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts())
+        self._newer_map: OccupancyGrid | None = None
+        self._glass = GlassMemory() if self._p.exploration.map_grows else None
+        self._exploration = Exploration(self.global_costmap, self._p.exploration)
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -148,6 +152,62 @@ class Navigator:
         self._feedback = Feedback()
         self.base_stop = BaseStop()
         self.speed_limit = 0.0
+
+    def _furnished(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """Return the map with its tables, but for one at which the robot stands: so it is none."""
+        if not self._p.costmap.fill_tables:
+            return grid
+        furnished, robot = with_tables(grid), self._robot
+        if robot is None:
+            return furnished
+        pieces, _ = ndimage.label(furnished.cells != grid.cells)
+        rows, columns = np.nonzero(pieces)
+        x = grid.origin.x + (columns + 0.5) * grid.resolution - robot.x
+        y = grid.origin.y + (rows + 0.5) * grid.resolution - robot.y
+        near = np.unique(pieces[rows, columns][np.hypot(x, y) < START_CLEARANCE_M])
+        return replace(furnished, cells=np.where(np.isin(pieces, near), grid.cells, furnished.cells))
+
+    def _map_parts(self) -> tuple[Cells, MapWalls, ZoneLayer]:
+        """Make what follows from the map, and from no sensor."""
+        costmap = self.global_costmap
+        static = costmap.static_master()
+        frame = np.array([costmap.origin_x, costmap.origin_y, costmap.resolution])
+        outline = self._p.costmap.make_true_footprint().outline(costmap.resolution / 2.0)
+        return static, MapWalls(static, frame, outline), ZoneLayer(costmap, self.local_costmap, static)
+
+    def replace_map(self, grid: OccupancyGrid) -> None:
+        """Take a newer map of the same place; the goal goes on, and what the sensors have marked stays.
+
+        Who follows a person does so on the older map: the newer one is taken afterwards.
+
+        Args:
+            grid: The map, with cells of the same size; it may have grown, and begin elsewhere.
+
+        Raises:
+            ValueError: Its cells have another size.
+        """
+        if isinstance(self._goal, Follow):
+            self._newer_map = grid
+            return
+        self._newer_map = None
+        seen = grid if self._glass is None else self._glass.added_to(grid)
+        self.global_costmap.replace_static(self._furnished(seen), forget=LASER)
+        zones, costmaps = self._zones.zones, self._costmaps
+        costmaps.static, costmaps.walls, costmaps.zones = self._map_parts()
+        self._zones.set(zones)
+        self._unmapped = MapDifference(costmaps)
+
+    @property
+    def _walls(self) -> MapWalls:
+        return self._costmaps.walls
+
+    @property
+    def _zones(self) -> ZoneLayer:
+        return self._costmaps.zones
+
+    def next_view(self, robot: Pose2, number: int) -> Result:
+        """Return where to look next while the map grows (:meth:`Exploration.next_view`)."""
+        return self._exploration.next_view(robot, number)
 
     @property
     def active(self) -> bool:
@@ -200,6 +260,9 @@ class Navigator:
         known = None
         if source == FEET and map_from_odom is not None:
             known = self._unmapped.is_known(moved_rays(in_base, map_from_odom @ odom_pose).ends)
+        if source == LASER and self._glass is not None and map_from_odom is not None:
+            ends = moved_rays(in_base, map_from_odom @ odom_pose).ends
+            self._glass.saw(scan.stamp, ends[~self._unmapped.is_known(ends)], map_from_odom @ odom_pose)
         if source == LASER:
             self._look_for_legs(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
         for costmap, robot in (
@@ -217,8 +280,12 @@ class Navigator:
         if map_from_odom is None:
             return
         before, self._map_from_odom = self._map_from_odom, map_from_odom
-        if before and (before @ odom_pose).distance_to(map_from_odom @ odom_pose) > _FOUND_ELSEWHERE_M:
+        self._robot = map_from_odom @ odom_pose
+        jump = (before @ odom_pose).distance_to(self._robot) if before else 0.0
+        if jump > _FOUND_ELSEWHERE_M:
             self.global_costmap.reset_outside(0.0, 0.0, 0.0)
+        if jump > _CORRECTED_M and self._glass is not None:
+            self._glass.forget()
 
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
         """Clear what the camera marked where somebody was who has walked on: it was that person."""
@@ -470,6 +537,8 @@ class Navigator:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
         self._goal = self._end = None
+        if self._newer_map is not None:
+            self.replace_map(self._newer_map)
         self._missing_since = self._finding = None
         self._feedback = Feedback(text="starting")
 

@@ -17,6 +17,7 @@ from functools import partial
 from typing import Any
 
 from florence_interfaces.msg import StopReason, Zones
+from florence_interfaces.srv import GetView
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearCostmapAroundRobot, ClearCostmapExceptRegion, ClearEntireCostmap
@@ -68,7 +69,7 @@ from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan
-from florence_bt.skills.navigation.navigate.results import PLAN_SERVER_CODES, BaseStop
+from florence_bt.skills.navigation.navigate.results import NO_MAP, NO_POSE, PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 
@@ -77,8 +78,6 @@ _JUST_AFTER_S = 0.001
 _USER_FRAME = "user_"
 """The frame of a person is this and their persistent id."""
 OVERRIDDEN = "the manual override is on; release it first: florence release"
-NO_POSE = "the robot does not know where it is in the map"
-NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 SendGoal = NavigateToPose.Impl.SendGoalService
 
 
@@ -182,6 +181,7 @@ class NavigationNode(FlorenceNode):
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
         self.create_service(Empty, "~/clear_unknown_space", self._on_clear_unknown)
         self.create_service(GetPlan, "~/make_plan", self._on_make_plan)
+        self.create_service(GetView, "~/get_frontier", self._on_get_frontier)
         for which in ("global", "local"):
             for kind, name in (
                 (ClearEntireCostmap, "entirely"),
@@ -227,7 +227,13 @@ class NavigationNode(FlorenceNode):
         return self._map_work is not None
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
-        """Make the costmaps on a thread: on a big map that takes seconds. Goals are held meanwhile."""
+        """Make the costmaps on a thread: on a big map that takes seconds. Goals are held meanwhile.
+
+        A map that grows goes into those that are there: it has the size of a home, and the goal goes on.
+        """
+        if self._navigator is not None and self._settings.exploration.map_grows:
+            self._navigator.replace_map(grid_from_ros(message))
+            return
         if self._navigator is not None and self._navigator.active:
             self._abandon(failure("no_path", "the map was replaced"))
         self._map_work = message
@@ -417,6 +423,18 @@ class NavigationNode(FlorenceNode):
             self.get_logger().warning(f"make_plan: {plan.reason}")
         else:
             response.plan = self._path_of(plan)
+        return response
+
+    def _on_get_frontier(self, request: GetView.Request, response: GetView.Response) -> GetView.Response:
+        robot = self._pose_in("global")
+        if self._navigator is None or robot is None:
+            response.message = NO_POSE
+            return response
+        result = self._navigator.next_view(robot, request.number)
+        response.valid, response.message = result.succeeded, result.reason
+        if result.succeeded:
+            pose = result.outputs["pose"]
+            response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
         return response
 
     def _path_of(self, plan: Plan) -> Path:

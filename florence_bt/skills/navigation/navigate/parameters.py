@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar
 from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
+from florence_bt.skills.navigation.navigate.exploration import ExplorationParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
 from florence_bt.skills.navigation.navigate.spin import SpinParameters
@@ -192,6 +193,7 @@ class NavigatorParameters:
         FollowParameters,
         ApproachParameters,
         PeopleParameters,
+        ExplorationParameters,
     )
 
     cycle: CycleParameters = field(default_factory=CycleParameters)
@@ -203,6 +205,7 @@ class NavigatorParameters:
     follow: FollowParameters = field(default_factory=FollowParameters)
     approach: ApproachParameters = field(default_factory=ApproachParameters)
     people: PeopleParameters = field(default_factory=PeopleParameters)
+    exploration: ExplorationParameters = field(default_factory=ExplorationParameters)
 
     @staticmethod
     def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:

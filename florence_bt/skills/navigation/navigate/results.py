@@ -90,6 +90,18 @@ APPROACH_FAILURES = {
 }
 """The codes of ``approach_person``."""
 
+NO_POSE = "the robot does not know where it is in the map"
+NO_MAP = "there is no map yet; the map server publishes it on 'map'"
+MAP_IS_FIXED = (
+    "the map does not grow, so there is nothing to explore (would have worked: florence up --mapping)"
+)
+FRONTIER_FAILURES = {
+    "nothing_left": "the robot has seen all that it can get to",
+    "no_pose": NAVIGATE_FAILURES["no_pose"],
+    "map_is_fixed": "the map is not being made: the system runs without --mapping",
+}
+"""The codes of ``get_frontier``."""
+
 UNREACHABLE = CodeGroup(
     "unreachable",
     frozenset(

@@ -50,9 +50,9 @@ class CycleResult:
     result: Result | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Costmaps:
-    """The costmaps that the robot drives by.
+    """The costmaps that the robot drives by; the last three change when a newer map comes.
 
     Attributes:
         global_costmap: In the map frame.

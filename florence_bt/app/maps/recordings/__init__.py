@@ -1,0 +1,1 @@
+"""Recordings of drives that maps are built from: logs of CARMEN, and bags of ROS."""

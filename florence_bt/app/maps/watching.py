@@ -1,0 +1,158 @@
+"""Watches a map while the running system makes it, and writes what came out."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from rich.console import Console
+
+from florence_bt.app.maps.picture import draw_drive
+from florence_bt.app.maps.proposal import write_proposal
+from florence_bt.app.maps.save import wait_for_map
+from florence_bt.app.runs.client import MissionClient
+from florence_bt.core.errors import ConfigError, DeviceTimeout
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.text_files import replace_files
+from florence_bt.ros.conversions import pose_from_ros
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.skills.navigation.map_server.map_writer import save_map
+
+MAPPING = "mapping: Place in the map"
+"""The diagnosis that tells how far the map is."""
+_WAIT_S = 10.0
+_STEP_M = 0.1
+"""From one pose of the way in the picture to the next."""
+_LINE_EVERY_S = 5.0
+"""Where the output is no terminal."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapFiles:
+    """The files of a map that was made on a running system.
+
+    Attributes:
+        description: The YAML file of the map.
+        picture: The map with the way of the robot.
+        hotspots: The rooms that are proposed.
+    """
+
+    description: Path
+    picture: Path
+    hotspots: Path
+
+    @staticmethod
+    def beside(out: Path) -> MapFiles:
+        """Return the files of a map from the name of one."""
+        target = out if out.suffix else out.with_suffix(".yaml")
+        return MapFiles(target, target.with_suffix(".drive.png"), target.with_suffix(".hotspots.yaml"))
+
+    def check(self, *, overwrite: bool) -> None:
+        """Refuse files that are there already, unless they may be replaced.
+
+        Raises:
+            ConfigError: There is one.
+        """
+        for file in (self.description, self.picture, self.hotspots):
+            if file.exists() and not overwrite:
+                raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
+
+
+class MapWatch:
+    """What the running system tells of the map that it makes.
+
+    Args:
+        client: Serves the subscriptions.
+        console: Where the progress is shown: one line that changes in a terminal, else a line now and then.
+    """
+
+    def __init__(self, client: MissionClient, console: Console) -> None:
+        self._client, self._console = client, console
+        self._way: list[Pose2] = []
+        self._progress: DiagnosticStatus | None = None
+        self._told = -_LINE_EVERY_S
+        subscribe = client.node.create_subscription
+        subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        subscribe(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED)
+
+    def wait(self) -> None:
+        """Wait until the system tells of a map that it makes.
+
+        Raises:
+            DeviceTimeout: It does not make one.
+        """
+        if not self._client.spin_until(lambda: self._progress is not None, _WAIT_S):
+            raise DeviceTimeout(
+                "no system that makes a map was found (would have worked: florence up --sim --mapping, or "
+                "florence up --robot CONFIG --mapping)"
+            )
+
+    @property
+    def text(self) -> str:
+        """How far the map is, for people."""
+        if self._progress is None:
+            return "waiting for the map"
+        values = {value.key: value.value for value in self._progress.values}
+        if not values or not self._way:
+            return str(self._progress.message)
+        here = self._way[-1]
+        return (
+            f"{values['m2']} m² of floor seen, {values['m']} m driven, {values['loops']} places recognised; "
+            f"the robot is at ({here.x:.1f} m, {here.y:.1f} m)"
+        )
+
+    def show_until(self, done: Callable[[], bool], watch: Callable[[], None] = lambda: None) -> None:
+        """Show the progress until a condition holds.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C was pressed.
+        """
+        status = self._console.status(self.text) if self._console.is_terminal else None
+
+        def look() -> None:
+            self._say_line() if status is None else status.update(self.text)
+            watch()
+
+        with status or nullcontext():
+            self._client.spin_until(done, math.inf, watch=look)
+
+    def write(self, files: MapFiles) -> None:
+        """Write the map as it is now, its picture, and the rooms that are proposed; tell what came out.
+
+        Raises:
+            ConfigError: It cannot be written.
+            DeviceTimeout: No map came.
+        """
+        grid = wait_for_map(self._client, "map", _WAIT_S)
+        rows, columns = grid.cells.shape
+        save_map(grid, files.description)
+        try:
+            replace_files({files.picture: draw_drive(grid, self._way or [Pose2()], ())})
+        except OSError as error:
+            raise ConfigError(f"it cannot be written: {error.strerror}", file=error.filename) from error
+        rooms = write_proposal(grid, files.hotspots)
+        size = f"{columns * grid.resolution:.1f} x {rows * grid.resolution:.1f} m"
+        print(f"{files.description}: {size} in cells of {grid.resolution:g} m")
+        print(f"{files.picture}: a picture of it and of the way")
+        print(f"{files.hotspots}: {rooms} rooms are proposed; florence hotspot name gives them their names")
+
+    def _say_line(self) -> None:
+        if time.monotonic() - self._told >= _LINE_EVERY_S:
+            self._told = time.monotonic()
+            self._console.out(self.text)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == MAPPING:
+                self._progress = status
+
+    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
+        pose = pose_from_ros(message.pose.pose)
+        if not self._way or self._way[-1].distance_to(pose) >= _STEP_M:
+            self._way.append(pose)

@@ -1,0 +1,229 @@
+"""Where to look next while a map grows: frontiers, known free floor beside what nobody has seen yet.
+
+Source: Yamauchi, A frontier-based approach for autonomous exploration, 1997.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from florence_bt.core.geometry import Point2, Pose2
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
+from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.planner import ways_from
+from florence_bt.skills.navigation.navigate.results import MAP_IS_FIXED
+from florence_bt.skills.robot_description.room import START_CLEARANCE_M
+
+_PIECE_M = 1.0
+"""A long frontier is looked at in pieces of about this length."""
+_SAME_M = 0.5
+"""A frontier so near to one that was looked at is the same one."""
+_CLOSE_M = 0.4
+"""From so far away the robot looks at a frontier best: it sees past its ends, and what it does not see stands
+beyond its outline. What is so close behind the frontier is what it looks at."""
+_MOST_CANDIDATES = 60
+"""Places from which a piece of a frontier may be looked at that are tried, the best first."""
+_COST_M = 0.7
+"""A place close beside an obstacle is as bad as one this much further from the frontier."""
+_TURN_M_PER_RAD, _LENGTH_M, _LONGEST_M = 0.3, 0.5, 3.0
+"""The metres of way that a turn is worth, that a metre of frontier is, and the length from which on a longer
+frontier is not better. Chosen."""
+_NEITHER = ndimage.generate_binary_structure(2, 1)
+_TOUCHING = ndimage.generate_binary_structure(2, 2)
+
+
+@dataclass(frozen=True, slots=True)
+class ExplorationParameters(CheckedParameters):
+    """The parameters of exploration.
+
+    Attributes:
+        map_grows: Whether the map is being made: then a newer one takes the place of an older one without an
+            end of the goal, and there are frontiers to look at.
+        frontier_length: Shorter frontiers are not looked at, in metres.
+        frontier_area: Nor are those of a smaller hole in the map, in square metres.
+        frontier_distance: From how far away at most the robot looks at one, in metres.
+    """
+
+    map_grows: bool = False
+    frontier_length: NotNegative = 0.45
+    frontier_area: NotNegative = 0.2
+    frontier_distance: Positive = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class Frontier:
+    """A piece of a frontier, and whence to look at it.
+
+    Attributes:
+        x: Its middle, map frame, metres.
+        y: Metres.
+        length: Metres.
+        view: Where the robot is to stand, towards it.
+        way: Metres that it drives there.
+    """
+
+    x: float
+    y: float
+    length: float
+    view: Pose2
+    way: float
+
+
+def frontiers(costmap: Costmap, robot: Pose2, parameters: ExplorationParameters) -> Iterator[Frontier]:
+    """Yield what can be looked at from where the robot gets to.
+
+    Args:
+        costmap: The global costmap: its map grows, and what the sensors have marked is in the way.
+        robot: base_footprint in its frame.
+        parameters: What counts.
+    """
+    ways = _ways(costmap, robot)
+    unknown = _large(costmap.unknown, round(parameters.frontier_area / costmap.resolution**2))
+    for cells, length in _pieces(costmap, unknown, parameters.frontier_length):
+        middle = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))]
+        x, y = _places(costmap, middle[None])[0].tolist()
+        view = _view(costmap, ways, middle, _behind(costmap, unknown, middle), parameters.frontier_distance)
+        if view is not None:
+            row, column = view[1]
+            yield Frontier(x, y, length, view[0], float(ways[row, column]))
+
+
+class Exploration:
+    """Remembers at what the robot has looked already, or tried to.
+
+    A frontier that is still there after it was looked at, or that could not be reached, is left aside until
+    there is no other; then it has a second chance, as the map knows more ways by then.
+    """
+
+    def __init__(self, costmap: Costmap, parameters: ExplorationParameters) -> None:
+        self._costmap, self._p = costmap, parameters
+        self._looked: list[tuple[Point2, int]] = []
+
+    def next_view(self, robot: Pose2, number: int) -> Result:
+        """Run the skill ``get_frontier``.
+
+        Args:
+            robot: base_footprint in the map.
+            number: 1 begins anew: nothing counts as looked at.
+
+        Returns:
+            With the output ``pose``; or ``nothing_left``.
+        """
+        if not self._p.map_grows:
+            return failure("map_is_fixed", MAP_IS_FIXED)
+        if number <= 1:
+            self._looked.clear()
+        found = [(self._times(each), each) for each in frontiers(self._costmap, robot, self._p)]
+        open_ones = [each for each in found if each[0] < 2]
+        if not open_ones:
+            count = "1 place" if len(found) == 1 else f"{len(found)} places"
+            aside = f"; {count} cannot be seen better" if found else ""
+            return failure("nothing_left", f"the robot has seen all that it can get to{aside}")
+        _, best = min(open_ones, key=lambda each: (each[0], _price(each[1], robot)))
+        self._looked.append(((best.x, best.y), self._times(best) + 1))
+        return success(pose=best.view)
+
+    def _times(self, frontier: Frontier) -> int:
+        """Return how often the robot was sent to look at a frontier."""
+        here = frontier.x, frontier.y
+        return max((times for place, times in self._looked if math.dist(place, here) < _SAME_M), default=0)
+
+
+def _price(frontier: Frontier, robot: Pose2) -> float:
+    turn = abs(math.remainder(robot.bearing_to(frontier.x, frontier.y), math.tau))
+    gain = _LENGTH_M * min(frontier.length, _LONGEST_M)
+    return frontier.way + _TURN_M_PER_RAD * turn - gain
+
+
+def _ways(costmap: Costmap, robot: Pose2) -> NDArray[np.float64]:
+    """Return the metres from the robot to each cell over floor that is known, infinite elsewhere."""
+    floor = costmap.master < INSCRIBED
+    start = costmap.cell_of(robot.x, robot.y)
+    if start is None:
+        return np.full(floor.shape, math.inf)
+    # It may stand on what its laser has not seen yet, or too near to something.
+    floor |= (costmap.distances_to(robot.x, robot.y) <= START_CLEARANCE_M) & (costmap.master != LETHAL)
+    return ways_from(start, floor, costmap.resolution)
+
+
+def _pieces(
+    costmap: Costmap, unknown: NDArray[np.bool_], shortest: float
+) -> Iterator[tuple[NDArray[np.int64], float]]:
+    """Yield the cells (row, column) of each piece of a frontier, shape (n, 2), and its length in metres."""
+    beside = ndimage.binary_dilation(unknown, _NEITHER)
+    frontier = beside & ~costmap.unknown & (costmap.master < LETHAL)
+    labels, count = ndimage.label(frontier, _TOUCHING)
+    least = shortest / costmap.resolution
+    size = max(1, round(_PIECE_M / costmap.resolution))
+    for number, window in enumerate(ndimage.find_objects(labels, count), 1):
+        cells = np.argwhere(labels[window] == number) + [part.start for part in window]
+        if len(cells) < least:
+            continue
+        _, piece = np.unique((cells - cells.min(axis=0)) // size, axis=0, return_inverse=True)
+        for each in range(piece.max() + 1):
+            part = cells[piece.ravel() == each]
+            yield part, len(part) * costmap.resolution
+
+
+def _large(unknown: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
+    """Return the unknown cells without those of small holes; what reaches the border is not a hole."""
+    labels, count = ndimage.label(np.pad(unknown, 1, constant_values=True), _NEITHER)
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)
+    sizes[labels[0, 0]] = max(least, sizes[labels[0, 0]])
+    sizes[0] = -1
+    large: NDArray[np.bool_] = (sizes >= least)[labels][1:-1, 1:-1]
+    return large
+
+
+def _behind(costmap: Costmap, unknown: NDArray[np.bool_], middle: NDArray[np.int64]) -> Point2:
+    """Return the middle of what is not known close to a cell of a frontier, metres."""
+    reach = round(_CLOSE_M / costmap.resolution)
+    low = np.maximum(middle - reach, 0)
+    window = unknown[low[0] : middle[0] + reach + 1, low[1] : middle[1] + reach + 1]
+    x, y = _places(costmap, np.argwhere(window) + low).mean(axis=0).tolist()
+    return x, y
+
+
+def _view(
+    costmap: Costmap, ways: NDArray[np.float64], middle: NDArray[np.int64], behind: Point2, reach_m: float
+) -> tuple[Pose2, tuple[int, int]] | None:
+    """Return the best pose to look past a cell from, and its cell; None when there is none.
+
+    The robot has room to turn there: from a tight corner it may not get out again.
+    """
+    reach = math.ceil(reach_m / costmap.resolution)
+    low = np.maximum(middle - reach, 0)
+    window = ways[low[0] : middle[0] + reach + 1, low[1] : middle[1] + reach + 1]
+    cells = np.argwhere(np.isfinite(window)) + low
+    away = np.hypot(*(cells - middle).T) * costmap.resolution
+    roomy = costmap.master[cells[:, 0], cells[:, 1]] < costmap.harmless_below
+    cells, away = cells[roomy & (away <= reach_m)], away[roomy & (away <= reach_m)]
+    badness = np.abs(away - _CLOSE_M) + _COST_M * costmap.master[cells[:, 0], cells[:, 1]] / INSCRIBED
+    for cell in cells[np.argsort(badness, kind="stable")[:_MOST_CANDIDATES]]:
+        x, y = _places(costmap, cell[None])[0].tolist()
+        view = Pose2(x, y, math.atan2(behind[1] - y, behind[0] - x))
+        if _sees(costmap, cell, middle):
+            return view, (int(cell[0]), int(cell[1]))
+    return None
+
+
+def _sees(costmap: Costmap, eye: NDArray[np.int64], there: NDArray[np.int64]) -> bool:
+    """Tell whether nothing stands between two cells."""
+    steps = 1 + 2 * int(np.abs(there - eye).max())
+    between = np.rint(np.linspace(eye, there, steps)).astype(np.int64)
+    return bool((costmap.master[between[:, 0], between[:, 1]] != LETHAL).all())
+
+
+def _places(costmap: Costmap, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the middles of cells, x and y in metres; shape (n, 2)."""
+    origin = np.array([costmap.origin_x, costmap.origin_y])
+    places: NDArray[np.float64] = origin + (cells[:, ::-1] + 0.5) * costmap.resolution
+    return places

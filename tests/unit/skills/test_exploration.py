@@ -1,0 +1,209 @@
+"""Where to look next while a map grows, and navigation on such a map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters
+from florence_bt.skills.navigation.navigate._cell_kernels import UNKNOWN_COST
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, Rays
+from florence_bt.skills.navigation.navigate.exploration import (
+    Exploration,
+    ExplorationParameters,
+    frontiers,
+)
+from florence_bt.skills.navigation.navigate.glass import GlassMemory
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, Trip, World, make_map
+
+GROWS = ExplorationParameters(map_grows=True)
+ROBOT = Pose2(2.0, 2.5, 0.0)
+DOOR = (4.0, 2.4)
+
+
+def first_room() -> OccupancyGrid:
+    """Return the map of two rooms as it is known from the first one: the other is unknown behind the door."""
+    grid = make_map()
+    _, column = grid.cell_of(4.1, 0.0)
+    cells = grid.cells.copy()
+    cells[:, column:] = UNKNOWN
+    return replace(grid, cells=cells)
+
+
+def test_the_next_place_is_before_the_door_and_looks_through_it() -> None:
+    (found,) = frontiers(Costmap(CostmapParameters(), first_room()), ROBOT, GROWS)
+    assert math.dist((found.x, found.y), DOOR) < 0.3
+    assert found.length == pytest.approx(0.8, abs=0.1)
+    assert found.view.x < 4.0 and math.dist((found.view.x, found.view.y), DOOR) < 0.8
+    assert abs(found.view.yaw) < 0.5
+    assert found.way == pytest.approx(found.view.distance_to(ROBOT), rel=0.2)
+
+
+def test_a_map_that_is_complete_leaves_nothing() -> None:
+    assert list(frontiers(Costmap(CostmapParameters(), make_map()), ROBOT, GROWS)) == []
+
+
+def test_a_small_hole_is_not_looked_at_and_a_large_one_is() -> None:
+    for side, count in ((0.3, 0), (1.0, 1)):
+        grid = make_map()
+        row, column = grid.cell_of(2.5, 1.0)
+        cells = grid.cells.copy()
+        cells[row : row + round(side / 0.05), column : column + round(side / 0.05)] = UNKNOWN
+        found = list(frontiers(Costmap(CostmapParameters(), replace(grid, cells=cells)), ROBOT, GROWS))
+        assert (len(found) > 0) == bool(count)
+
+
+def test_what_only_the_camera_sees_is_in_the_way() -> None:
+    costmap = Costmap(CostmapParameters(), first_room())
+    across = np.array([(3.9, y) for y in np.arange(2.0, 2.85, 0.02)])
+    ranges = np.hypot(*(across - (2.0, 2.5)).T)
+    costmap.add_rays("low", Rays(2.0, 2.5, across, ranges, 0.0, 5.0), ROBOT)
+    assert list(frontiers(costmap, ROBOT, GROWS)) == []
+
+
+def test_a_place_is_given_twice_at_most_and_a_new_exploration_begins_anew() -> None:
+    exploration = Exploration(Costmap(CostmapParameters(), first_room()), GROWS)
+    for number in (1, 2):
+        assert exploration.next_view(ROBOT, number).succeeded
+    end = exploration.next_view(ROBOT, 3)
+    assert end.code == "nothing_left" and "1 place" in end.reason
+    assert exploration.next_view(ROBOT, 1).succeeded
+
+
+def test_a_place_that_is_not_reached_gives_way_to_the_next_one() -> None:
+    grid = first_room()
+    _, column = grid.cell_of(0.7, 0.0)
+    cells = grid.cells.copy()
+    cells[:, :column] = UNKNOWN  # unknown on both sides
+    exploration = Exploration(Costmap(CostmapParameters(), replace(grid, cells=cells)), GROWS)
+    views = [exploration.next_view(ROBOT, number).outputs["pose"] for number in (1, 2)]
+    assert views[0].distance_to(views[1]) > 0.5
+
+
+def test_a_map_that_does_not_grow_is_not_explored() -> None:
+    answer = Exploration(Costmap(CostmapParameters(), first_room()), ExplorationParameters()).next_view(
+        ROBOT, 1
+    )
+    assert answer.code == "map_is_fixed" and "--mapping" in answer.reason
+
+
+def grown(grid: OccupancyGrid, cells: int) -> OccupancyGrid:
+    """Return the same map with more unknown cells all around."""
+    corner = grid.resolution * cells
+    origin = Pose2(grid.origin.x - corner, grid.origin.y - corner)
+    return OccupancyGrid(grid.resolution, origin, np.pad(grid.cells, cells, constant_values=UNKNOWN))
+
+
+@pytest.mark.parametrize("cells", [7, 0, -3])
+def test_marks_stay_where_they_are_when_the_map_grows_or_shrinks(cells: int) -> None:
+    costmap = Costmap(CostmapParameters(), make_map())
+    ends = np.array([[2.5, 2.5]])
+    for source in ("low", "scan"):
+        costmap.add_rays(source, Rays(2.0, 2.5, ends, np.array([0.5]), 0.0, 5.0), ROBOT)
+    newer = make_map()
+    if cells < 0:
+        part = np.s_[-cells:cells, -cells:cells]
+        shift = -cells * newer.resolution
+        newer = OccupancyGrid(
+            newer.resolution, Pose2(newer.origin.x + shift, newer.origin.y + shift), newer.cells[part]
+        )
+    else:
+        newer = grown(newer, cells)
+    costmap.replace_static(newer, forget="scan")
+    assert costmap.shape == newer.cells.shape
+    assert costmap.cost_at(2.52, 2.52) == 254
+    assert costmap.cost_at(4.05, 1.0) == 254, "the wall of the map"
+    costmap.reset_inside(2.5, 2.5, 1.0)
+    assert costmap.cost_at(2.52, 2.52) == 0
+
+
+def test_cells_of_another_size_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"0.1 m"):
+        Costmap(CostmapParameters(), make_map()).replace_static(make_map(resolution=0.1), forget="scan")
+
+
+def test_a_drive_goes_on_while_the_map_grows() -> None:
+    trip = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS))
+    trip.navigator.replace_map(first_room())
+    assert trip.navigator.cost_at(6.0, 4.0) == UNKNOWN_COST
+    maps = [grown(make_map(), 9)]
+
+    def grow(world: World) -> None:
+        if world.now > 2.0 and maps:
+            trip.navigator.replace_map(maps.pop())
+
+    goal = Pose2(3.3, 1.0, 0.0)
+    assert trip.go(goal, each=grow).succeeded
+    trip.assert_at(goal)
+    assert trip.navigator.cost_at(6.0, 4.0) == 0, "the other room is known by now"
+
+
+def test_who_is_followed_is_followed_on_the_older_map() -> None:
+    trip = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS))
+    trip.navigator.start_follow(trip.world.now, 1, 1.0, 0.3, 0.5)
+    trip.navigator.replace_map(grown(make_map(), 9))
+    assert trip.navigator.global_costmap.shape == make_map().cells.shape
+    trip.navigator.start(Pose2(3.3, 1.0, 0.0), trip.world.now)
+    assert trip.navigator.global_costmap.shape == grown(make_map(), 9).cells.shape
+
+
+def test_glass_is_remembered_where_the_map_is_free() -> None:
+    grid, memory = make_map(), GlassMemory()
+    pane = np.array([(2.02, y) for y in np.arange(2.0, 2.2, 0.02)])
+    memory.saw(0.0, pane, Pose2(1.0, 2.1))
+    assert (memory.added_to(grid).cells == grid.cells).all(), "once is no proof"
+    memory.saw(0.1, pane, Pose2(1.01, 2.1))
+    assert (memory.added_to(grid).cells == grid.cells).all(), "the robot stood at the same place"
+    memory.saw(1.0, pane, Pose2(1.2, 2.1))
+    seen = memory.added_to(grid)
+    assert seen.cells[seen.cell_of(2.02, 2.1)] == OCCUPIED
+    assert grid.cells[grid.cell_of(2.02, 2.1)] == FREE
+    memory.saw(400.0, np.empty((0, 2)), Pose2(2.0, 2.0))
+    assert (memory.added_to(grid).cells == grid.cells).all(), "it may have been somebody"
+
+
+def test_beside_a_wall_nothing_is_glass() -> None:
+    grid, memory = make_map(), GlassMemory()
+    off_by_two_cells = np.array([(3.93, 1.0)])
+    for number in range(4):
+        memory.saw(float(number), off_by_two_cells, Pose2(2.5 + 0.2 * number, 1.0))
+    assert (memory.added_to(grid).cells == grid.cells).all()
+
+
+class Maker:
+    """Makes a map of one free cell for each scan, and keeps every second scan."""
+
+    def __init__(self) -> None:
+        self.loops = self.scans = 0
+        self.pose = self.map_from_odom = Pose2(1.0, 0.0)
+
+    def update(self, scan: object, laser_in_base: Transform3, odom_pose: Pose2) -> bool:
+        """Take a scan."""
+        self.scans += 1
+        return self.scans % 2 == 1
+
+    def grid(self) -> OccupancyGrid:
+        """Draw the map."""
+        return OccupancyGrid(0.1, Pose2(), np.zeros((1, self.scans), np.int8))
+
+
+def test_a_newer_map_comes_only_when_there_is_more_in_it_and_not_too_often() -> None:
+    growing = GrowingMap(Maker(), GrowingMapParameters(map_update_period=1.0))  # type: ignore[arg-type]
+    assert growing.map_from_odom is None
+    scan = World(pose=ROBOT).scan()
+    drawn = [
+        growing.update(scan, UPSIDE_DOWN_LASER, Pose2(0.1 * number, 0.0), 0.25 * number) is not None
+        for number in range(9)
+    ]
+    assert drawn == [True, False, False, False, True, False, False, False, True]
+    assert growing.progress.way == pytest.approx(0.8)
+    assert growing.progress.area == pytest.approx(0.09)
+    assert growing.map_from_odom == Pose2(1.0, 0.0)
+    assert growing.update(scan, UPSIDE_DOWN_LASER, Pose2(math.nan, 0.0), 9.0) is None

@@ -1,0 +1,278 @@
+"""How right the maps are that are built from laser and odometry alone.
+
+``python tools/mapping.py --log freiburg-079-corrected.log.gz --picture docs/img/freiburg-079.png``
+measures on a real building's log, also with scans left out; ``--generated`` on generated homes and
+corridors; ``--flat`` in the simulated flat, where goto_user runs on the map afterwards. ``--write PAGE``
+writes the tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, distance_transform_edt
+
+from florence_bt.app.demo.rigs import make_rig
+from florence_bt.app.maps.picture import draw_drive
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import FREE, OCCUPIED, LaserScan, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.simulation.home.build_map import laser_map
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.skills.navigation.mapping.slam import Slam
+from tools.carmen_log import Record, read_log, thinned
+from tools.generated_log import Conditions, Place, corridors, drive, home
+from tools.tables import table, write_between_marks
+
+NEAR_M, APART = 2.0, 0.02
+"""Two scans see the same place when they are so near, and at least this part of the log lies between them."""
+WITHIN_M = 0.05
+SPARSE_M = (0.7, 1.0)
+HOMES, CORRIDORS, SCANS, CORRIDOR_SCANS = (1, 4, 7), (1, 2), 1200, 2500
+HARD = "noise 0.2, way 0.9, turn 1.15, people, boxes"
+CONDITIONS = {"noise 0.04": Conditions(0.04), HARD: Conditions(0.2, 0.9, 1.15, people=3, boxes=3)}
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Of the poses of some scans to each other: mean and median, in metres and degrees.
+
+    Attributes:
+        metres: Mean, median.
+        degrees: Mean, median.
+    """
+
+    metres: tuple[float, float]
+    degrees: tuple[float, float]
+
+    def __str__(self) -> str:
+        """Write mean and median."""
+        (mean, median), (mean_turn, median_turn) = self.metres, self.degrees
+        return f"{mean:.3f} / {median:.3f} m, {mean_turn:.2f} / {median_turn:.2f} deg"
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A log that was mapped.
+
+    Attributes:
+        slam: What it has become.
+        neighbours: Errors from scan to scan.
+        loops: Errors between scans of one place, None where the robot never came back.
+        absolute_m: Mean distance of the whole way from the true one, laid over it.
+        seconds: Of computing.
+        driven_s: How long the robot drove.
+    """
+
+    slam: Slam
+    neighbours: Errors
+    loops: Errors | None
+    absolute_m: float
+    seconds: float
+    driven_s: float
+
+    def row(self, name: str) -> list[str]:
+        """Return the row of a table."""
+        return [
+            name,
+            str(self.neighbours),
+            str(self.loops or "no loop"),
+            f"{self.absolute_m:.3f} m",
+            str(self.slam.loops),
+            f"{self.seconds:.1f} s ({self.driven_s / self.seconds:.0f} x)",
+        ]
+
+
+HEAD = (
+    "log",
+    "from scan to scan",
+    "at loops",
+    "whole way",
+    "loops closed",
+    "computing (faster than the drive)",
+)
+
+
+def measure(records: Sequence[Record]) -> Measured:
+    """Map a log from laser and odometry, and compare the poses with its reference."""
+    slam, odom = Slam(), Pose2()
+    places: list[tuple[int, Pose2]] = []
+    began = time.process_time()
+    for record in records:
+        odom = odom @ record.motion
+        slam.update(record.scan, Transform3.identity(), odom)
+        places.append((len(slam.scans) - 1, slam.since_kept))
+    slam.settle()
+    seconds = time.process_time() - began
+    poses = slam.poses
+    found = [poses[kept] @ since for kept, since in places]
+    true = [record.reference for record in records]
+    pairs = [(i, i + 1) for i in range(len(records) - 1)]
+    again = list(_same_places(true))
+    driven = records[-1].scan.stamp - records[0].scan.stamp
+    loops = _errors(found, true, again) if again else None
+    return Measured(slam, _errors(found, true, pairs), loops, _laid_over(found, true), seconds, driven)
+
+
+def _same_places(true: Sequence[Pose2]) -> Iterable[tuple[int, int]]:
+    """Yield pairs of scans that were taken near each other, at different times."""
+    places = np.array([(pose.x, pose.y) for pose in true])
+    apart = max(5, round(APART * len(true)))
+    for i in range(0, len(true) - apart, 3):
+        near = np.hypot(*(places[i + apart :] - places[i]).T) < NEAR_M
+        for j in np.flatnonzero(near)[::5]:
+            yield i, int(j) + i + apart
+
+
+def _errors(found: Sequence[Pose2], true: Sequence[Pose2], pairs: Iterable[tuple[int, int]]) -> Errors:
+    wrong = [(true[i].inverse() @ true[j]).inverse() @ (found[i].inverse() @ found[j]) for i, j in pairs]
+    metres = [math.hypot(each.x, each.y) for each in wrong]
+    degrees = [math.degrees(abs(each.yaw)) for each in wrong]
+    return Errors(
+        (float(np.mean(metres)), float(np.median(metres))),
+        (float(np.mean(degrees)), float(np.median(degrees))),
+    )
+
+
+def _laid_over(found: Sequence[Pose2], true: Sequence[Pose2]) -> float:
+    """Return the mean distance of two ways, the one laid over the other (Umeyama, 1991, without scale)."""
+    a, b = (np.array([(pose.x, pose.y) for pose in way]) for way in (found, true))
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    yaw = math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
+    c, s = math.cos(yaw), math.sin(yaw)
+    return float(np.hypot(*(a @ np.array([[c, s], [-s, c]]) - b).T).mean())
+
+
+# ---- the simulated flat --------------------------------------------------------------------------------
+
+
+def record_flat() -> tuple[list[tuple[LaserScan, Transform3, Pose2]], Pose2]:
+    """Drive to all hotspots of the flat in the rig; return what the laser and the odometry have said."""
+    flat = load_flat()
+    start = Pose2(flat.start.x, flat.start.y)
+    rig = make_rig(start=start)
+    recorded: list[tuple[LaserScan, Transform3, Pose2]] = []
+    localise = rig.robot._localiser.update
+
+    def listen(scan: LaserScan, mount: Transform3, odom: Pose2) -> Any:
+        recorded.append((scan, mount, odom))
+        return localise(scan, mount, odom)
+
+    rig.robot._localiser.update = listen  # type: ignore[method-assign]
+    for room in (*flat.rooms, flat.rooms[0]):
+        run = rig._base.navigate(room.hotspot.pose)
+        while run.poll() is None:
+            rig.clock.run_next()
+    return recorded, start
+
+
+def map_flat() -> tuple[OccupancyGrid, OccupancyGrid]:
+    """Map the flat by a drive; return its true map, and the one that was built, in the frame of the flat."""
+    recorded, start = record_flat()
+    slam = Slam()
+    for scan, mount, odom in recorded:
+        slam.update(scan, mount, odom)
+    slam.settle()
+    grid = slam.grid()
+    origin = Pose2(start.x + grid.origin.x, start.y + grid.origin.y)
+    return laser_map(load_flat()), OccupancyGrid(grid.resolution, origin, grid.cells)
+
+
+def parts_within(true: OccupancyGrid, built: OccupancyGrid, metres: float) -> tuple[float, float]:
+    """Return which part of the built walls is so near to true ones, and of the true ones to built ones.
+
+    Only those true ones count that face a cell which the built map knows to be free.
+    """
+    walls = true.cells == OCCUPIED
+    made = _on_cells_of(true, built)
+    facing = walls & binary_dilation(made == FREE, iterations=2)
+    built_walls = made == OCCUPIED
+    to_true = distance_transform_edt(~walls) * true.resolution
+    to_built = distance_transform_edt(~built_walls) * true.resolution
+    near = metres + 1e-6
+    return float((to_true[built_walls] <= near).mean()), float((to_built[facing] <= near).mean())
+
+
+def _on_cells_of(true: OccupancyGrid, built: OccupancyGrid) -> NDArray[np.int8]:
+    """Return a map on the cells of another one; walls go to the cell that their middle lies in."""
+    cells = np.full(true.cells.shape, -1, np.int8)
+    for value in (FREE, OCCUPIED):
+        rows, columns = np.nonzero(built.cells == value)
+        x = built.origin.x + (columns + 0.5) * built.resolution
+        y = built.origin.y + (rows + 0.5) * built.resolution
+        u = np.floor((x - true.origin.x) / true.resolution).astype(int)
+        v = np.floor((y - true.origin.y) / true.resolution).astype(int)
+        inside = (u >= 0) & (u < cells.shape[1]) & (v >= 0) & (v < cells.shape[0])
+        cells[v[inside], u[inside]] = value
+    return cells
+
+
+def flat_text() -> str:
+    """Map the flat, run goto_user on the map, and tell both."""
+    true, built = map_flat()
+    there, back = parts_within(true, built, WITHIN_M)
+    rig = make_rig(seed=3, person="study", grid=built)
+    run = rig.run("goto_user")
+    return (
+        f"{100 * there:.1f} % of the built wall cells are within {100 * WITHIN_M:.0f} cm of a true one, and "
+        f"{100 * back:.1f} % of the true ones that it saw within {100 * WITHIN_M:.0f} cm of a built one. "
+        f"`goto_user` on that map ended with: {run.status.name.lower()}."
+    )
+
+
+def _places() -> Iterable[tuple[Place, int, int]]:
+    for seed in HOMES:
+        yield home(seed), SCANS, seed
+    for seed in CORRIDORS:
+        yield corridors(seed), CORRIDOR_SCANS, seed
+
+
+def main() -> None:
+    """Measure, print, and write what was asked for."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--log", type=Path, help="a log that GMapping has corrected")
+    arguments.add_argument("--generated", action="store_true", help="generated homes and corridors")
+    arguments.add_argument("--flat", action="store_true", help="the simulated flat, and goto_user on its map")
+    arguments.add_argument("--picture", type=Path, help="of the whole log, PNG")
+    arguments.add_argument("--write", type=Path, help="a page with marks for the tables")
+    wanted = arguments.parse_args()
+    texts: dict[str, str] = {}
+    if wanted.log:
+        records = read_log(wanted.log)
+        rows = []
+        for name, some in (("whole", records), *((f"{d:g} m", thinned(records, d)) for d in SPARSE_M)):
+            measured = measure(some)
+            rows.append(measured.row(name))
+            print(rows[-1], flush=True)
+            if wanted.picture and name == "whole":
+                slam = measured.slam
+                wanted.picture.write_bytes(draw_drive(slam.grid(), slam.poses, slam.drive.ties))
+        texts["log"] = table(HEAD, rows)
+    if wanted.generated:
+        rows = []
+        for place, scans, seed in _places():
+            for name, conditions in CONDITIONS.items():
+                rows.append(measure(drive(place, conditions, scans, seed)).row(f"{place.name}, {name}"))
+                print(rows[-1], flush=True)
+        texts["generated"] = table(HEAD, rows)
+    if wanted.flat:
+        texts["flat"] = flat_text()
+    for name, text in texts.items():
+        print(text)
+        if wanted.write:
+            write_between_marks(wanted.write, name, text)
+
+
+if __name__ == "__main__":
+    main()
