@@ -24,6 +24,8 @@ from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFr
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
+from florence_bt.skills.navigation.localisation.scan_match import spread_around
+from florence_bt.skills.navigation.localisation.submap import Submap
 from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 
@@ -60,10 +62,13 @@ def _warm_up_kinect() -> None:
 
 
 def _warm_up_mapping() -> None:
-    """Draw a scan into a map."""
-    points = np.array([[1.0, 0.0], [0.0, 1.0]], np.float32)
-    scan = KeptScan(0.0, start=np.zeros(2, np.float32), points=points, clear=points + 1.0)
+    """Draw a scan into a map, and look round for where it fits."""
+    points = np.array([[1.0, 0.0], [0.0, 1.0]])
+    ends = points.astype(np.float32)
+    scan = KeptScan(0.0, start=np.zeros(2, np.float32), points=ends, clear=ends + 1.0)
     GridBuilder(0.05, 8.0).add(scan, Pose2())
+    field = Submap(Pose2()).field
+    spread_around(field, points, Pose2(), reach=0.1, step=0.1, near=0.1, scale=1.0)
 
 
 def compiled_files() -> list[str]:
