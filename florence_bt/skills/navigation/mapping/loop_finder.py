@@ -30,8 +30,12 @@ from florence_bt.skills.navigation.mapping.pose_graph import PoseGraph, Tie
 _LATELY_M, _NEAR_M = 5.0, 10.0
 """What the robot has seen on so long a way is fitted, as far as it lies so near to it: a single scan in a
 bare corridor fits at any place of it."""
-_MIDDLE_M, _MOST = 8.0, 2
-"""Submaps whose middle is so near may hold what the robot sees, of them so many are tried."""
+_MIDDLE_M, _MOST, _MOST_WIDE, _WIDE_EVERY = 8.0, 2, 2, 4
+"""Submaps whose middle is so near may hold what the robot sees; so many are tried, besides so many in wide
+searches, at every so many kept scans: those take long."""
+_LAST, _LEAST_SCANS, _SURER = 2, 3, 0.1
+"""A scan that is torn from those before is looked for in so many submaps of at least so many scans, and so
+much more of it has to fit: nothing confirms it."""
 _REACH_M, _REACH_PER_M, _LONGEST_M = 0.4, 0.04, 5.0
 _TURN_RAD, _TURN_PER_M, _LARGEST_RAD = 0.1, 0.012, 0.8
 """How far around the believed pose is looked: the drift of the laser odometry over a way, and more."""
@@ -114,6 +118,10 @@ class LoopFinder:
             self._pieces.append(_Piece(number))
 
     @property
+    def _unbroken_from(self) -> int:
+        return max(self._torn_at, default=0)
+
+    @property
     def torn(self) -> tuple[bool, ...]:
         """Which of the scans nothing ties to those before."""
         return tuple(number in self._torn_at for number in range(len(self.driven)))
@@ -136,31 +144,35 @@ class LoopFinder:
         ways = self._graph.ways_from(number)
         seen = self._seen_lately(number)
         found: list[Tie] = []
-        tried = 0
+        left = {False: _MOST, True: _MOST_WIDE if (number + 1) % _WIDE_EVERY == 0 else 0}
         for distance, index in near:
             way = float(ways[self._pieces[index].first])
-            reach = min(_LONGEST_M, _REACH_M + _REACH_PER_M * way)
+            reach, turn = _search_of(way)
             if distance > _MIDDLE_M + reach:
                 continue
-            turn = min(_LARGEST_RAD, _TURN_RAD + _TURN_PER_M * way)
-            found += self._look(index, number, seen, reach, turn)
-            tried += 1
-            if tried == _MOST:
-                break
+            wide = reach >= _WIDE_M
+            if left[wide] > 0:
+                left[wide] -= 1
+                found += self._look(index, number, seen, reach, turn)
         return found
 
-    def rejoin(self, reach: float) -> list[Tie]:
-        """Look for the newest scan, which nothing ties to those before, in the submaps that it has ended.
-
-        Args:
-            reach: How far off it may be, metres.
-        """
-        number = len(self.driven) - 1
-        seen = self._seen_lately(number)
-        ended = [index for index in range(len(self._pieces)) if self._pieces[index].end == number]
-        found = [self._match(index, number, seen, min(reach, _LONGEST_M), _LARGEST_RAD) for index in ended]
-        best = max(found, key=lambda each: each[0], default=(0.0, None))
-        return [best[1]] if best[1] is not None and best[0] >= self._least_fit else []
+    def rejoin(self) -> list[Tie]:
+        """Look for the newest scan, which nothing ties to those before it was torn, in the last submaps."""
+        number, torn_at = len(self.driven) - 1, self._unbroken_from
+        ended = [
+            index
+            for index, piece in enumerate(self._pieces)
+            if piece.end is not None and piece.end <= torn_at and piece.end - piece.first >= _LEAST_SCANS
+        ]
+        if not ended:
+            return []
+        ways, seen = self._graph.ways_from(number), self._seen_lately(number)
+        found = []
+        for index in ended[-_LAST:]:
+            reach, _ = _search_of(float(ways[self._pieces[index].first]))
+            found.append(self._match(index, number, seen, reach, _LARGEST_RAD))
+        fit, tie = max(found, key=lambda each: each[0])
+        return [tie] if fit >= self._least_fit + _SURER else []
 
     def _look(
         self, index: int, number: int, seen: NDArray[np.float64], reach: float, turn: float
@@ -228,7 +240,7 @@ class LoopFinder:
     def _seen_lately(self, number: int) -> NDArray[np.float64]:
         """Return what the robot has seen on the last metres, shape (n, 2), in its frame, metres."""
         here, seen = self.driven[number], []
-        for other in range(number, max(self._torn_at, default=0) - 1, -1):
+        for other in range(number, self._unbroken_from - 1, -1):
             if self.ways[number] - self.ways[other] > _LATELY_M:
                 break
             there = here.inverse() @ self.driven[other]
@@ -250,3 +262,9 @@ class LoopFinder:
         if len(self._drawn) > _CACHED:
             self._drawn.popitem(last=False)
         return submap
+
+
+def _search_of(way: float) -> tuple[float, float]:
+    """Return how far a place is searched, metres and radians, after an unsure way, metres."""
+    reach = min(_LONGEST_M, _REACH_M + _REACH_PER_M * way)
+    return reach, min(_LARGEST_RAD, _TURN_RAD + _TURN_PER_M * way)

@@ -33,6 +33,8 @@ the metres of way that make the odometry a metre more unsure; how far off the ro
 on."""
 _LONG_M = 0.4
 """Longer steps from scan to scan are the more unsure: less of what was seen is seen again."""
+_LOOSE_M = 3.0
+"""A scan that nothing ties to those before is looked for on so many metres, until it is found."""
 _RESET_M = 5.0
 """No robot drives so far from scan to scan."""
 _LOOK_EVERY = 2
@@ -65,6 +67,7 @@ class Slam:
         self._odometry = LaserOdometry()
         self._unsure: NDArray[np.float64] = np.zeros((3, 3))
         self._torn = self._resumed = False
+        self._loose_m = math.inf
         self._mended = Pose2()
         self._odom: Pose2 | None = None
         self._waiting = 0
@@ -161,8 +164,12 @@ class Slam:
         self._unsure, self._torn, self._resumed = np.zeros((3, 3)), False, False
         if not self._parameters.close_loops:
             return
-        if torn:
-            self._tie(self._finder.rejoin(wrong))
+        self._loose_m = 0.0 if torn else self._loose_m + metres
+        if self._loose_m <= _LOOSE_M:
+            ties = self._finder.rejoin()
+            self._tie(ties)
+            if ties:
+                self._loose_m = math.inf
         elif len(self._scans) % _LOOK_EVERY == 0:
             self._tie(self._finder.find())
 
