@@ -8,7 +8,7 @@ WORKERS ?= 2
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test unit ros check format trials bench colour lock clean
+.PHONY: help setup demo test unit ros check format manual trials bench colour lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -38,6 +38,10 @@ check: setup ## check format, style, types and the direction of imports
 format: setup ## format the code and repair what the linter can repair
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+manual: setup ## build the manual as a site in build/manual; broken links fail
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet $(ARGS)
+	@echo "open build/manual/index.html"
 
 trials: setup ## run goto_user in the rig, 10 seeds for each class of person, and write docs/notes/trials.md
 	$(BIN)/python tools/trials.py --runs 10 --out docs/notes/trials.md $(ARGS)

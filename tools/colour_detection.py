@@ -1,6 +1,6 @@
 """How well the colour detector tells people from other things in real photographs.
 
-``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/manual/people.md``.
+``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/notes/people.md``.
 What was said of each photograph is in ``build/colour.csv``.
 """
 

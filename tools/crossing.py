@@ -1,6 +1,6 @@
 """How well two people keep their ids who cross each other in view of the robot.
 
-``python tools/crossing.py --minutes 60 --write docs/manual/people.md``
+``python tools/crossing.py --minutes 60 --write docs/notes/people.md``
 """
 
 from __future__ import annotations

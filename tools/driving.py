@@ -1,6 +1,6 @@
 """Drives to random goals among walking people, in the rig: how many are reached, and how.
 
-``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 40 --write docs/manual/navigation.md``.
+``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 40 --write docs/notes/navigation.md``.
 The single drives are in ``build/driving.csv``.
 """
 

@@ -1,6 +1,6 @@
 """Robots that are not where they believe to be and get a goal, in the rig: who finds its place and arrives.
 
-``python tools/lost.py --homes flat 5 6 7 8 9 --seed 41 --write docs/manual/navigation.md``.
+``python tools/lost.py --homes flat 5 6 7 8 9 --seed 41 --write docs/notes/navigation.md``.
 The single robots are in ``build/lost.csv``.
 """
 

@@ -1,6 +1,6 @@
-"""The recovery of drives in ``docs/manual/navigation.md``: diagram and table, from the code's own table.
+"""The recovery of drives in ``docs/notes/navigation.md``: diagram and table, from the code's own table.
 
-``python tools/recovery_page.py docs/manual/navigation.md`` writes them.
+``python tools/recovery_page.py docs/notes/navigation.md`` writes them.
 """
 
 from __future__ import annotations
@@ -16,6 +16,6 @@ from tools.tables import write_between_marks
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("page", type=Path, help="where to, e.g. docs/manual/navigation.md")
+    parser.add_argument("page", type=Path, help="where to, e.g. docs/notes/navigation.md")
     text = f"```mermaid\n{as_mermaid()}\n```\n\n{as_table()}"
     write_between_marks(parser.parse_args().page, "recovery", text)

@@ -26,7 +26,8 @@ What missions can ask of the robot. This page is written from the declarations o
 `python tools/skills_page.py docs/reference/skills.md`.
 
 Where a server is named, Florence need not have it itself: the skill is for robots that have one of that
-name. [`like`](skills_without_code.md#a-skill-that-is-like-another-one) makes a skill for one of another name.
+name. [`like`](../manual/skills_without_code.md#a-skill-that-is-like-another-one) makes a skill for one of
+another name.
 
 A skill that *answers at once* can be a condition: a node without memory asks it again every second while a
 later node runs, or as often as [`every`](missions.md#every-how-conditions-are-watched) says. One that also

@@ -25,7 +25,7 @@ class LaunchArgument:
 
     Attributes:
         name: As in ``name:=value``.
-        option: As in ``florence up``.
+        option: As in ``florence up``; empty for its argument, the folder of a robot.
         description: For ``ros2 launch --show-args``.
         default: Its text when it is not given; empty: the option is left out.
         is_flag: Whether it is true or false.
@@ -48,11 +48,12 @@ def launch_arguments() -> list[LaunchArgument]:
 
 
 def _argument(option: Any) -> LaunchArgument:
-    flag, several = bool(option.is_flag), bool(option.multiple)
+    named = option.param_type_name == "option"
+    flag, several = named and bool(option.is_flag), named and bool(option.multiple)
     more = f" Several, separated by {os.pathsep!r}." if several else ""
     return LaunchArgument(
         option.opts[0].removeprefix("--").replace("-", "_"),
-        option.opts[0],
+        option.opts[0] if named else "",
         f"{option.help}{more}",
         OFF[0] if flag else "",
         flag,
@@ -81,5 +82,5 @@ def command_words(values: Mapping[str, str]) -> list[str]:
             words += [argument.option] * (value.lower() in ON)
             continue
         given = value.split(os.pathsep) if argument.is_list else [value]
-        words += [word for each in given if each for word in (argument.option, each)]
+        words += [word for each in given if each for word in (argument.option, each) if word]
     return words

@@ -1,4 +1,4 @@
-"""Verbs about maps: ``map build``, ``save``, ``clean``, ``crop``, ``rotate``, ``edit``, ``rooms``."""
+"""Verbs about maps: make them, save them, change them, propose their rooms."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ app.add_typer(maps, name="map", rich_help_panel="The robot")
 
 @maps.callback()
 def _group() -> None:
-    """Build and save maps, change the files of a map, propose its rooms.
+    """Build a map, save the one that is published, change the files of a map, propose its rooms.
 
     What changes a map keeps its last 20 versions beside it, in NAME.versions; --undo goes back step by step.
     Coordinates are metres in the frame of the map, as in hotspot files.

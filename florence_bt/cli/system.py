@@ -157,6 +157,12 @@ def up(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
+    split: Annotated[
+        bool,
+        typer.Option(
+            "--split", help="A process for each node, to look for what is wrong; takes more memory."
+        ),
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -177,10 +183,15 @@ def up(
             )
         its = read_robot_folder(folder)
         robot, emulate = robot or its.robot, emulate or its.emulate
-        map_file, hotspots, home = map_file or its.map, hotspots or its.hotspots, home or its.home
-        folders, speech, out = folders or list(its.missions), speech or its.speech, out or its.out
-        if map_file is None:
-            typer.echo(f"{folder} has no map of its home yet: navigation uses that of the example flat")
+        if not mapping:  # its places are those of another map
+            map_file, hotspots = map_file or its.map, hotspots or its.hotspots
+        home, folders, speech = home or its.home, folders or list(its.missions), speech or its.speech
+        out = out or its.out
+        if map_file is None and not mapping:
+            typer.echo(
+                f"{folder} has no map of its home yet: navigation uses that of the example flat; "
+                f"florence up {folder} --mapping makes one"
+            )
     if missions_only and (sim or emulate):
         raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
     if not missions_only and sim == (robot is not None):
@@ -216,12 +227,54 @@ def up(
             world_seed=world_seed,
             seed=seed,
             speed=speed,
+            split=split,
             ros_arguments=(
                 *(word for file in params_file or () for word in ("--params-file", str(file.absolute()))),
                 *ros_arguments(),
             ),
         )
     )
+
+
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="The system",
+    epilog=f"Example: florence logs -f --level warn navigation\n\n{EXIT_CODES}",
+)
+def logs(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Only these processes or nodes.")
+    ] = None,
+    follow: Annotated[
+        bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")
+    ] = False,
+    level: Annotated[str, typer.Option(help="The least level: debug, info, warn, error or fatal.")] = "info",
+    last: Annotated[
+        int | None, typer.Option("--last", "-n", min=0, help="Only the last so many.", show_default="all")
+    ] = None,
+    whole: Annotated[
+        bool, typer.Option("--all", help="Also of earlier bring-ups in the same folder.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="The folder of the bring-up, or of a robot.", show_default="the one that runs, or ran last"
+        ),
+    ] = None,
+) -> None:
+    """Show the logs of all processes together, by time: of the system that runs, or of the last one.
+
+    Needs no running system: it reads files, also after a crash.
+    """
+    from rich.console import Console
+
+    from florence_bt.app.logs.logs import LogPrinter, LogReader, log_folder, show_logs
+
+    console = Console()
+    folder = log_folder(out)
+    reader = LogReader(folder, names or [], level, whole=whole)
+    printer = LogPrinter(folder, lambda text: console.print(text, soft_wrap=True))
+    show_logs(reader, printer, follow=follow, last=last)
 
 
 def _folder(out: Path | None, usual: str) -> Path:

@@ -12,8 +12,9 @@ EXTRAS = {
     "sim": ("mujoco", "matplotlib"),
     "draw": ("resvg_py",),
     "home": ("paho",),
-    "mapping": ("gtsam", "rosbags"),
     "record": ("foxglove",),
+    "page": ("nicegui", "fastapi", "uvicorn"),
+    "mapping": ("gtsam", "rosbags"),
     "test": ("pytest",),
 }
 """Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""

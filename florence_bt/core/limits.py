@@ -80,7 +80,7 @@ def check_limits(parameters: Any) -> None:
     Raises:
         ConfigError: Names the field, its value and what would have worked.
     """
-    for name, rule in _rules_of(type(parameters)).items():  # type: ignore[arg-type]  # a class is hashable
+    for name, rule in rules_of(type(parameters)).items():  # type: ignore[arg-type]  # a class is hashable
         value = getattr(parameters, name)
         if value is None:
             continue
@@ -121,7 +121,7 @@ def _example(parameters: Any, name: str) -> str:
 
 
 @functools.cache
-def _rules_of(cls: type) -> dict[str, Limits | tuple[Any, ...]]:
+def rules_of(cls: type) -> dict[str, Limits | tuple[Any, ...]]:
     """Return the limits, or the choices, of each field that has some."""
     rules: dict[str, Limits | tuple[Any, ...]] = {}
     for name, hint in typing.get_type_hints(cls, include_extras=True).items():

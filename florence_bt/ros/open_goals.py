@@ -49,6 +49,7 @@ class OpenGoals:
         self._open: dict[str, tuple[str, ...]] = {}
         self._clients: dict[str, Client] = {}
         self._publishers: dict[str, DiscoveredServers] = {}
+        self._told_by: dict[str, set[bytes]] = {}
         for action in actions:
             name = node.resolve_action_name(action)
             status = f"{name}/_action/status"
@@ -67,7 +68,7 @@ class OpenGoals:
         return tuple(self._clients)
 
     def open(self) -> list[OpenGoal]:
-        """Return the open goals; those of a server that went away are over."""
+        """Return the open goals; those of a server that went away are over, also when another one came."""
         return [
             OpenGoal(action, goal_id)
             for action, goal_ids in self._open.items()
@@ -76,7 +77,11 @@ class OpenGoals:
         ]
 
     def _is_served(self, action: str) -> bool:
-        return bool(self._publishers[action].ids())
+        """Tell whether a server that told of the open goals of an action is still there."""
+        there = self._publishers[action].ids()
+        # Discovery may learn of a server after its first status.
+        told_by = self._told_by[action] = self._told_by.get(action) or there
+        return bool(told_by & there)
 
     def server_is_there(self, action: str) -> bool:
         """Tell whether the server of an action has been discovered."""
@@ -106,4 +111,4 @@ class OpenGoals:
             if status.status in OPEN
         )
         if self._open[action]:
-            self._publishers[action].ids()  # whose process is known from now on
+            self._told_by[action] = self._publishers[action].ids()  # whose process is known from now on

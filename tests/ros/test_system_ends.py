@@ -152,16 +152,16 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert "aborted because: the process died during it; restarted as" in watcher.output
     system.wait_for("the process 'missions' is up again", PATIENCE_S)
 
-    # The driver of the base dies: the base is sent a stop command, and all ends with what it was.
+    # The world dies: there is nothing to start again, and all ends with what it was.
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless", "--policy", "preempt")
     watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
-    kill_process(folder, "hardware")
+    kill_process(folder, "simulator")
     assert system.process.wait(PATIENCE_S) == 3
-    assert "the process 'hardware' was killed by SIGKILL; the base was sent a stop command" in system.output
+    assert "the process 'simulator' was killed by SIGKILL" in system.output
     assert watcher.process.wait(PATIENCE_S) in (1, 3), watcher.output
     last = start_process(*FLORENCE, "runs", "--folder", folder / "runs", "--limit", "1")
     assert last.process.wait(PATIENCE_S) == 0
-    assert "STOPPED" in last.output and "the process 'hardware' was killed by SIGKILL" in last.output
+    assert "STOPPED" in last.output and "the process 'simulator' was killed by SIGKILL" in last.output
     assert_clean(system, folder, 3)
 
 

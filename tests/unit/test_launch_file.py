@@ -145,6 +145,7 @@ def test_its_arguments_are_the_options_of_up(monkeypatch):
             ["--robot", "r.yaml", "--nav", "nav2", "--base", "running"],
         ),
         ({"missions_only": "true"}, ["--missions-only"]),
+        ({"folder": "robot", "split": "true"}, ["robot", "--split"]),
         ({"robot": "r.yaml", "emulate": "1", "sim": "false"}, ["--robot", "r.yaml", "--emulate"]),
     ],
 )
@@ -152,13 +153,15 @@ def test_it_starts_the_processes_nodes_and_parameters_of_up(monkeypatch, tmp_pat
     monkeypatch.chdir(tmp_path)
     Path("PARAMS").write_text("/robot1/navigate:\n  ros__parameters: {max_vel_x: 0.21}\n")
     Path("r.yaml").write_text("navigate: {max_vel_x: 0.22}\n")
+    Path("robot").mkdir()
+    Path("robot/florence.yaml").write_text("robot: ../r.yaml\nout: runs\n")
     node = launched(monkeypatch, **given)
     assert (node.package, node.executable) == ("florence_bt", "florence")
     by_launch = brought_up(monkeypatch, node.words)
     by_hand = brought_up(monkeypatch, ["up", *options])
     assert set(by_launch.ros_arguments) == set(by_hand.ros_arguments)
     assert by_launch.folder == by_hand.folder and by_launch.namespace == by_hand.namespace
-    assert topology.groups(by_launch) == topology.groups(by_hand)
+    assert topology.processes(by_launch) == topology.processes(by_hand)
     assert topology.remappings(by_launch) == topology.remappings(by_hand)
     for name in topology.NODE_CLASSES:
         assert config_of(by_launch).of(name) == config_of(by_hand).of(name)

@@ -1,6 +1,6 @@
-"""Attacks a simulated system, and writes what it stood into docs/manual/safety.md.
+"""Attacks a simulated system, and writes what it stood into docs/notes/safety.md.
 
-``python tools/safety_campaign overrides --count 500 --write docs/manual/safety.md``; ``--help`` lists
+``python tools/safety_campaign overrides --count 500 --write docs/notes/safety.md``; ``--help`` lists
 the attacks.
 Each brings systems up by itself, in the ROS domain of ROS_DOMAIN_ID, and ends them. All are bounded in time.
 """

@@ -11,8 +11,11 @@ from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
 from tools.tables import milliseconds, table
 
 OTHERS = ("hardware", "navigation", "people", "simulator")
+ENDS_ALL = "simulator"
+"""The one that is not started again."""
 IN_A_ROW = 3
-"""How often one bring-up starts its mission server again within ten minutes."""
+"""How often one bring-up starts a process again within ten minutes."""
+AGAIN_S = 120.0
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class Kill:
     Attributes:
         group: The process that was killed.
         standing_s: From the kill to the stand; infinite when it never stood. Not known of the simulator.
-        well: The mission server came back and its mission drove again; or the others ended with code 3.
+        well: The process came back and the robot drove again; of the simulator: all ended with code 3.
         left: Processes that were left.
     """
 
@@ -36,40 +39,46 @@ def kill_many(missions: int, others: int, seed: int, say: Callable[[str], None] 
     """Kill the mission server, and each other process, so many times."""
     dice = random.Random(seed)
     kills: list[Kill] = []
-    while len(kills) < missions:
-        with RunningSystem(seed + len(kills)) as system:
-            system.drive_by_mission()
-            for _ in range(min(IN_A_ROW, missions - len(kills))):
-                kills.append(_kill_missions(system, dice))
-        say(f"{len(kills)} of {missions} kills of the mission server")
-    for group in OTHERS:
-        for number in range(others):
-            kills.append(_kill_other(group, seed + number, dice))
-        say(f"{others} kills of {group}")
+    for group, count in (("missions", missions), *((other, others) for other in OTHERS)):
+        done = 0
+        while done < count:
+            in_a_row = 1 if group == ENDS_ALL else min(IN_A_ROW, count - done)
+            kills += _kill_in_a_row(group, in_a_row, seed + len(kills), dice)
+            done += in_a_row
+        say(f"{count} kills of {group}")
     return kills
 
 
-def _kill_missions(system: RunningSystem, dice: random.Random) -> Kill:
-    if not system.wait_for_drive(dice):
-        raise CampaignFailed(f"the robot does not drive:\n{system.output}")
-    before = system.pid("missions")
-    system.send("missions", signal.SIGKILL)
-    standing = system.seconds_to_stand()
-    system.wait(lambda: system.pid("missions") not in (None, before), "the new mission server", 60.0)
-    return Kill("missions", standing, system.wait_for_drive(dice), 0)
-
-
-def _kill_other(group: str, seed: int, dice: random.Random) -> Kill:
+def _kill_in_a_row(group: str, count: int, seed: int, dice: random.Random) -> list[Kill]:
     with RunningSystem(seed) as system:
         system.drive_by_mission()
-        if not system.wait_for_drive(dice):
-            raise CampaignFailed(f"the robot does not drive:\n{system.output}")
-        system.send(group, signal.SIGKILL)
-        standing = float("nan") if group == "simulator" else system.seconds_to_stand()
-        ended = system.spin_until(lambda: system.process.poll() is not None, 60.0)
-        left = [name for name in (*OTHERS, "missions") if system.pid(name) is not None]
-        well = ended and system.process.returncode == 3 and f"'{group}'" in system.output
-    return Kill(group, standing, well, len(left))
+        if group == ENDS_ALL:
+            return [_kill_the_world(system, dice)]
+        return [_kill_and_see_it_back(system, group, dice) for _ in range(count)]
+
+
+def _kill_and_see_it_back(system: RunningSystem, group: str, dice: random.Random) -> Kill:
+    if not system.wait_for_drive(dice):
+        raise CampaignFailed(f"the robot does not drive:\n{system.output}")
+    before, told = system.pid(group), len(system.output)
+    system.send(group, signal.SIGKILL)
+    standing = system.seconds_to_stand()
+    system.wait(
+        lambda: "the robot may drive again" in system.output[told:], "the robot to be let go", AGAIN_S
+    )
+    if group != "missions":  # whose journal has what it was doing
+        system.drive_by_mission()
+    return Kill(group, standing, system.wait_for_drive(dice) and system.pid(group) not in (None, before), 0)
+
+
+def _kill_the_world(system: RunningSystem, dice: random.Random) -> Kill:
+    if not system.wait_for_drive(dice):
+        raise CampaignFailed(f"the robot does not drive:\n{system.output}")
+    system.send(ENDS_ALL, signal.SIGKILL)
+    ended = system.spin_until(lambda: system.process.poll() is not None, 60.0)
+    left = [name for name in (*OTHERS, "missions") if system.pid(name) is not None]
+    well = ended and system.process.returncode == 3 and f"'{ENDS_ALL}'" in system.output
+    return Kill(ENDS_ALL, float("nan"), well, len(left))
 
 
 def kills_table(kills: list[Kill]) -> str:
@@ -80,7 +89,7 @@ def kills_table(kills: list[Kill]) -> str:
         if not mine:
             continue
         times = sorted(kill.standing_s for kill in mine)
-        known = group != "simulator"
+        known = group != ENDS_ALL
         rows.append(
             (
                 group,

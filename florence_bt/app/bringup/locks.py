@@ -90,8 +90,11 @@ def bring_up_here() -> bool:
 
 def running_folder() -> Path | None:
     """Return the folder of the bring-up that :func:`bring_up_here` sees; None without one."""
-    if not bring_up_here():
-        return None
+    return last_folder() if bring_up_here() else None
+
+
+def last_folder() -> Path | None:
+    """Return the folder of the bring-up that runs, or ran last, in our ROS domain and namespace."""
     try:
         _, _, folder = os.fsdecode(_domain_file(namespace()).read_bytes()).partition("\n")
     except OSError:

@@ -53,6 +53,7 @@ class BringUp:
         world_seed: Seed of a generated home in its place.
         seed: Seed of every random generator.
         speed: Simulated seconds per wall second to aim at.
+        split: Whether each node has a process of its own.
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
         ros_arguments: The ROS arguments of every process (``ros.arguments``); those of this one when not
             given. What they say about parameters goes over the configuration.
@@ -77,6 +78,7 @@ class BringUp:
     world_seed: int | None = None
     seed: int = 0
     speed: float = 1.0
+    split: bool = False
     mission_folders: tuple[str, ...] = ()
     ros_arguments: tuple[str, ...] = field(default_factory=ros_arguments)
 

@@ -22,10 +22,10 @@ PR_SET_PDEATHSIG = 1
 
 
 def main(group: str, options_file: Path, parent: int) -> int:
-    """Run the nodes of one group until asked to end.
+    """Run the nodes of one process until asked to end.
 
     Args:
-        group: A name of :data:`florence_bt.app.bringup.topology.NODES`.
+        group: A name of :func:`florence_bt.app.bringup.topology.processes`.
         options_file: JSON file of a :class:`BringUp`.
         parent: Process id of the supervisor.
 

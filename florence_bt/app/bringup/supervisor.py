@@ -24,8 +24,9 @@ END_LOOK_S = 0.02
 TAIL_LINES = 15
 STARTED_AGAIN = "FLORENCE_STARTED_AGAIN"
 """Environment variable: set for a process that replaces one that died, empty for the first of its group."""
-RESTARTS = 3
-"""How often processes that died are started again within :data:`RESTARTS_PERIOD_S`."""
+PAUSES_S = (0.0, 5.0, 20.0)
+"""How long a process that died waits before it is started again, for the first time, the second and the third
+within :data:`RESTARTS_PERIOD_S`; after that it is not."""
 RESTARTS_PERIOD_S = 600.0
 
 
@@ -81,6 +82,8 @@ class _Child:
     """Why it was killed; empty when it was not."""
     reaped: str | None = None
     """What was done after its end; None before."""
+    due: float | None = None
+    """When it is started again, in steady seconds; None while it runs, or is not started again."""
 
     def close(self) -> None:
         self.log.close()
@@ -125,7 +128,7 @@ class Supervisor:
         self._keep_open = tuple(keep_open)
         self._after_death = after_death
         self._now = now
-        self._restarts: deque[float] = deque(maxlen=RESTARTS)
+        self._deaths: dict[str, deque[float]] = {}
         self._children: list[_Child] = []
 
     def __enter__(self) -> Supervisor:
@@ -147,30 +150,58 @@ class Supervisor:
             with held_back():
                 self._children.append(self._started(group))
 
-    def start_again(self, group: str) -> bool:
-        """Start a process that died once more, unless that happened too often of late.
+    def start_again(self, name: str) -> float | None:
+        """Plan the start of a process that died, after a pause, unless it has died too often of late.
+
+        :meth:`check` starts it.
 
         Returns:
-            Whether it was started.
-
-        Raises:
-            ConfigError: Its log cannot be written.
+            The pause in seconds; None when it is not started again.
         """
         now = self._now()
-        if len(self._restarts) == RESTARTS and now - self._restarts[0] < RESTARTS_PERIOD_S:
-            return False
-        self._restarts.append(now)
-        (index,) = (number for number, child in enumerate(self._children) if child.name == group)
-        self._children[index].close()
-        with held_back():
-            self._children[index] = self._started(group, again=True)
-        return True
+        deaths = self._deaths.setdefault(name, deque(maxlen=len(PAUSES_S)))
+        while deaths and now - deaths[0] >= RESTARTS_PERIOD_S:
+            deaths.popleft()
+        if len(deaths) == len(PAUSES_S):
+            return None
+        pause = PAUSES_S[len(deaths)]
+        deaths.append(now)
+        self._child(name).due = now + pause
+        return pause
+
+    def start_along(self, companions: Sequence[str], name: str) -> None:
+        """End processes and start them again when one does that died; it does not count for them.
+
+        Args:
+            companions: The processes to end.
+            name: The one that died.
+        """
+        self._end([self._child(each) for each in companions])
+        for each in companions:
+            self._child(each).due = self._child(name).due
+
+    def restarts(self, name: str) -> int:
+        """Return how often a process has died within :data:`RESTARTS_PERIOD_S` and was started again."""
+        now = self._now()
+        return sum(now - death < RESTARTS_PERIOD_S for death in self._deaths.get(name, ()))
+
+    def waiting(self) -> set[str]:
+        """Return the processes that will be started again."""
+        return {child.name for child in self._children if child.due is not None}
+
+    def _start_due(self) -> None:
+        for index, child in enumerate(self._children):
+            if child.due is not None and self._now() >= child.due:
+                child.close()
+                with held_back():
+                    self._children[index] = self._started(child.name, again=True)
 
     def _started(self, group: str, *, again: bool = False) -> _Child:
         log_file = self._log_folder / f"{group}.log"
         try:
             self._log_folder.mkdir(parents=True, exist_ok=True)
             log = log_file.open("ab")
+            log.write(f"{log_line(f'the process {group} starts')}\n".encode())
             log_begun = log.seek(0, os.SEEK_END)
         except OSError as error:
             raise ConfigError(
@@ -198,13 +229,15 @@ class Supervisor:
         return _Child(group, process, log_file, log, log_begun, heart)
 
     def check(self) -> None:
-        """Raise when a process has ended.
+        """Start what is due to be started again; raise when a process has ended.
 
         Raises:
             ProcessDied: Names the process, how it ended and the end of its log.
+            ConfigError: The log of a process that is started again cannot be written.
         """
+        self._start_due()
         for child in self._children:
-            if child.process.poll() is not None:
+            if child.due is None and child.process.poll() is not None:
                 how, then = child.how_it_ended(), self._reap(child)
                 raise ProcessDied(child.name, how, child.log_file, then, child.log_begun)
 
@@ -226,7 +259,7 @@ class Supervisor:
 
     def note(self, name: str, line: str) -> None:
         """Write a line into the log of a process."""
-        self._child(name).log.write(f"florence up: {line}\n".encode())
+        self._child(name).log.write(f"{log_line(line, 'WARN')}\n".encode())
         self._child(name).log.flush()
 
     def write_stack(self, name: str) -> None:
@@ -305,6 +338,11 @@ class Supervisor:
     def pids(self) -> dict[str, int]:
         """Return the process ids by group."""
         return {child.name: child.process.pid for child in self._children}
+
+
+def log_line(text: str, level: str = "INFO") -> str:
+    """Write a line of ``florence up`` as rclpy writes those of nodes (rcutils, default format)."""
+    return f"[{level}] [{time.time():.9f}] [florence_up]: {text}"
 
 
 def _killed(child: _Child) -> str:

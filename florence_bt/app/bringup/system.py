@@ -17,10 +17,19 @@ from florence_bt.app.bringup.make_safe import BaseSafety
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only
+from florence_bt.app.bringup.process_report import ProcessReport
 from florence_bt.app.bringup.signals import ignored, once
 from florence_bt.app.bringup.simulated import clear_ports, with_world_files
-from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
-from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups, own_bindings
+from florence_bt.app.bringup.supervisor import RESTARTS_PERIOD_S, ProcessDied, Supervisor
+from florence_bt.app.bringup.topology import (
+    BASE,
+    MISSIONS,
+    companions,
+    ended_together,
+    own_bindings,
+    process_of,
+    processes,
+)
 from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, RUN_MISSION, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
@@ -52,8 +61,8 @@ class System:
 
     def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
         check_options(options, report)
-        self._report = report
         folder = Path(options.folder)
+        self._say = report
         with ExitStack() as stack:
             stack.enter_context(owner_only(folder, options.runs))
             locks = [
@@ -63,20 +72,22 @@ class System:
             if options.in_flat:
                 clear_ports(options)
             self.options = options = with_world_files(options)
+            self._base, self._missions = process_of(BASE, options), process_of(MISSIONS, options)
             self._supervisor = Supervisor(
                 options.write(),
                 folder / "logs",
-                ended_together=ENDED_TOGETHER,
+                ended_together=ended_together(options),
                 keep_open=[lock.fileno() for lock in locks],
                 after_death=self._after_death,
             )
             port = HungDriverStop(options)
             self.client = MissionClient()
             self._devices = DeviceReport(self.client.node)
+            self._processes = ProcessReport(self.client.node, self._supervisor, folder / "logs")
             self._hold = RobotHold(self.client, port)
             self._hung: set[str] = set()
             self._safety: BaseSafety | None = None
-            self._starting_again = ""
+            self._starting_again: dict[str, float] = {}
             self._going_down = False
             self._interrupts = ExitStack()
             self._locks = stack.pop_all()
@@ -87,7 +98,7 @@ class System:
         try:
             if not self.options.missions_only:
                 ensure_compiled(self._report)
-            self._supervisor.start(groups(self.options))
+            self._supervisor.start(list(processes(self.options)))
         except BaseException:
             self._down()
             raise
@@ -99,7 +110,8 @@ class System:
         """Stop everything."""
         try:
             if isinstance(error, ProcessDied):
-                self._stop_the_runs(error)
+                self._held(driver_answers=error.name != self._base)
+                self._stop_the_runs(error, "so the whole system ends")
         finally:
             self._down()
 
@@ -133,7 +145,7 @@ class System:
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
-        """Return the process ids by group of nodes."""
+        """Return the process ids by name."""
         return self._supervisor.pids()
 
     def check(self) -> None:
@@ -145,11 +157,16 @@ class System:
             ProcessDied: Names it.
         """
         self._supervisor.check()
-        silences = self._supervisor.silences()
+        # One that is started again has a budget to come up in, as at the start; the robot is held meanwhile.
+        silences = {
+            name: silent_s
+            for name, silent_s in self._supervisor.silences().items()
+            if name not in self._starting_again
+        }
         hung = {name for name, silent_s in silences.items() if silent_s >= SILENT_S}
         for name in sorted(hung - self._hung):
             self._stop_for(name, hung)
-        if BASE in self._hung & hung:
+        if self._base in self._hung & hung:
             self._hold.stop_by_port()
         for name in sorted(self._hung & silences.keys() - hung):
             self._report(f"the process {name!r} answers again")
@@ -163,40 +180,79 @@ class System:
 
     def _stop_for(self, name: str, hung: set[str]) -> None:
         """Hold the robot because a process does not answer, then say so."""
-        problem = self._hold.hold(driver_answers=BASE not in hung)
-        done = (
-            f"the base may still be driving, switch it off: {problem}" if problem else "the robot is stopped"
-        )
+        done = self._held(driver_answers=self._base not in hung)
         line = f"the process {name!r} has not answered for {SILENT_S:.1f} s; {done}"
-        self._report(line)
+        self._report(line, "WARN")
         self._supervisor.note(name, line)
         self._supervisor.write_stack(name)
 
-    def keep_up(self) -> None:
-        """Check as :meth:`check` does, but start the mission server again: its journal has what it was doing.
+    def _held(self, *, driver_answers: bool) -> str:
+        """Hold the robot; gives what was done, for people."""
+        problem = self._hold.hold(driver_answers=driver_answers)
+        return (
+            f"the base may still be driving, switch it off: {problem}" if problem else "the robot is stopped"
+        )
 
-        The robot is stopped meanwhile. The other processes are not started again: they know things that new
-        ones would not, such as where the robot is.
+    def keep_up(self) -> None:
+        """Check as :meth:`check` does, but start a process that died again, where that is safe.
+
+        The robot is stopped meanwhile, and what it did is over: for the mission server its journal says how
+        that goes on, of any other process the run ends with what happened. Not started again is the simulated
+        world, where the robot would be somewhere else, and what has died too often.
 
         Raises:
-            ProcessDied: Another process died, or the mission server too often.
+            ProcessDied: A process died that is not started again.
         """
         try:
             self.check()
         except ProcessDied as death:
-            if death.name != MISSIONS or not self._supervisor.start_again(death.name):
+            if not self._start_again(death):
                 raise
+        self._processes.publish()
+        not_up = self._supervisor.waiting() | set(self._not_up()) if self._starting_again else set()
+        for name, deadline in tuple(self._starting_again.items()):
+            if name not in not_up:
+                del self._starting_again[name]
+                self._report(f"the process {name!r} is up again; see florence runs for what it was doing")
+                if self._starting_again:  # its velocity filter, if it has one, knows of no hold
+                    self._held(driver_answers=True)
+            elif time.monotonic() > deadline:
+                del self._starting_again[name]
+                self._supervisor.kill(name, f"was not up again after {READY_BUDGET_S:.0f} s and was killed")
+
+    def _start_again(self, death: ProcessDied) -> bool:
+        """Stop the robot, end what it does, and plan the start of a process; False when it stays dead."""
+        others = companions(death.name, self.options)
+        if others is None:
+            return False
+        pause = self._supervisor.start_again(death.name)
+        if pause is None:
+            times = self._supervisor.restarts(death.name)
             self._report(
-                f"{death.what}, see {death.log_file}; the robot is stopped, the process is started again"
+                f"the process {death.name!r} has been started again {times} times in "
+                f"{RESTARTS_PERIOD_S / 60:.0f} min: not once more",
+                "ERROR",
             )
-            self._hold.hold(driver_answers=True)
+            return False
+        done = self._held(driver_answers=death.name != self._base)
+        with_others = f" with {' and '.join(map(repr, others))}" if others else ""
+        when = f" in {pause:g} s" if pause else ""
+        self._report(
+            f"{death.what}, see {death.log_file}; {done}, the process is started again{with_others}{when}",
+            "ERROR",
+        )
+        self._stop_the_runs(death, "which is started again")
+        if death.name != self._base:
             self._hold_still()
-            self._starting_again = death.name
-        if self._starting_again and self._starting_again not in self._not_up():
-            self._report(
-                f"the process {self._starting_again!r} is up again; see florence runs for what it was doing"
-            )
-            self._starting_again = ""
+        self._supervisor.start_along(others, death.name)
+        deadline = time.monotonic() + pause + READY_BUDGET_S
+        self._starting_again |= dict.fromkeys((death.name, *others), deadline)
+        return True
+
+    def _report(self, line: str, level: str = "INFO") -> None:
+        """Say a line, and keep it among the logs."""
+        self._say(line)
+        self._processes.write(line, level)
 
     def _is_ready(self) -> bool:
         if self._not_up() or self._not_served():
@@ -224,8 +280,8 @@ class System:
         return [shown for name, shown in needed.items() if name not in names]
 
     def _not_up(self) -> list[str]:
-        """Return the groups whose process has not all its nodes yet; an earlier bring-up left other ids."""
-        return [group for group, pid in self.pids().items() if self._id_in(group) != str(pid)]
+        """Return the processes that have not all their nodes yet; an earlier bring-up left other ids."""
+        return [name for name, pid in self.pids().items() if self._id_in(name) != str(pid)]
 
     def _id_in(self, group: str) -> str:
         try:
@@ -248,7 +304,7 @@ class System:
             )
 
     def _after_death(self, name: str) -> str:
-        if name != BASE:
+        if name != self._base:
             return ""
         done = stop_base(self.options)
         if self._going_down:
@@ -260,16 +316,17 @@ class System:
         self._safety = self._safety or BaseSafety(self.client.node, OpenGoals(self.client.node, ACTIONS))
         self._safety.make_safe()
 
-    def _stop_the_runs(self, death: ProcessDied) -> None:
-        """Stop every run with the reason, as long as the mission server can record it."""
-        if death.name != BASE:
-            self._hold_still()
-        if death.name == MISSIONS or self.client.state.state not in ACTIVE_STATES:
+    def _stop_the_runs(self, death: ProcessDied, then: str) -> None:
+        """Stop every run with the reason, as long as the mission server can record it.
+
+        To be done before goals are cancelled or servers end: runs would fail for that reason.
+        """
+        if death.name == self._missions or self.client.state.state not in ACTIVE_STATES:
             return
         try:
             # Those that wait first: none may begin.
             for run_id in (*self.client.status().waiting, ""):
-                self.client.stop(f"{death.what}, so the whole system ends", run_id)
+                self.client.stop(f"{death.what}, {then}", run_id)
             self.client.spin_until(lambda: self.client.state.state not in ACTIVE_STATES, LAST_RUN_S)
         except FlorenceError as error:
             self.client.node.get_logger().warning(f"the runs were not stopped: {error}")
@@ -282,8 +339,8 @@ class System:
         with ignored():
             self._going_down = True
             try:
-                if BASE in self._supervisor.silences():
-                    self._hold.hold(driver_answers=BASE not in self._hung, hand=True)
+                if self._base in self._supervisor.silences():
+                    self._hold.hold(driver_answers=self._base not in self._hung, hand=True)
             finally:
                 self._end()
 

@@ -25,6 +25,7 @@ from florence_bt.skills.navigation.navigate import declaration as navigate
 from florence_bt.skills.robot_description.room import RoomParameters
 from florence_bt.skills.served import BINDINGS
 from florence_bt.skills.speech import declaration as speech
+from florence_bt.skills.speech.voice import NONE
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -45,10 +46,11 @@ NODES: dict[str, tuple[str, ...]] = {
     ),
     "navigation": ("map_server", "localiser", "mapping", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
-    "missions": ("florence_bt", "speech"),
+    "missions": ("speech", "florence_bt"),
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
-and the base is stopped by its driver before its port goes away."""
+and the base is stopped by its driver before its port goes away. With ``--split`` each node has a process
+that is called as the node."""
 
 NODE_CLASSES = {
     "simulator": "simulation.hardware.node:SimulatorNode",
@@ -83,8 +85,8 @@ MAPPING, WITHOUT_MAPPING = ("mapping",), ("map_server", "localiser")
 ENDED_TOGETHER = ("navigation", "people")
 """Processes that are ended side by side: neither needs the other."""
 
-MISSIONS, BASE = "missions", "hardware"
-"""The processes of the mission server and of the base's driver."""
+SIMULATOR, MISSIONS, BASE, LOCALISER = "simulator", "florence_bt", "turtlebot_node", "localiser"
+"""Nodes of which the supervisor knows what their end means."""
 
 REMAPPINGS = (
     "turtlebot_node:cmd_vel:=filtered_cmd_vel",
@@ -119,15 +121,60 @@ def remappings(options: BringUp) -> tuple[str, ...]:
     return (*REMAPPINGS, OWN_CLOCK) if options.simulated and options.namespace else REMAPPINGS
 
 
-def groups(options: BringUp) -> list[str]:
-    """Return the processes of a bring-up in the order of their start."""
+def processes(options: BringUp) -> dict[str, tuple[str, ...]]:
+    """Return the processes of a bring-up with their nodes, both in the order of their start."""
     absent = {
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
         "navigation": options.nav == "nav2",
         "people": options.missions_only,
     }
-    return [group for group in NODES if not absent.get(group)]
+    found = {group: names for group, names in NODES.items() if not absent.get(group)}
+    if options.missions_only:
+        found["missions"] = ("florenceLocator", "home_sensors", *found["missions"])
+    without = {
+        *(["home_sensors"] if options.home_file is None else []),
+        *(["speech"] if _speaks_by(options) == NONE else []),
+        *(WITHOUT_MAPPING if options.mapping else MAPPING),
+    }
+    kept = {group: tuple(name for name in names if name not in without) for group, names in found.items()}
+    return {name: (name,) for names in kept.values() for name in names} if options.split else kept
+
+
+def process_of(node: str, options: BringUp) -> str:
+    """Return the process that a node is in; empty when this bring-up has no such node."""
+    return next((name for name, nodes in processes(options).items() if node in nodes), "")
+
+
+def ended_together(options: BringUp) -> list[str]:
+    """Return the processes that are ended side by side."""
+    nodes = {node for group in ENDED_TOGETHER for node in NODES[group]}
+    return [name for name, its in processes(options).items() if nodes.issuperset(its)]
+
+
+def companions(process: str, options: BringUp) -> list[str] | None:
+    """Return the processes that start again with one that died, because they rely on what it knew.
+
+    A new driver of the base counts its odometry from zero, so the localisation begins anew, at the last pose
+    that it kept. A localisation that is not ours cannot be told, and a map that is made would have a tear.
+
+    Args:
+        process: The one that died.
+        options: The bring-up.
+
+    Returns:
+        Their names; None when the process itself cannot be started again.
+    """
+    nodes = processes(options)[process]
+    torn = options.nav != "own" or options.mapping
+    if SIMULATOR in nodes or (BASE in nodes and torn) or not set(MAPPING).isdisjoint(nodes):
+        return None
+    localiser = process_of(LOCALISER, options)
+    return [localiser] if BASE in nodes and localiser != process else []
+
+
+def _speaks_by(options: BringUp) -> str | None:
+    return options.speech or config_of(options).of("speech").get("program")
 
 
 def own_bindings(options: BringUp) -> list[SkillBinding]:
@@ -144,22 +191,17 @@ def own_bindings(options: BringUp) -> list[SkillBinding]:
     return [each for each in served if isinstance(each, NodeBinding | ConditionBinding)]
 
 
-def factories(group: str, options: BringUp) -> list[Factory]:
+def factories(process: str, options: BringUp) -> list[Factory]:
     """Return how to build the nodes of one process.
 
     Raises:
-        ConfigError: Unknown group, or a wrong configuration.
+        ConfigError: Unknown process, or a wrong configuration.
     """
-    builders = {
-        "simulator": _simulator,
-        "hardware": _hardware,
-        "navigation": _navigation,
-        "people": _people,
-        "missions": _missions,
-    }
-    if group not in builders:
-        raise ConfigError(f"unknown group of nodes {group!r}", valid=closest_first(group, builders))
-    return builders[group](_Settings(options))
+    known = processes(options)
+    if process not in known:
+        raise ConfigError(f"unknown process {process!r}", valid=closest_first(process, known))
+    settings = _Settings(options)
+    return [_MAKERS.get(node, partial(_plain, node))(settings) for node in known[process]]
 
 
 class _Settings:
@@ -191,6 +233,14 @@ class _Settings:
         known = parameter_names(node_class(node).parameter_classes)
         return self.config.of(node, known, use_sim_time=self.options.simulated or None, **overrides)
 
+    def port(self, name: str) -> str | None:
+        """Return a port of the simulated hardware; None where the configuration says which."""
+        if not self.options.in_flat:
+            return None
+        from florence_bt.app.bringup.simulated import hardware_settings
+
+        return str(getattr(hardware_settings(self.options), name))
+
     def of_map_server(self) -> Parameters:
         """Return the map server's parameters; by default it saves maps below the bring-up's folder."""
         saved = {"save_folder": str(Path(self.options.folder).resolve() / "maps")}
@@ -219,15 +269,19 @@ class _Settings:
         return parameters
 
 
-# ---- simulated hardware ---------------------------------------------------------------------------------
+# ---- the nodes that need more than their part of the configuration -----------------------------------------
 
 
-def _simulator(settings: _Settings) -> list[Factory]:
+def _plain(node: str, settings: _Settings, **overrides: Any) -> Factory:
+    return partial(node_class(node), parameters=settings.of(node, **overrides))
+
+
+def _simulator(settings: _Settings) -> Factory:
     from florence_bt.simulation.hardware.node import SimulatorNode
 
     options = settings.options
     parameters = {"speed": options.speed, "catch_up": options.emulated}
-    return [partial(SimulatorNode, partial(_make_server, options), parameters=parameters)]
+    return partial(SimulatorNode, partial(_make_server, options), parameters=parameters)
 
 
 def _make_server(options: BringUp) -> HardwareServer:
@@ -246,122 +300,102 @@ def _make_server(options: BringUp) -> HardwareServer:
     return HardwareServer(world, hardware_mounts(), hardware_settings(options))
 
 
-# ---- the robot ------------------------------------------------------------------------------------------
+def _base(settings: _Settings) -> Factory:
+    override_file = str(Path(settings.options.folder) / "manual_override")
+    return _plain(BASE, settings, port=settings.port("base_port"), override_file=override_file)
 
 
-def _hardware(settings: _Settings) -> list[Factory]:
-    from florence_bt.drivers.hokuyo.node import HokuyoNode
+def _laser(settings: _Settings) -> Factory:
+    return _plain("hokuyo_node", settings, port=settings.port("laser_port"))
+
+
+def _kinect(settings: _Settings) -> Factory:
+    return _plain("kinect_node", settings, source=settings.port("kinect_socket"))
+
+
+def _kinect_motor(settings: _Settings) -> Factory:
+    if not settings.options.in_flat:
+        return _plain("kinect_aux", settings)
+    from florence_bt.app.bringup.simulated import simulated_motor
     from florence_bt.drivers.kinect.motor.node import KinectMotorNode
-    from florence_bt.drivers.kinect.node import KinectNode
-    from florence_bt.drivers.turtlebot.node import TurtlebotNode
-    from florence_bt.skills.filters.depth_to_laser.node import FakeLaserNode
-    from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
-    from florence_bt.skills.filters.laser_filter.node import LaserFilterNode
-    from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+
+    return partial(KinectMotorNode, parameters=settings.of("kinect_aux"), open_motor=simulated_motor())
+
+
+def _velocity_filter(settings: _Settings) -> Factory:
     from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
-    from florence_bt.skills.robot_description.node import RobotDescriptionNode
 
-    command_timeout = VelocityFilterParameters().command_timeout
-    velocity_filter = settings.with_timeout("velocity_filter", "command_timeout", command_timeout)
-    motor: dict[str, Any] = {}
-    ports: dict[str, str | None] = {"base": None, "laser": None, "kinect": None}
-    if settings.options.in_flat:
-        from florence_bt.app.bringup.simulated import hardware_settings, simulated_motor
-
-        simulated = hardware_settings(settings.options)
-        motor = {"open_motor": simulated_motor()}
-        ports = {
-            "base": str(simulated.base_port),
-            "laser": str(simulated.laser_port),
-            "kinect": str(simulated.kinect_socket),
-        }
-    base = {"port": ports["base"], "override_file": str(Path(settings.options.folder) / "manual_override")}
-    return [
-        partial(TurtlebotNode, parameters=settings.of("turtlebot_node", **base)),
-        partial(HokuyoNode, parameters=settings.of("hokuyo_node", port=ports["laser"])),
-        partial(KinectNode, parameters=settings.of("kinect_node", source=ports["kinect"])),
-        partial(KinectMotorNode, parameters=settings.of("kinect_aux"), **motor),
-        partial(FakeLaserNode, parameters=settings.of("kinect_laser")),
-        partial(LaserCombinatorNode, parameters=settings.of("laser_combinator")),
-        partial(LaserFilterNode, parameters=settings.of("laser_filter")),
-        partial(VelocityFilterNode, parameters=velocity_filter),
-        partial(RobotDescriptionNode, parameters=settings.of("robot_description")),
-    ]
+    timeout = VelocityFilterParameters().command_timeout
+    parameters = settings.with_timeout("velocity_filter", "command_timeout", timeout)
+    return partial(node_class("velocity_filter"), parameters=parameters)
 
 
-def _navigation(settings: _Settings) -> list[Factory]:
+def _map_server(settings: _Settings) -> Factory:
+    return partial(node_class("map_server"), parameters=settings.of_map_server())
+
+
+def _localiser(settings: _Settings) -> Factory:
     from florence_bt.app.bringup.simulated import start_of
-    from florence_bt.skills.navigation.localisation.node import LocaliserNode
-    from florence_bt.skills.navigation.map_server.node import MapServerNode
+
+    options, start = settings.options, start_of(settings.options)
+    initial: dict[str, Any] = {"pose_file": str(Path(options.folder) / "pose.json")}
+    if start is not None:
+        # Kept for a localiser that is started again; the next bring-up begins at its own start.
+        kept = Path(options.folder) / "simulated_pose.json"
+        if not os.environ.get(STARTED_AGAIN):
+            kept.unlink(missing_ok=True)
+        initial = {
+            "initial_x": start.x,
+            "initial_y": start.y,
+            "initial_yaw": start.yaw,
+            "pose_file": str(kept),
+        }
+    return _plain(LOCALISER, settings, seed=options.seed, **initial)
+
+
+def _mapping(settings: _Settings) -> Factory:
     from florence_bt.skills.navigation.mapping.drive import SUFFIX
-    from florence_bt.skills.navigation.mapping.node import MappingNode
-    from florence_bt.skills.navigation.navigate.node import NavigationNode
+
+    file = Path(settings.options.folder) / f"mapping{SUFFIX}"
+    return _plain("mapping", settings, drive_file=str(file), resumed_drive=settings.options.resumed_drive)
+
+
+def _navigate(settings: _Settings) -> Factory:
     from florence_bt.skills.navigation.navigate.parameters import CycleParameters
 
-    mapping = settings.options.mapping
-    navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
-    navigate["map_grows"] = mapping
+    parameters = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
+    parameters["map_grows"] = settings.options.mapping
     if settings.options.emulated:
-        navigate.setdefault("silence_advice", f"is the simulated world too slow here? {TOO_SLOW_ADVICE}")
-    start = start_of(settings.options)
-    initial: dict[str, Any] = {"pose_file": str(Path(settings.options.folder) / "pose.json")}
-    if start is not None:
-        initial = {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
-    place = [
-        partial(MapServerNode, parameters=settings.of_map_server()),
-        partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
-    ]
-    drive = {
-        "drive_file": str(Path(settings.options.folder) / f"mapping{SUFFIX}"),
-        "resumed_drive": settings.options.resumed_drive,
-    }
-    growing = [partial(MappingNode, parameters=settings.of("mapping", **drive))]
-    return [*(growing if mapping else place), partial(NavigationNode, parameters=navigate)]
-
-
-def _people(settings: _Settings) -> list[Factory]:
-    from florence_bt.skills.people.approach_user.node import ApproachNode
-    from florence_bt.skills.people.user_tracker.node import UserTrackerNode
-
-    return [
-        partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
-        _locator(settings),
-        partial(ApproachNode, parameters=settings.of_approach()),
-        *_home_sensors(settings),
-    ]
+        parameters.setdefault("silence_advice", f"is the simulated world too slow here? {TOO_SLOW_ADVICE}")
+    return partial(node_class("navigate"), parameters=parameters)
 
 
 def _locator(settings: _Settings) -> Factory:
     from florence_bt.app.bringup.simulated import user_room
-    from florence_bt.skills.locator.node import LocatorNode
 
-    parameters = settings.of(
+    return _plain(
         "florenceLocator",
+        settings,
         hotspots_file=str(settings.hotspots_file),
         initial_user_room=None if settings.options.mapping else user_room(settings.options),
         habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
-    return partial(LocatorNode, parameters=parameters)
 
 
-def _home_sensors(settings: _Settings) -> list[Factory]:
-    if settings.options.home_file is None:
-        return []
-    from florence_bt.skills.home_sensors.node import HomeSensorsNode
+def _approach(settings: _Settings) -> Factory:
+    return partial(node_class("approach_user"), parameters=settings.of_approach())
 
+
+def _home_sensors(settings: _Settings) -> Factory:
     files = {"home_file": settings.options.home_file, "hotspots_file": str(settings.hotspots_file)}
-    return [partial(HomeSensorsNode, parameters=settings.of("home_sensors", **files))]
+    return _plain("home_sensors", settings, **files)
 
 
-def _speech(settings: _Settings) -> list[Factory]:
-    from florence_bt.skills.speech.node import SpeechNode
-    from florence_bt.skills.speech.voice import NONE
-
-    parameters = settings.of("speech", program=settings.options.speech)
-    return [] if parameters.get("program") == NONE else [partial(SpeechNode, parameters=parameters)]
+def _speech(settings: _Settings) -> Factory:
+    return _plain("speech", settings, program=settings.options.speech)
 
 
-def _missions(settings: _Settings) -> list[Factory]:
+def _missions(settings: _Settings) -> Factory:
     from florence_bt.app.bringup.make_safe import BaseSafety
     from florence_bt.app.bringup.skills_ros import make_skills
     from florence_bt.app.demo.pictures import BackgroundPictures
@@ -399,5 +433,24 @@ def _missions(settings: _Settings) -> list[Factory]:
         node.on_close(pictures.close)
         return node
 
-    places = [_locator(settings), *_home_sensors(settings)] if alone else []
-    return [*places, *_speech(settings), mission_node]
+    return mission_node
+
+
+_MAKERS: dict[str, Callable[[_Settings], Factory]] = {
+    SIMULATOR: _simulator,
+    BASE: _base,
+    "hokuyo_node": _laser,
+    "kinect_node": _kinect,
+    "kinect_aux": _kinect_motor,
+    "velocity_filter": _velocity_filter,
+    "map_server": _map_server,
+    LOCALISER: _localiser,
+    "mapping": _mapping,
+    "navigate": _navigate,
+    "florenceLocator": _locator,
+    "approach_user": _approach,
+    "home_sensors": _home_sensors,
+    "speech": _speech,
+    MISSIONS: _missions,
+}
+"""Node -> what makes its factory; the others need their part of the configuration only."""

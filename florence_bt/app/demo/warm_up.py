@@ -16,6 +16,7 @@ from florence_bt.app.bringup.simulated import robot_frames
 from florence_bt.app.demo.kernel_cache import PACKAGE, kernel_modules, mark_compiled
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import FlorenceError
+from florence_bt.core.geometry import Pose2
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.codec import pack_11_bit
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
@@ -23,6 +24,8 @@ from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFr
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
+from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
+from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 
 
 def warm_up() -> None:
@@ -37,6 +40,7 @@ def warm_up() -> None:
         raise FlorenceError(f"goto_user in the rig: {run.status.value}: {run.reason}")
     KinectSensor(rig.world, robot_frames().lookup(BASE_FRAME, CAMERA_FRAME)).measure()
     _warm_up_kinect()
+    _warm_up_mapping()
 
 
 def _warm_up_kinect() -> None:
@@ -53,6 +57,13 @@ def _warm_up_kinect() -> None:
     large = np.zeros((480, 640, 3), np.uint8)
     driver.depth(DepthFrame(8, 2, 0.0, raw, DepthEncoding.RAW, View.DEPTH), 0.0)
     driver.coloured_points(driver.colour(VideoFrame(640, 480, 0.0, large), 0.0))
+
+
+def _warm_up_mapping() -> None:
+    """Draw a scan into a map."""
+    points = np.array([[1.0, 0.0], [0.0, 1.0]], np.float32)
+    scan = KeptScan(0.0, start=np.zeros(2, np.float32), points=points, clear=points + 1.0)
+    GridBuilder(0.05, 8.0).add(scan, Pose2())
 
 
 def compiled_files() -> list[str]:

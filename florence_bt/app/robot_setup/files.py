@@ -95,7 +95,7 @@ def florence_yaml(answers: Answers, folder: Path) -> str:
         if answers.map_file
         else "# map: maps/home.yaml  # there is none yet",
         f"hotspots: {_yaml(answers.hotspots)}",
-        "# home: home.yaml  # the house's own sensors: docs/home_sensors.md",
+        "# home: home.yaml  # the house's own sensors: docs/manual/home_sensors.md",
         "missions: [missions]",
         "out: runs  # logs, journal, the last pose",
         "emulate: true  # a rehearsal; without this line: the devices of robot.yaml"

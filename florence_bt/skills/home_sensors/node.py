@@ -36,6 +36,9 @@ class HomeSensorsNodeParameters:
     Attributes:
         home_file: Which sensor is in which room (docs/manual/home_sensors.md).
         hotspots_file: The rooms.
+
+    Source:
+        Document, section 3.8.1.
     """
 
     home_file: str

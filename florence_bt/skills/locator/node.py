@@ -73,6 +73,9 @@ class LocatorNodeParameters(CheckedParameters):
         habits_file: Keeps in which rooms the user was seen at which hour; empty for nowhere.
         map_frame: The frame of the map.
         base_frame: The robot's frame.
+
+    Source:
+        Document, section 3.8.
     """
 
     hotspots_file: str = ""

@@ -9,7 +9,7 @@ import pytest
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.simulated import LEADER_WAITS_S, flat_of, who_is_at_home, with_world_files
-from florence_bt.app.bringup.topology import NODES, factories, groups
+from florence_bt.app.bringup.topology import NODES, factories, processes
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
 from florence_bt.simulation.home.build_map import laser_map
@@ -145,9 +145,9 @@ def test_a_folder_may_lie_deeper_than_the_path_of_a_socket(tmp_path):
     assert not folder.exists()
 
 
-def test_the_groups_of_a_bring_up():
-    assert groups(BringUp(folder="x")) == list(NODES)
-    assert "simulator" not in groups(BringUp(folder="x", simulated=False))
+def test_the_processes_of_a_bring_up():
+    assert list(processes(BringUp(folder="x"))) == list(NODES)
+    assert "simulator" not in processes(BringUp(folder="x", simulated=False))
     with pytest.raises(ConfigError, match=r"'navigatio'.*navigation"):
         factories("navigatio", BringUp(folder="x"))
 

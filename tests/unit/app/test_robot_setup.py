@@ -1,4 +1,4 @@
-"""``florence init``: devices on a made-up machine, the files, running it twice; the folder that `up` reads."""
+"""``florence init``: devices on a made-up machine, the files, running it twice; the folder for `up`."""
 
 from __future__ import annotations
 

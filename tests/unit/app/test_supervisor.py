@@ -14,7 +14,7 @@ import pytest
 from florence_bt.app.bringup.heartbeat import LONGEST_LOOK_S, SILENT_S
 from florence_bt.app.bringup.locks import bring_up_here, lock_domain, lock_folder, running_folder
 from florence_bt.app.bringup.supervisor import (
-    RESTARTS,
+    PAUSES_S,
     RESTARTS_PERIOD_S,
     STARTED_AGAIN,
     ProcessDied,
@@ -156,25 +156,50 @@ def test_a_child_that_died_unseen_before_the_end_is_reaped_too(tmp_path, supervi
     assert supervisor.stop() == [] and dead == ["hardware"]
 
 
-def test_a_child_that_died_can_be_started_again_but_not_for_ever(tmp_path, supervisor_of):
+def test_a_child_that_died_is_started_again_later_and_later_but_not_for_ever(tmp_path, supervisor_of):
     now = [0.0]
     supervisor = supervisor_of({"one": OBEDIENT, "missions": DYING, "two": OBEDIENT}, now=lambda: now[0])
     wait_up(tmp_path, "one", "two")
-    pids = set()
-    for _ in range(RESTARTS):
+    pids = []
+    for number, pause in enumerate(PAUSES_S):
         assert death_in(supervisor).name == "missions"
-        pids.add(supervisor.pids()["missions"])
-        assert supervisor.start_again("missions")
-        now[0] += 1.0
-    assert len(pids) == RESTARTS and list(supervisor.pids()) == ["one", "missions", "two"]
+        pids.append(supervisor.pids()["missions"])
+        assert supervisor.start_again("missions") == pause and supervisor.waiting() == {"missions"}
+        assert supervisor.restarts("missions") == number + 1
+        if pause:
+            now[0] += pause - 0.1
+            supervisor.check()
+            assert supervisor.pids()["missions"] == pids[-1]
+            now[0] += 0.1
+    assert len(set(pids)) == len(PAUSES_S) and list(supervisor.pids()) == ["one", "missions", "two"]
     death_in(supervisor)
-    assert not supervisor.start_again("missions")
+    assert supervisor.start_again("missions") is None and supervisor.waiting() == set()
+    os.kill(supervisor.pids()["one"], signal.SIGKILL)
+    wait_for(lambda: not is_alive(supervisor.pids()["one"]), "the death of another")
+    assert supervisor.start_again("one") == PAUSES_S[0], "each process has a count of its own"
     now[0] = RESTARTS_PERIOD_S
-    assert supervisor.start_again("missions")
-    death_in(supervisor)
-    assert not supervisor.start_again("missions")
+    assert supervisor.restarts("missions") == 1
+    assert supervisor.start_again("missions") == PAUSES_S[1]
     supervisor.stop()
-    assert (tmp_path / "told").read_text().split() == ["two", "one"]
+    assert (tmp_path / "told").read_text().split()[0] == "two"
+
+
+def test_companions_are_ended_and_start_again_with_the_one_that_died(tmp_path, supervisor_of):
+    now = [0.0]
+    scripts = {"hardware": OBEDIENT, "navigation": OBEDIENT, "people": OBEDIENT}
+    supervisor = supervisor_of(scripts, now=lambda: now[0])
+    wait_up(tmp_path, *scripts)
+    before = supervisor.pids()
+    os.kill(before["hardware"], signal.SIGKILL)
+    assert death_in(supervisor).name == "hardware"
+    assert supervisor.start_again("hardware") == 0.0
+    supervisor.start_along(["navigation"], "hardware")
+    assert not is_alive(before["navigation"]) and (tmp_path / "told").read_text() == "navigation\n"
+    supervisor.check()
+    after = supervisor.pids()
+    assert after["people"] == before["people"] and list(after) == list(before)
+    assert all(is_alive(after[name]) and after[name] != before[name] for name in ("hardware", "navigation"))
+    assert supervisor.restarts("navigation") == 0
 
 
 class Watch:
@@ -246,7 +271,7 @@ def test_a_hung_process_can_be_killed_and_is_said_to_have_been(tmp_path, watched
     with pytest.raises(ProcessDied) as death:
         supervisor.check()
     assert death.value.what == "the process 'hung' did not answer for 5 s and was killed"
-    assert "florence up: not answered" in str(death.value)
+    assert "[florence_up]: not answered" in str(death.value)
     assert "hung" not in supervisor.silences()
 
 
@@ -313,7 +338,8 @@ with open(sys.argv[2], "a") as file:
 """
     supervisor = supervisor_of({"missions": says})
     death_in(supervisor)
-    assert supervisor.start_again("missions")
+    assert supervisor.start_again("missions") == 0.0
+    supervisor.check()
     death_in(supervisor)
     assert (tmp_path / "told").read_text() == ";1;"
 

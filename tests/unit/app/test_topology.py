@@ -9,7 +9,15 @@ import pytest
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
-from florence_bt.app.bringup.topology import factories, own_bindings
+from florence_bt.app.bringup.topology import (
+    NODES,
+    companions,
+    ended_together,
+    factories,
+    own_bindings,
+    process_of,
+    processes,
+)
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
 
@@ -41,8 +49,11 @@ def test_a_silent_laser_in_a_rehearsal_comes_with_advice(tmp_path, rehearsal):
 
 
 @pytest.mark.ros
-def test_only_a_real_robot_that_is_given_no_start_goes_on_where_it_was(tmp_path):
+def test_a_robot_goes_on_where_it_was_and_a_simulated_one_only_when_it_is_started_again(
+    tmp_path, monkeypatch
+):
     pytest.importorskip("rclpy")
+    monkeypatch.delenv(STARTED_AGAIN, raising=False)
 
     def of_localiser(**options):
         made = factories("navigation", BringUp(folder=str(tmp_path), **options))
@@ -51,9 +62,14 @@ def test_only_a_real_robot_that_is_given_no_start_goes_on_where_it_was(tmp_path)
 
     assert of_localiser(simulated=False)["pose_file"] == str(tmp_path / "pose.json")
     given = of_localiser(simulated=False, start=(1.0, 2.0, 0.5))
-    assert "pose_file" not in given
-    assert given["initial_yaw"] == 0.5
-    assert "pose_file" not in of_localiser()
+    assert given["pose_file"] != str(tmp_path / "pose.json") and given["initial_yaw"] == 0.5
+    kept = tmp_path / "simulated_pose.json"
+    kept.write_text("of an earlier bring-up")
+    assert of_localiser()["pose_file"] == str(kept) and not kept.exists()
+    kept.write_text("of the localiser that died")
+    monkeypatch.setenv(STARTED_AGAIN, "1")
+    of_localiser()
+    assert kept.exists()
 
 
 @pytest.mark.ros
@@ -139,3 +155,36 @@ def test_nobody_waits_for_the_servers_of_others(tmp_path):
     assert "battery_state" not in beside and "florenceLocator/getRooms" in beside
     only = own(nav="nav2", base="running", simulated=False, missions_only=True)
     assert only and all(name.startswith("florenceLocator/") for name in only)
+
+
+def test_split_gives_each_node_a_process_in_the_same_order(tmp_path):
+    options = BringUp(folder=str(tmp_path), split=True)
+    split = processes(options)
+    whole = processes(BringUp(folder=str(tmp_path)))
+    assert list(split.values()) == [(node,) for nodes in whole.values() for node in nodes]
+    assert list(whole) == list(NODES) and "home_sensors" not in split
+    assert process_of("velocity_filter", options) == "velocity_filter"
+    assert set(ended_together(options)) == {*whole["navigation"], *whole["people"]}
+    quiet = BringUp(folder=str(tmp_path), split=True, speech="none", simulated=False)
+    assert not {"speech", "simulator"} & set(processes(quiet))
+
+
+@pytest.mark.ros
+def test_every_process_of_a_split_bring_up_has_its_one_node(tmp_path):
+    pytest.importorskip("rclpy")
+    options = BringUp(folder=str(tmp_path), split=True)
+    for process in processes(options):
+        assert len(factories(process, options)) == 1, process
+
+
+def test_what_starts_again_when_a_process_dies(tmp_path):
+    def of(process, **options):
+        return companions(process, BringUp(folder=str(tmp_path), **options))
+
+    for process in ("navigation", "people", "missions"):
+        assert of(process) == []
+    assert of("hardware") == ["navigation"]
+    assert of("simulator") is None
+    assert of("hardware", nav="nav2") is None, "Nav2 cannot be told that the odometry begins anew"
+    assert of("turtlebot_node", split=True) == ["localiser"]
+    assert of("velocity_filter", split=True) == []

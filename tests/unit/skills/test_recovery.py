@@ -39,9 +39,9 @@ def test_every_state_can_end_and_is_reached() -> None:
 
 
 def test_the_page_has_the_table_of_the_code() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "manual" / "navigation.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "notes" / "navigation.md").read_text(encoding="utf-8")
     assert as_mermaid() in page and as_table() in page, (
-        "python tools/recovery_page.py docs/manual/navigation.md"
+        "python tools/recovery_page.py docs/notes/navigation.md"
     )
 
 

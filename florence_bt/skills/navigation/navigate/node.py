@@ -90,7 +90,7 @@ class NavigationNodeParameters(CheckedParameters):
         odom_frame: The odometry's frame.
         base_frame: The robot's frame.
         active_scan_period: Seconds between two scans that reach the costmaps while a goal is active.
-        idle_scan_period: The same while the robot has nothing to do.
+        idle_scan_period: The same while the robot has nothing to do, seconds.
         costmap_publish_period: Seconds between two costmaps that are published for viewers.
     """
 

@@ -42,7 +42,7 @@ class DetectorParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class ColourParameters(CheckedParameters):
-    """The parameters of what the colour detector says (docs/manual/people.md has their trial).
+    """The parameters of what the colour detector says (docs/notes/people.md has their trial).
 
     Attributes:
         colour_person: From this score on it shows a person.
@@ -105,7 +105,7 @@ class TrackerParameters(CheckedParameters):
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
         reject_nearest: From this far away, metres, ...
-        reject_farthest: ... to this far, a person in full view is recognised for sure.
+        reject_farthest: ... to this far, metres, a person in full view is recognised for sure.
         reject_pictures: Where a person was seen from further away, and this many pictures from so near show
             something else, nobody counts who is seen there from further away, unless they come walking, or
             are seen better than ever before. A look of 2 s has as many, also at five pictures a second.

@@ -1,0 +1,193 @@
+"""Who may use the page: roles, tokens, and what a browser may send."""
+
+from __future__ import annotations
+
+import enum
+import hashlib
+import hmac
+import json
+import os
+import secrets
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping
+from dataclasses import dataclass
+from http.cookies import SimpleCookie
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlencode, urlsplit
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.text_files import decode, read_bytes, replace_text
+
+COOKIE = "florence_token"
+ROLE = "florence_role"
+"""Key of the role in an ASGI scope."""
+LARGEST_REQUEST = 1_000_000
+"""Bytes of a request, and of a message on a WebSocket."""
+_MONTH_S = 30 * 86_400
+
+Scope = MutableMapping[str, Any]
+Send = Callable[[Mapping[str, Any]], Awaitable[None]]
+App = Callable[[Scope, Any, Send], Awaitable[None]]
+
+
+class Role(enum.IntEnum):
+    """What somebody may do; each includes those before."""
+
+    LOOK = 1
+    RUN = 2
+    EDIT = 3
+
+
+def tokens_file() -> Path:
+    """Return the file with the fingerprints of the tokens of this user."""
+    base = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(base) / "florence" / "page_tokens.json"
+
+
+def make_token(role: str, file: Path) -> str:
+    """Make a token and add its fingerprint to a file.
+
+    Args:
+        role: ``look``, ``run`` or ``edit``.
+        file: The file; made when needed.
+
+    Returns:
+        The token; it is kept nowhere.
+
+    Raises:
+        ConfigError: There is no such role, or the file cannot be read or written.
+    """
+    names = [each.name.lower() for each in Role]
+    if role not in names:
+        raise ConfigError(f"there is no role {role!r}", valid=closest_first(role, names))
+    known = read_tokens(file) if file.exists() else {}
+    token = secrets.token_urlsafe(24)
+    known[_fingerprint(token)] = Role[role.upper()]
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        replace_text(file, json.dumps({key: value.name.lower() for key, value in known.items()}, indent=1))
+    except OSError as error:
+        raise ConfigError(
+            f"the tokens cannot be kept: {error.strerror}", file=file, valid=["a file that can be written to"]
+        ) from error
+    return token
+
+
+def read_tokens(file: Path) -> dict[str, Role]:
+    """Read the fingerprints of the tokens.
+
+    Raises:
+        ConfigError: The file cannot be read, or is none of these.
+    """
+    try:
+        found = json.loads(decode(read_bytes(file), file))
+        return {key: Role[value.upper()] for key, value in found.items()}
+    except (ValueError, KeyError, AttributeError) as error:
+        raise ConfigError(
+            "this is no file of tokens", file=file, valid=["florence page --token run, after removing it"]
+        ) from error
+
+
+def _fingerprint(token: str) -> str:
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether only this machine can reach an address."""
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """Who may do what.
+
+    Attributes:
+        tokens: Fingerprint of each token -> its role; without any, whoever is on this machine may do all.
+    """
+
+    tokens: Mapping[str, Role]
+
+    def role_of(self, token: str) -> Role | None:
+        """Return the role of a token; None when it is none of ours."""
+        if not self.tokens:
+            return Role.EDIT
+        mark = _fingerprint(token)
+        return next((role for known, role in self.tokens.items() if hmac.compare_digest(known, mark)), None)
+
+
+class Guard:
+    """Lets only those through to an ASGI application who may see it, and tells it their role.
+
+    A page of another origin gets nothing, whatever its cookies: neither an answer nor a WebSocket. Without
+    tokens a name that leads here by a trick (DNS rebinding) is refused, too.
+
+    Args:
+        app: The application.
+        access: Who may do what.
+    """
+
+    def __init__(self, app: App, access: Access) -> None:
+        self._app = app
+        self._access = access
+
+    async def __call__(self, scope: Scope, receive: Any, send: Send) -> None:
+        """Serve one request or WebSocket."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        headers = {
+            name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]
+        }
+        token = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
+        problem = self._problem_with(headers)
+        role = self._access.role_of(token or _cookie(headers))
+        if problem or role is None:
+            await _refuse(scope, send, problem or "a token is needed: open the page as …/?token=TOKEN")
+        elif token and self._access.tokens and scope["type"] == "http":
+            await _keep_token(scope, send, token)
+        else:
+            scope[ROLE] = role
+            await self._app(scope, receive, send)
+
+    def _problem_with(self, headers: Mapping[str, str]) -> str:
+        host = headers.get("host", "")
+        origin = headers.get("origin")
+        if origin is not None and urlsplit(origin).netloc != host:
+            return "pages of another origin are not served"
+        if not self._access.tokens and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+            return "this page is for this machine: open http://localhost"
+        if (
+            not headers.get("content-length", "0").isdigit()
+            or int(headers.get("content-length", "0")) > LARGEST_REQUEST
+        ):
+            return "the request is too large"
+        return ""
+
+
+def _cookie(headers: Mapping[str, str]) -> str:
+    jar: SimpleCookie = SimpleCookie()
+    jar.load(headers.get("cookie", ""))
+    return jar[COOKIE].value if COOKIE in jar else ""
+
+
+async def _refuse(scope: Scope, send: Send, why: str) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008, "reason": why})
+        return
+    headers = [(b"content-type", b"text/plain; charset=utf-8")]
+    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.body", "body": f"{why}\n".encode()})
+
+
+async def _keep_token(scope: Scope, send: Send, token: str) -> None:
+    """Let the browser keep the token in a cookie, and take it out of the address."""
+    query = {key: value for key, value in parse_qs(scope["query_string"].decode()).items() if key != "token"}
+    rest = f"?{urlencode(query, doseq=True)}" if query else ""
+    cookie = f"{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/; Max-Age={_MONTH_S}"
+    headers = [(b"location", f"{scope['path']}{rest}".encode()), (b"set-cookie", cookie.encode())]
+    await send({"type": "http.response.start", "status": 303, "headers": headers})
+    await send({"type": "http.response.body", "body": b""})

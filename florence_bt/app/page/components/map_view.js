@@ -1,0 +1,175 @@
+// The map from above: the grid, zones, places, the robot with its trail, what it sees, its way, and people.
+// It draws what the live stream brings; the last state wins.
+import { live } from "florence-live";
+
+const COLOURS = {
+  robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#1f6fd6", goal: "#2a9d3f",
+  person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
+};
+const MOST_TRAIL = 600;
+
+export default {
+  template: `<div style="position:relative;width:100%;height:100%;min-height:16rem;overflow:hidden;touch-action:none">
+    <canvas ref="canvas" style="width:100%;height:100%;display:block" aria-label="map"></canvas>
+    <div style="position:absolute;left:.5rem;bottom:.4rem;font:12px sans-serif;color:#555">{{ pointer }}</div>
+    <div style="position:absolute;right:.5rem;top:.5rem;display:flex;gap:.25rem">
+      <button @click="fit" title="whole map">⤢</button>
+      <button @click="following = !following" :style="{fontWeight: following ? 'bold' : 'normal'}" title="follow the robot">◎</button>
+    </div>
+    <div v-if="!has_map" style="position:absolute;inset:0;display:grid;place-items:center;color:#777">no map has come yet</div>
+  </div>`,
+  props: { places: Array, footprint: Array },
+  data: () => ({ pointer: "", following: false, has_map: false }),
+  mounted() {
+    this.view = null; this.trail = []; this.image = null; this.parts = {};
+    this.leave = live.listen((parts) => this.take(parts));
+    this.observer = new ResizeObserver(() => this.draw_soon());
+    this.observer.observe(this.$el);
+    this.listen();
+  },
+  unmounted() { this.leave(); this.observer.disconnect(); },
+  watch: { places() { this.draw_soon(); }, following() { this.draw_soon(); } },
+  methods: {
+    take(parts) {
+      Object.assign(this.parts, parts);
+      if (parts.map) {
+        const image = new Image();
+        image.onload = () => { this.image = image; this.has_map = true; if (!this.view) this.fit(); this.draw_soon(); };
+        image.src = `picture/map.png?v=${parts.map.version.join("-")}`;
+      }
+      const pose = parts.scene && parts.scene.pose;
+      if (pose) {
+        const last = this.trail[this.trail.length - 1];
+        if (!last || Math.hypot(last[0] - pose[0], last[1] - pose[1]) > 0.05) this.trail.push(pose);
+        if (this.trail.length > MOST_TRAIL) this.trail.shift();
+      }
+      this.draw_soon();
+    },
+    fit() {
+      const map = this.parts.map; if (!map) return;
+      const { clientWidth: width, clientHeight: height } = this.$refs.canvas;
+      const scale = 0.95 * Math.min(width / map.size[0], height / map.size[1]);
+      this.view = { scale, x: map.origin[0] + map.size[0] / 2, y: map.origin[1] + map.size[1] / 2 };
+      this.following = false; this.draw_soon();
+    },
+    draw_soon() {
+      if (!this.due) this.due = requestAnimationFrame(() => { this.due = 0; this.draw(); });
+    },
+    to_map(event) {
+      const box = this.$refs.canvas.getBoundingClientRect();
+      return [
+        this.view.x + (event.clientX - box.left - box.width / 2) / this.view.scale,
+        this.view.y - (event.clientY - box.top - box.height / 2) / this.view.scale,
+      ];
+    },
+    listen() {
+      const canvas = this.$refs.canvas; const fingers = new Map(); let moved = 0;
+      canvas.addEventListener("wheel", (event) => {
+        if (!this.view) return;
+        event.preventDefault(); this.zoom(Math.exp(-event.deltaY / 500), event);
+      }, { passive: false });
+      canvas.addEventListener("pointerdown", (event) => {
+        canvas.setPointerCapture(event.pointerId); fingers.set(event.pointerId, event); moved = 0;
+      });
+      canvas.addEventListener("pointermove", (event) => {
+        if (!this.view) return;
+        const before = fingers.get(event.pointerId);
+        if (!before) {
+          const [x, y] = this.to_map(event); this.pointer = `${x.toFixed(2)} m, ${y.toFixed(2)} m`; return;
+        }
+        const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;
+        moved += Math.abs(dx) + Math.abs(dy);
+        if (fingers.size === 2) {
+          const other = [...fingers.values()].find((each) => each.pointerId !== event.pointerId);
+          const length = (a) => Math.hypot(a.clientX - other.clientX, a.clientY - other.clientY) || 1;
+          this.zoom(length(event) / length(before), other);
+        } else {
+          this.following = false;
+          this.view.x -= dx / this.view.scale; this.view.y += dy / this.view.scale; this.draw_soon();
+        }
+        fingers.set(event.pointerId, event);
+      });
+      const up = (event) => {
+        const was = fingers.delete(event.pointerId);
+        if (was && moved < 6 && event.type === "pointerup" && this.view) {
+          const [x, y] = this.to_map(event); this.$emit("place", { x, y });
+        }
+      };
+      canvas.addEventListener("pointerup", up); canvas.addEventListener("pointercancel", up);
+    },
+    zoom(factor, event) {
+      const before = this.to_map(event);
+      this.view.scale = Math.min(500, Math.max(3, this.view.scale * factor));
+      const after = this.to_map(event);
+      this.view.x += before[0] - after[0]; this.view.y += before[1] - after[1]; this.draw_soon();
+    },
+    draw() {
+      const canvas = this.$refs.canvas; if (!canvas) return;
+      const ratio = window.devicePixelRatio || 1;
+      const width = canvas.clientWidth, height = canvas.clientHeight;
+      if (canvas.width !== width * ratio || canvas.height !== height * ratio) {
+        canvas.width = width * ratio; canvas.height = height * ratio;
+      }
+      const c = canvas.getContext("2d");
+      c.setTransform(ratio, 0, 0, ratio, 0, 0); c.fillStyle = "#d6d6d6"; c.fillRect(0, 0, width, height);
+      if (!this.view) return;
+      const { map, scene = {}, plan, goal, zones } = this.parts;
+      if (this.following && scene.pose) [this.view.x, this.view.y] = scene.pose;
+      const { scale } = this.view, px = 1 / scale;
+      c.translate(width / 2, height / 2); c.scale(scale, -scale); c.translate(-this.view.x, -this.view.y);
+      if (map && this.image) {
+        c.save(); c.translate(map.origin[0], map.origin[1]); c.rotate(map.origin[2]);
+        c.translate(0, map.size[1]); c.scale(1, -1); c.imageSmoothingEnabled = scale < 30;
+        c.drawImage(this.image, 0, 0, map.size[0], map.size[1]); c.restore();
+      }
+      for (const zone of zones || []) this.polygon(c, zone.corners, COLOURS[zone.kind]);
+      for (const place of this.places || []) this.mark(c, place, px);
+      this.line(c, this.trail, COLOURS.trail, 2 * px);
+      if (plan && plan.length) this.line(c, plan, COLOURS.plan, 2 * px, [6 * px, 4 * px]);
+      if (goal) this.arrow(c, goal, 0.25, COLOURS.goal);
+      c.fillStyle = COLOURS.scan;
+      const dot = Math.max(0.03, 2.5 * px), scan = scene.scan || [];
+      for (let i = 0; i + 1 < scan.length; i += 2) c.fillRect(scan[i] - dot / 2, scan[i + 1] - dot / 2, dot, dot);
+      for (const person of scene.people || []) {
+        this.circle(c, person.x, person.y, 0.25, COLOURS.person); this.text(c, person.text, person.x, person.y + 0.35, px);
+      }
+      if (scene.pose) {
+        const [sx, sy] = scene.deviation || [0, 0];
+        c.fillStyle = "rgba(31, 111, 214, .15)"; c.beginPath();
+        c.ellipse(scene.pose[0], scene.pose[1], 2 * sx, 2 * sy, 0, 0, 2 * Math.PI); c.fill();
+        c.save(); c.translate(scene.pose[0], scene.pose[1]); c.rotate(scene.pose[2]);
+        this.polygon(c, this.footprint || [], COLOURS.robot); c.restore();
+        this.arrow(c, scene.pose, 0.3, "#fff");
+      }
+    },
+    line(c, points, colour, width, dash = []) {
+      if (points.length < 2) return;
+      c.strokeStyle = colour; c.lineWidth = width; c.setLineDash(dash); c.beginPath();
+      points.forEach((point, i) => (i ? c.lineTo(point[0], point[1]) : c.moveTo(point[0], point[1])));
+      c.stroke(); c.setLineDash([]);
+    },
+    polygon(c, corners, colour) {
+      if (!corners.length) return;
+      c.fillStyle = colour; c.beginPath();
+      corners.forEach((corner, i) => (i ? c.lineTo(corner[0], corner[1]) : c.moveTo(corner[0], corner[1])));
+      c.closePath(); c.fill();
+    },
+    circle(c, x, y, radius, colour) {
+      c.fillStyle = colour; c.beginPath(); c.arc(x, y, radius, 0, 2 * Math.PI); c.fill();
+    },
+    arrow(c, [x, y, yaw], length, colour) {
+      c.save(); c.translate(x, y); c.rotate(yaw); c.fillStyle = colour; c.beginPath();
+      c.moveTo(length / 2, 0); c.lineTo(-length / 3, length / 3); c.lineTo(-length / 6, 0);
+      c.lineTo(-length / 3, -length / 3); c.closePath(); c.fill(); c.restore();
+    },
+    mark(c, place, px) {
+      this.circle(c, place.x, place.y, Math.max(0.05, 3 * px), COLOURS.place);
+      this.text(c, place.label, place.x, place.y - 0.22, px);
+    },
+    text(c, text, x, y, px) {
+      c.save(); c.translate(x, y); c.scale(px, -px); c.font = "12px sans-serif"; c.textAlign = "center";
+      c.lineWidth = 3; c.strokeStyle = "rgba(255,255,255,.85)"; c.strokeText(text, 0, 4);
+      c.fillStyle = "#333"; c.fillText(text, 0, 4); c.restore();
+    },
+  },
+};

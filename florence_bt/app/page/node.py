@@ -1,0 +1,248 @@
+"""What the page shows, from the topics of a running system: a node of ROS that gathers, and moves nothing."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import RunState, StopReason, Zones
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Path as PathMsg
+from py_trees_ros_interfaces.msg import BehaviourTree
+from sensor_msgs.msg import BatteryState
+from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_msgs.msg import Bool, String
+from visualization_msgs.msg import MarkerArray
+
+from florence_bt.app.page.parts import LiveParts
+from florence_bt.app.page.pictures import map_picture
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
+from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, scan_from_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
+from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import MANUAL_OVERRIDE
+
+MAP_FRAME, BASE_FRAME = "map", "base_link"
+FOLLOW_S = 0.1
+"""How often the robot's pose is looked up."""
+MOST_POINTS = 240
+"""Points of a scan that are shown: one in 1.5 degrees of a whole circle."""
+LOCALISER = "Place in the map"
+"""End of the name of the diagnosis that tells how sure the localiser is."""
+_MARKS = {1: ".", 2: ">", 3: "+", 4: "x"}
+"""Status of a node in py_trees_ros_interfaces -> its sign."""
+
+
+class PageNode(FlorenceNode):
+    """Gathers what the page shows. While nobody looks it hears only what comes seldom.
+
+    Args:
+        context: The ROS context.
+
+    Attributes:
+        parts: What viewers are sent.
+        pictures: PNG by name, ``map`` and the costmaps.
+    """
+
+    def __init__(self, *, context: Any = None) -> None:
+        super().__init__("page", context=context)
+        self.parts = LiveParts()
+        self.pictures: dict[str, bytes] = {}
+        self._state: dict[str, Any] = {
+            "override": False,
+            "stop": "",
+            "battery": None,
+            "said": "",
+            "sure": None,
+        }
+        self._subscribe_to_states()
+        self._put()
+
+    @property
+    def simulated(self) -> bool:
+        """Whether a simulation says what time it is."""
+        return self.count_publishers("clock") + self.count_publishers("/clock") > 0
+
+    # ---- what comes seldom ----------------------------------------------------------------------------
+
+    def _subscribe_to_states(self) -> None:
+        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_subscription(Zones, "zones", self._on_zones, LATCHED)
+        self.create_subscription(RunState, "florence_bt/run_state", self._on_run, LATCHED)
+        self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
+        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop, LATCHED)
+        self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self.create_subscription(String, "speaking", self._on_speaking, LATCHED)
+        self.create_subscription(BatteryState, "battery_state", self._on_battery, STATE)
+        self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+
+    def _put(self, **changes: Any) -> None:
+        self._state |= changes
+        self.parts.put("state", self._state)
+
+    def _on_map(self, message: OccupancyGridMsg) -> None:
+        grid = grid_from_ros(message)
+        self.pictures["map"] = map_picture(grid)
+        self.parts.put("map", _placed(grid, message.header.stamp.sec, message.header.stamp.nanosec))
+
+    def _on_zones(self, message: Zones) -> None:
+        self.parts.put(
+            "zones",
+            [
+                {
+                    "label": zone.label,
+                    "kind": "keep_out" if zone.kind == zone.KEEP_OUT else "slow",
+                    "corners": [[_m(point.x), _m(point.y)] for point in zone.area.points],
+                }
+                for zone in message.zones
+            ],
+        )
+
+    def _on_run(self, message: RunState) -> None:
+        run = {name: getattr(message, name) for name in ("run_id", "mission", "state", "code", "reason")}
+        self.parts.put("run", run)
+
+    def _on_goal(self, message: PoseStamped) -> None:
+        self.parts.put("goal", _pose(pose_from_ros(message.pose)) if message.header.frame_id else None)
+
+    def _on_stop(self, message: StopReason) -> None:
+        self._put(stop=message.text)
+
+    def _on_override(self, message: Bool) -> None:
+        self._put(override=message.data)
+
+    def _on_speaking(self, message: String) -> None:
+        self._put(said=message.data)
+
+    def _on_battery(self, message: BatteryState) -> None:
+        known = math.isfinite(message.percentage)
+        self._put(battery=round(100.0 * message.percentage) if known else None)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name.endswith(LOCALISER):
+                self._put(sure=status.message if status.level == status.OK else f"unsure: {status.message}")
+
+
+class SceneNode(FlorenceNode):
+    """Gathers what comes often: it exists while somebody looks.
+
+    Args:
+        parts: What viewers are sent.
+        simulated: Whether the stamps of messages are those of a simulation.
+        context: The ROS context.
+    """
+
+    def __init__(self, parts: LiveParts, *, simulated: bool, context: Any = None) -> None:
+        super().__init__("page_scene", parameters={"use_sim_time": simulated}, context=context)
+        self.simulated = simulated
+        self._parts = parts
+        self._scene: dict[str, Any] = {"pose": None, "scan": [], "people": []}
+        self._scan: LaserScan | None = None
+        self._tf = TransformListener(self)
+        newest: dict[str, Any] = {"newest_only": True}
+        self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
+        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE)
+        self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
+        self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED, **newest)
+        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED)
+        self.create_timer(FOLLOW_S, self._follow_robot)
+
+    def close(self) -> None:
+        """Take what is not heard any more out of the picture."""
+        self._scene = {}
+        self._show(pose=None, scan=[], people=[])
+
+    def _show(self, **changes: Any) -> None:
+        self._scene |= changes
+        self._parts.put("scene", self._scene)
+
+    def _follow_robot(self) -> None:
+        try:
+            pose = self._tf.buffer.lookup_pose(MAP_FRAME, BASE_FRAME)
+        except TransformUnavailable:
+            self._show(pose=None)
+        else:
+            self._show(pose=_pose(pose))
+        self._show_scan()
+
+    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
+        variances = np.asarray(message.pose.covariance)[[0, 7, 35]]
+        self._show(deviation=[_m(each) for each in np.sqrt(np.maximum(variances, 0.0)).tolist()])
+
+    def _on_scan(self, message: LaserScanMsg) -> None:
+        self._scan = scan_from_ros(message)  # shown when the transforms of its time have come
+
+    def _show_scan(self) -> None:
+        scan = self._scan
+        if scan is None:
+            return
+        try:
+            sensor = self._tf.buffer.lookup(MAP_FRAME, scan.frame_id, self.time_of(scan.middle_stamp))
+        except TransformUnavailable:
+            return
+        self._scan = None
+        valid = scan.valid()
+        flat = scan.directions()[valid] * scan.ranges[valid][:, None]
+        step = -(-len(flat) // MOST_POINTS) or 1
+        points = np.column_stack([flat[::step], np.zeros(len(flat[::step]))])
+        self._show(scan=np.round(sensor.apply(points)[:, :2], 2).ravel().tolist())
+
+    def _on_plan(self, message: PathMsg) -> None:
+        poses = message.poses[::4] + message.poses[-1:]
+        self._parts.put("plan", [[_m(each.pose.position.x), _m(each.pose.position.y)] for each in poses])
+
+    def _on_people(self, message: MarkerArray) -> None:
+        people = []
+        for marker in message.markers:
+            if marker.ns != "user_text":
+                continue
+            try:
+                frame = self._tf.buffer.lookup(MAP_FRAME, marker.header.frame_id)
+            except TransformUnavailable:
+                continue
+            place = marker.pose.position
+            x, y, _ = frame.apply(np.array([[place.x, place.y, place.z]]))[0].tolist()
+            people.append({"id": marker.id, "text": marker.text, "x": _m(x), "y": _m(y)})
+        self._show(people=people)
+
+    def _on_tree(self, message: BehaviourTree) -> None:
+        numbers = {bytes(node.own_id.uuid): number for number, node in enumerate(message.behaviours)}
+        self._parts.put(
+            "tree",
+            [
+                [node.name, numbers.get(bytes(node.parent_id.uuid), -1), node.type]
+                for node in message.behaviours
+            ],
+        )
+        said = {number: node.message for number, node in enumerate(message.behaviours) if node.message}
+        self._parts.put(
+            "marks",
+            {
+                "statuses": "".join(_MARKS.get(node.status, " ") for node in message.behaviours),
+                "active": [number for number, node in enumerate(message.behaviours) if node.is_active],
+                "said": said,
+                "keys": {each.key: each.value for each in message.blackboard_on_visited_path},
+            },
+        )
+
+
+def _m(value: float) -> float:
+    """Round metres for a picture."""
+    return round(float(value), 3)
+
+
+def _pose(pose: Pose2) -> list[float]:
+    return [_m(pose.x), _m(pose.y), _m(pose.yaw)]
+
+
+def _placed(grid: OccupancyGrid, *version: int) -> dict[str, Any]:
+    rows, columns = grid.cells.shape
+    size = [_m(columns * grid.resolution), _m(rows * grid.resolution)]
+    return {"origin": _pose(grid.origin), "size": size, "version": list(version), "cells": [columns, rows]}

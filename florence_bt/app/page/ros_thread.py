@@ -1,0 +1,144 @@
+"""The page's part of ROS: a thread of its own that serves the node, and asks services for the page."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from std_msgs.msg import Bool
+
+from florence_bt.app.page.node import PageNode, SceneNode
+from florence_bt.core.closing import Closing
+from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.ros.arguments import start_ros
+from florence_bt.ros.executor import SpinLoop
+from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.topics import SWITCH_OVERRIDE
+
+ANSWER_S = 5.0
+"""Wall seconds to wait for the answer of a service."""
+_SPIN_S = 0.2
+LOOK_S = 1.0
+"""How often to look whether a simulation has begun or ended."""
+
+
+class RosThread(Closing):
+    """Serves a node on a thread, until it is closed. A context manager."""
+
+    def __init__(self) -> None:
+        self._context = rclpy.Context()
+        start_ros(self._context)
+        self.node = PageNode(context=self._context)
+        self._loop = SpinLoop(self._context, keep_going=True)
+        self._loop.add(self.node)
+        self._override = self.node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
+        self._scene: SceneNode | None = None
+        self._looked_at = False
+        self._next_look = 0.0
+        self._clients: dict[str, Any] = {}
+        self._closing = False
+        self._thread = threading.Thread(target=self._serve, name="ros")
+        self._thread.start()
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self._closing = True
+        self._loop.interrupt()
+        self._thread.join()
+
+    def _serve(self) -> None:
+        while not self._closing:
+            self._loop.spin_once(_SPIN_S)
+            # Between two events: the executor of the nodes may not lose one amid a callback.
+            self._keep_scene()
+        self._looked_at = False
+        self._keep_scene()
+        self.node.shut_down()
+        self._loop.close()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def look(self, on: bool) -> None:
+        """Begin to hear what comes often, or cease, soon."""
+        self._looked_at = on
+        self._loop.interrupt()
+
+    def _keep_scene(self) -> None:
+        """Have the node of what comes often while somebody looks; a new one when the time is another."""
+        scene = self._scene
+        now = time.monotonic()
+        if now < self._next_look and (scene is not None) == self._looked_at:
+            return
+        self._next_look = now + LOOK_S
+        simulated = self.node.simulated
+        if scene is not None and not (self._looked_at and scene.simulated == simulated):
+            scene.shut_down()
+            self._loop.remove(scene)
+            scene.destroy_node()
+            scene = None
+        if scene is None and self._looked_at:
+            scene = SceneNode(self.node.parts, simulated=simulated, context=self._context)
+            self._loop.add(scene)
+        self._scene = scene
+
+    def on_thread(self, work: Callable[[], None]) -> None:
+        """Run something on the thread of the node, soon."""
+        self.node.call_soon(work)
+
+    def override(self, on: bool) -> None:
+        """Switch the manual override: on, it stops the base at once."""
+        self.on_thread(lambda: self._override.publish(Bool(data=on)))
+
+    async def ask(self, service_type: Any, name: str, request: Any) -> Any:
+        """Call a service and return its answer.
+
+        Raises:
+            FlorenceError: Nobody serves it.
+            DeviceTimeout: It does not answer.
+        """
+        loop = asyncio.get_running_loop()
+        answer: asyncio.Future[Any] = loop.create_future()
+
+        def settle(result: Any) -> None:
+            if not answer.done():
+                answer.set_exception(result) if isinstance(result, Exception) else answer.set_result(result)
+
+        def begin() -> None:
+            client = self._clients.get(name)
+            if client is None:
+                client = self._clients[name] = self.node.create_client(service_type, name)
+            self._when_there(
+                client,
+                ANSWER_S,
+                send,
+                lambda: tell(FlorenceError(f"nobody serves {name}: is the system up?")),
+            )
+
+        def send() -> None:
+            future = self._clients[name].call_async(request)
+            future.add_done_callback(self.node.guarded(lambda done: tell(done.result())))
+
+        def tell(result: Any) -> None:
+            loop.call_soon_threadsafe(settle, result)
+
+        self.on_thread(begin)
+        try:
+            return await asyncio.wait_for(answer, 2.0 * ANSWER_S)
+        except TimeoutError as error:
+            raise DeviceTimeout(f"{name} did not answer within {ANSWER_S:g} s") from error
+
+    def _when_there(
+        self, client: Any, left_s: float, then: Callable[[], None], give_up: Callable[[], None]
+    ) -> None:
+        """Wait for a server without holding up the node."""
+        if client.service_is_ready():
+            then()
+        elif left_s <= 0.0:
+            give_up()
+        else:
+            again = self.node.steady.now() + _SPIN_S
+            self.node.steady.call_at(again, lambda: self._when_there(client, left_s - _SPIN_S, then, give_up))

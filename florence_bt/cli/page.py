@@ -1,0 +1,40 @@
+"""The verb ``page``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from florence_bt.cli.common import EXIT_CODES, RosVerb, app
+
+
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="Runs",
+    epilog=f"Examples: florence page; florence page --token run\n\n{EXIT_CODES}",
+)
+def page(
+    host: Annotated[
+        str, typer.Option(help="The address; 0.0.0.0 for the network, which needs a token.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="The TCP port.")] = 8080,
+    token: Annotated[
+        str,
+        typer.Option(
+            metavar="ROLE",
+            help="Make a token and end: look sees, run also starts and stops, edit also writes missions.",
+        ),
+    ] = "",
+) -> None:
+    """Show in a browser where the robot is, what it sees and what its mission does; start and stop it."""
+    from florence_bt.app.page.access import Access, make_token, read_tokens, tokens_file
+
+    file = tokens_file()
+    if token:
+        typer.echo(f"token, shown only now: {make_token(token, file)}")
+        typer.echo("open the page as http://ROBOT:8080/?token=TOKEN")
+        return
+    from florence_bt.app.page.server import serve_page
+
+    serve_page(host, port, Access(read_tokens(file) if file.exists() else {}))

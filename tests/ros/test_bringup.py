@@ -1,0 +1,101 @@
+"""From ``florence init --emulate`` to ``florence up FOLDER``: what dies comes back, and the logs tell it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray
+
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE
+
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
+
+FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
+PATIENCE_S = 600.0
+REASON = "was killed by SIGKILL, which is started again"
+
+
+def kill(folder: Path, process: str) -> None:
+    """Kill a process of the bring-up of a robot's folder."""
+    words = f"florence_bt.app.bringup.process\0{process}\0{folder}"
+    (victim,) = (
+        entry.name for entry in Path("/proc").iterdir() if entry.name.isdigit() and words in _command(entry)
+    )
+    os.kill(int(victim), signal.SIGKILL)
+
+
+def _command(entry: Path) -> str:
+    try:
+        return (entry / "cmdline").read_bytes().decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def done(child: Any) -> str:
+    assert child.process.wait(PATIENCE_S) == 0, child.output
+    return str(child.output)
+
+
+def test_a_folder_of_init_is_brought_up_and_what_dies_comes_back(
+    ros: Any, start_process: Any, tmp_path: Path, patrol: Path
+) -> None:
+    folder = tmp_path / "robot"
+    made = done(start_process(*FLORENCE, "init", folder, "--yes", "--emulate", "--service", "none"))
+    assert re.search(r"base: \S+/create \(0403:6001\) answers; passive", made)
+    assert re.search(r"laser: \S+/hokuyo \(15d1:0000\) answers; .*URG-04LX", made)
+    (patrol / "patrol.yaml").rename(folder / "missions" / "patrol.yaml")
+
+    system = start_process(*FLORENCE, "up", folder, "--person", "absent")
+    system.wait_for("ready after", PATIENCE_S)
+    told: dict[str, tuple[int, str]] = {}
+    listener = ros.add(FlorenceNode("listener"))
+    listener.create_subscription(
+        DiagnosticArray,
+        "diagnostics",
+        lambda message: told.update({one.name: (one.level[0], one.message) for one in message.status}),
+        RELIABLE,
+    )
+    ros.spin_until(lambda: told.get("florence_up: process people") == (0, "runs"), PATIENCE_S)
+
+    # The base last: with it the localisation begins anew, at the pose that it kept.
+    for process in ("people", "hardware"):
+        begin = len(system.output)
+        watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
+        watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
+        kill(folder / "runs", process)
+        system.wait_for(f"the process '{process}' was killed by SIGKILL", PATIENCE_S, begin=begin)
+        assert watcher.process.wait(PATIENCE_S) == 1
+        assert f"the process '{process}' {REASON}" in watcher.output
+        system.wait_for("the robot may drive again", PATIENCE_S, begin=begin)
+        assert f"the process '{process}' is up again" in system.output
+    warning = told_soon(ros, told, "florence_up: process hardware", 1)
+    assert "once" in warning and told["florence_up: process navigation"][0] == 0
+
+    # It knows where it is, and drives; how far depends on how busy this machine is.
+    assert "the place is known" in done(start_process(*FLORENCE, "where"))
+    start_process(*FLORENCE, "run", "patrol", "--headless").wait_for("-- driving", PATIENCE_S)
+    system.end(signal.SIGTERM, PATIENCE_S)
+    assert system.process.returncode == 130
+
+    logs = done(start_process(*FLORENCE, "logs", "--level", "warn"))
+    assert logs.index("'people' was killed") < logs.index("'hardware' was killed")
+    assert "the process people starts" not in logs, "that is information"
+    times = [line[:12] for line in logs.splitlines() if re.match(r"\d\d:\d\d:\d\d\.\d{3} ", line)]
+    assert times == sorted(times)
+
+
+def told_soon(ros: Any, told: dict[str, tuple[int, str]], name: str, level: int) -> str:
+    """Wait until a diagnosis has a level; gives its message."""
+    begin = time.monotonic()
+    ros.spin_until(lambda: told[name][0] == level, PATIENCE_S, what=f"{name} since {begin:.0f}")
+    return told[name][1]

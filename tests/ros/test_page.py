@@ -1,0 +1,179 @@
+"""The page's process beside a robot: what viewers get, what is heard when nobody looks, who is refused."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+import sys
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui")
+pytest.importorskip("rclpy")
+connect = pytest.importorskip("websockets.sync.client").connect
+
+from florence_interfaces.msg import RunState  # noqa: E402
+from nav_msgs.msg import Path as PathMsg  # noqa: E402
+from sensor_msgs.msg import LaserScan as LaserScanMsg  # noqa: E402
+from std_msgs.msg import Bool  # noqa: E402
+from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
+
+from florence_bt.core.geometry import Pose2  # noqa: E402
+from florence_bt.core.sensing import OccupancyGrid  # noqa: E402
+from florence_bt.ros.conversions import grid_to_ros  # noqa: E402
+from florence_bt.ros.node import FlorenceNode  # noqa: E402
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
+from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
+from florence_bt.ros.topics import MANUAL_OVERRIDE  # noqa: E402
+from tests.ros.conftest import Child  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+class Robot(FlorenceNode):
+    """Says where it is, what it sees and what runs."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.map = self.create_publisher(type(_map()), "map", LATCHED)
+        self.run = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+        self.scan = self.create_publisher(LaserScanMsg, "filtered_scan", SENSOR)
+        self.plan = self.create_publisher(PathMsg, "plan", RELIABLE)
+        self.override = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
+        self.frames = TransformBroadcaster(self)
+        self.map.publish(_map())
+        self.run.publish(RunState(run_id="7", mission="greet", state="ACTIVE"))
+        self.create_timer(0.05, self._tell)
+
+    def _tell(self) -> None:
+        now = self.timebase.now()
+        self.frames.send("map", "base_link", now, Pose2(1.0, 2.0, 0.5))
+        scan = LaserScanMsg(
+            angle_min=0.0, angle_increment=0.01, range_min=0.1, range_max=5.0, ranges=[1.0] * 100
+        )
+        scan.header.frame_id = "base_link"
+        scan.header.stamp = self.get_clock().now().to_msg()
+        self.scan.publish(scan)
+
+
+def _map() -> Any:
+    import numpy as np
+
+    cells = np.zeros((40, 60), np.int8)
+    cells[0] = 100
+    return grid_to_ros(OccupancyGrid(0.05, Pose2(-1.0, -0.5), cells), "map", 0.0)
+
+
+@pytest.fixture
+def page(ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The port of a running page."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        port = server.getsockname()[1]
+    command = [sys.executable, "-m", "florence_bt.cli", "page", "--port", str(port)]
+    child = Child(command, tmp_path / "page.txt")
+    child.wait_for("Ctrl-C ends it")
+    ros.spin_until(lambda: answers(port))
+    yield port
+    child.end()
+
+
+def answers(port: int) -> bool:
+    with socket.socket() as client:
+        return client.connect_ex(("127.0.0.1", port)) == 0
+
+
+def get(port: int, path: str, **headers: str) -> tuple[int, bytes]:
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as client:
+        client.request("GET", path, headers=headers)
+        answer = client.getresponse()
+        return answer.status, answer.read()
+
+
+class Viewer:
+    """One WebSocket, and everything that it has brought."""
+
+    def __init__(self, port: int) -> None:
+        self._open = ExitStack()
+        self.socket = self._open.enter_context(
+            connect(f"ws://127.0.0.1:{port}/live", origin=f"http://127.0.0.1:{port}")
+        )
+        self.parts: dict[str, Any] = {}
+
+    def close(self) -> None:
+        self._open.close()
+
+    def take(self) -> dict[str, Any]:
+        """Take what is there, for a moment."""
+        try:
+            self.parts |= json.loads(self.socket.recv(timeout=0.02))
+            self.socket.send("ok")
+        except TimeoutError:
+            pass
+        return self.parts
+
+
+def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any, page: int) -> None:
+    robot = ros.add(Robot())
+    assert not robot.scan.get_subscription_count()
+    viewer = Viewer(page)
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("scan"), what="the scan in the map")
+    assert viewer.parts["scene"]["pose"] == [1.0, 2.0, 0.5]
+    ahead = viewer.parts["scene"]["scan"][:2]
+    assert ahead == pytest.approx([1.0 + 0.878, 2.0 + 0.479], abs=0.02)
+    assert viewer.parts["map"]["origin"] == [-1.0, -0.5, 0.0] and viewer.parts["map"]["size"] == [3.0, 2.0]
+    assert viewer.parts["run"]["mission"] == "greet"
+    status, picture = get(page, "/picture/map.png")
+    assert status == 200 and picture.startswith(b"\x89PNG")
+    robot.override.publish(Bool(data=True))
+    ros.spin_until(lambda: viewer.take()["state"]["override"])
+    viewer.close()
+    ros.spin_until(lambda: not robot.scan.get_subscription_count(), what="the end of the subscriptions")
+
+
+def test_a_viewer_that_takes_nothing_delays_nobody(ros: Any, page: int) -> None:
+    ros.add(Robot())
+    idle = [Viewer(page) for _ in range(5)]
+    viewer = Viewer(page)
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    for each in (viewer, *idle):
+        each.close()
+
+
+def test_a_page_of_another_origin_gets_neither_page_nor_stream(ros: Any, page: int) -> None:
+    assert get(page, "/")[0] == 200
+    assert get(page, "/", Origin="http://evil.example")[0] == 403
+    assert get(page, "/", Host="evil.example")[0] == 403
+    assert get(page, "/picture/../../etc/passwd.png")[0] == 404
+    with (
+        pytest.raises((ConnectionClosed, InvalidStatus)),
+        connect(f"ws://127.0.0.1:{page}/live", origin="http://evil.example") as stranger,
+    ):
+        stranger.recv()
+
+
+def test_a_message_that_is_too_large_ends_that_viewer_only(ros: Any, page: int) -> None:
+    ros.add(Robot())
+    hostile, viewer = Viewer(page), Viewer(page)
+    hostile.socket.send("x" * 2_000_000)
+    with pytest.raises(ConnectionClosed):
+        while True:
+            hostile.socket.recv(timeout=60)
+    hostile.close()
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    viewer.close()
+
+
+def test_on_the_network_it_needs_a_token(
+    ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    command = [sys.executable, "-m", "florence_bt.cli", "page", "--host", "0.0.0.0"]
+    child = Child(command, tmp_path / "page.txt")
+    assert child.process.wait(60) == 2
+    assert "florence page --token" in child.output
