@@ -31,8 +31,9 @@ _CLOSE_M = 0.4
 beyond its outline. What is so close behind the frontier is what it looks at."""
 _MOST_CANDIDATES = 60
 """Places from which a piece of a frontier may be looked at that are tried, the best first."""
-_COST_M = 0.7
-"""A place close beside an obstacle is as bad as one this much further from the frontier."""
+_NEAR_M = 1.0
+"""A place within the inflation radius of an obstacle is as bad as one this much further from the frontier:
+the camera may find more of it, and then there is no room to turn."""
 _TURN_M_PER_RAD, _LENGTH_M, _LONGEST_M = 0.3, 0.5, 3.0
 """The metres of way that a turn is worth, that a metre of frontier is, and the length from which on a longer
 frontier is not better. Chosen."""
@@ -206,7 +207,7 @@ def _view(
     away = np.hypot(*(cells - middle).T) * costmap.resolution
     roomy = costmap.master[cells[:, 0], cells[:, 1]] < costmap.harmless_below
     cells, away = cells[roomy & (away <= reach_m)], away[roomy & (away <= reach_m)]
-    badness = np.abs(away - _CLOSE_M) + _COST_M * costmap.master[cells[:, 0], cells[:, 1]] / INSCRIBED
+    badness = np.abs(away - _CLOSE_M) + _NEAR_M * (costmap.master[cells[:, 0], cells[:, 1]] > 0)
     for cell in cells[np.argsort(badness, kind="stable")[:_MOST_CANDIDATES]]:
         x, y = _places(costmap, cell[None])[0].tolist()
         view = Pose2(x, y, math.atan2(behind[1] - y, behind[0] - x))
