@@ -279,7 +279,7 @@ def _left(folder: Path, answers: Answers) -> Iterator[str]:
         yield f"calibrate, in front of a bare wall:\n    florence calibrate --write {place}/robot.yaml"
     if not answers.map_file:
         yield (
-            "make a map of the home, once the system has ended; it explores, or you drive by florence teleop:\n"
+            "make a map of the home, once the system has ended; it explores, or drive by florence teleop:\n"
             f"    florence up {place} --mapping\n"
             f"    florence map explore {place}/maps/home.yaml\n"
             f"    # then take the mark # away before `map:` in {place}/florence.yaml, and start it again"
