@@ -279,8 +279,10 @@ def _left(folder: Path, answers: Answers) -> Iterator[str]:
         yield f"calibrate, in front of a bare wall:\n    florence calibrate --write {place}/robot.yaml"
     if not answers.map_file:
         yield (
-            "drive it by hand, and make a map of the home, which `map:` in florence.yaml names then:\n"
-            "    florence teleop"
+            "make a map of the home, once the system has ended; it explores, or drive by florence teleop:\n"
+            f"    florence up {place} --mapping\n"
+            f"    florence map explore {place}/maps/home.yaml\n"
+            f"    # then take the mark # away before `map:` in {place}/florence.yaml, and start it again"
         )
     if not answers.emulate:
         yield "teach it the rooms: drive there, then\n    florence hotspot --help"
