@@ -44,6 +44,7 @@ from florence_bt.skills.locator.node import LocatorNode
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
+from florence_bt.skills.navigation.mapping.node import MappingNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
 from florence_bt.skills.people.approach_user.node import ApproachNode
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
@@ -102,6 +103,7 @@ NODES: dict[str, Callable[[Path], FlorenceNode]] = {
     "map_server": map_server,
     "navigate": lambda _: NavigationNode(),
     "localiser": lambda _: LocaliserNode(),
+    "mapping": lambda _: MappingNode(),
     "velocity_filter": lambda _: VelocityFilterNode(),
     "turtlebot": lambda _: TurtlebotNode(open_port=absent),
     "hokuyo": lambda _: HokuyoNode(open_port=absent),

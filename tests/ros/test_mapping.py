@@ -89,7 +89,8 @@ def test_the_map_grows_and_the_robot_is_in_it(ros: Any, tmp_path: Path) -> None:
     driver.sense()
     first = ros.spin_until(lambda: driver.maps)[0]
     driver.drive_to(3.0)
-    ros.spin_until(lambda: len(driver.maps) > 2 and driver.poses[-1].x > 1.9)
+    while len(driver.maps) < 3:
+        driver.sense()
     assert np.count_nonzero(driver.maps[-1].cells == 0) > np.count_nonzero(first.cells == 0)
     assert driver.poses[-1].distance_to(Pose2(2.0, 0.0)) < 0.1, "the map begins where the robot did"
     place = driver.frames.buffer.lookup_pose("map", "odom") @ driver.world.odom

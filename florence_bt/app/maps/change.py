@@ -73,7 +73,8 @@ def change_map(files: MapFiles, edit: Callable[[OccupancyGrid], Edited], what: s
         edited.grid,
         target,
         mode=description.mode,
-        form=description.image.suffix.lstrip(".").lower(),
+        # With steps between free and occupied only transparency is left for unknown.
+        form="png" if description.mode == "scale" else description.image.suffix.lstrip(".").lower(),
         occupied_thresh=description.occupied_thresh,
         free_thresh=description.free_thresh,
     )

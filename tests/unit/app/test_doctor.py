@@ -25,7 +25,7 @@ from florence_bt.app.doctor.finding import (
     summary,
     warning,
 )
-from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings, is_partial
+from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings, is_partial, missing_nodes
 from florence_bt.app.doctor.libraries import LIBRARIES, check_libraries
 from florence_bt.app.doctor.machine import NOT_SYNCHRONISED, check_machine
 from florence_bt.app.doctor.ports import check_ports, users_of
@@ -176,6 +176,14 @@ def everything() -> tuple[str, ...]:
 def test_a_graph_where_all_is_well():
     findings = list(check_graph(GraphView(everything(), 1, 0.8, {"turtlebot_node: Battery": (0, "ok")})))
     assert all(f.level is HealthLevel.OK for f in findings) and len(findings) == 3
+
+
+@pytest.mark.parametrize("gone", [("map_server", "localiser"), ("mapping",)])
+def test_a_system_that_makes_a_map_needs_no_other(gone):
+    nodes = tuple(name for name in everything() if name[1:] not in gone)
+    assert not missing_nodes(GraphView(nodes, 1, 0.8, {}))
+    without_place = tuple(name for name in nodes if name not in ("/localiser", "/mapping"))
+    assert missing_nodes(GraphView(without_place, 1, 0.8, {}))
 
 
 NAV2 = ("/amcl", "/bt_navigator", "/controller_server", "/planner_server")

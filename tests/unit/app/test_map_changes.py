@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from florence_bt.cli.application import app
 from florence_bt.cli.exit_codes import OK, USAGE
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import OCCUPIED
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.navigation.localisation.saved_pose import load_pose, save_pose
 from florence_bt.skills.navigation.map_server.map_file import load_map
@@ -112,6 +112,19 @@ def test_an_image_of_another_format_and_a_turned_origin(home):
     assert np.count_nonzero(changed.cells == OCCUPIED) >= np.count_nonzero(grid.cells == OCCUPIED)
     florence("edit", "home.yaml", "--undo")
     assert "0.3" in Path("home.yaml").read_text()
+
+
+def test_a_map_with_steps_keeps_them_and_its_unknown(home):
+    text = Path("flat.yaml").read_text()
+    Path("flat.yaml").write_text(f"{text}mode: scale\n")
+    before = load_map("flat.yaml")
+    assert ((before.cells > 0) & (before.cells < OCCUPIED)).any()
+    florence("edit", "flat.yaml", "unknown=[[1, 1], [2, 2]]")
+    after = load_map("flat.yaml")
+    changed = after.cells != before.cells
+    assert (after.cells[changed] == UNKNOWN).all() and np.count_nonzero(changed) == 400
+    florence("clean", "flat.yaml")
+    assert set(np.unique(load_map("flat.yaml").cells)) == {UNKNOWN, FREE, OCCUPIED}
 
 
 @pytest.mark.parametrize(

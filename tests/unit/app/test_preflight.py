@@ -150,3 +150,21 @@ def test_the_processes_of_a_bring_up():
     assert "simulator" not in processes(BringUp(folder="x", simulated=False))
     with pytest.raises(ConfigError, match=r"'navigatio'.*navigation"):
         factories("navigatio", BringUp(folder="x"))
+
+
+def test_a_bring_up_that_makes_a_map_has_neither_a_map_nor_places(tmp_path):
+    options = BringUp(folder=str(tmp_path), mapping=True, world_seed=31)
+    check_options(options)
+    assert options.hotspots.name == "places.yaml"
+    nodes = [made.func.__name__ for made in factories("navigation", options)]
+    assert nodes == ["MappingNode", "NavigationNode"]
+    for wrong, valid in (
+        ({"map_file": "maps/flat.yaml"}, "--mapping without --map"),
+        ({"nav": "nav2"}, "--mapping without --nav nav2"),
+    ):
+        with pytest.raises(ConfigError, match=valid):
+            BringUp(folder="x", mapping=True, **wrong)
+    with pytest.raises(ConfigError, match=r"--mapping --continue"):
+        BringUp(folder="x", resumed_drive="a.drive")
+    with pytest.raises(ConfigError, match=r"a\.drive.*the drive cannot be read"):
+        check_options(BringUp(folder=str(tmp_path), mapping=True, resumed_drive=str(tmp_path / "a.drive")))

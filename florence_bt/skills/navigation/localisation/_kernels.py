@@ -444,3 +444,42 @@ def best_pose(
                 if score > best_score:
                     best_score, best = score, (x + j * step, y + i * step, turned)
     return best
+
+
+@njit(cache=True)
+def scores_around(
+    distances: NDArray[np.float32],
+    points: NDArray[np.float64],
+    centre: Pose,
+    frame: Frame,
+    step: float,
+    steps: int,
+    near: float,
+) -> NDArray[np.float64]:
+    """Score how well a scan fits at the places around a pose, with its heading.
+
+    Args:
+        distances: As in :func:`best_pose`, with those that follow.
+        points: As there.
+        centre: As there.
+        frame: As there.
+        step: From place to place, metres.
+        steps: This many to each side.
+        near: As there.
+
+    Returns:
+        Shape (2 steps + 1, 2 steps + 1), 0 to 1, along y and x.
+    """
+    x, y, yaw = centre
+    origin_x, origin_y, resolution = frame
+    c, s = math.cos(yaw), math.sin(yaw)
+    us, vs = np.empty(len(points)), np.empty(len(points))
+    for k in range(len(points)):
+        us[k] = (c * points[k, 0] - s * points[k, 1] + x - origin_x) / resolution
+        vs[k] = (s * points[k, 0] + c * points[k, 1] + y - origin_y) / resolution
+    scores = np.empty((2 * steps + 1, 2 * steps + 1))
+    for i in range(-steps, steps + 1):
+        for j in range(-steps, steps + 1):
+            du, dv = j * step / resolution, i * step / resolution
+            scores[i + steps, j + steps] = _fit_of(distances, us, vs, du, dv, near)
+    return scores

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.navigation.localisation._kernels import best_pose, gauss_newton
+from florence_bt.skills.navigation.localisation._kernels import best_pose, gauss_newton, scores_around
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 
@@ -121,6 +121,48 @@ def search_around(
         cost_a,
     )
     return Pose2(x, y, normalize_angle(yaw))
+
+
+def spread_around(
+    field: LikelihoodField,
+    points: NDArray[np.float64],
+    pose: Pose2,
+    *,
+    reach: float,
+    step: float,
+    near: float,
+    scale: float,
+) -> NDArray[np.float64]:
+    """Measure how far from a pose a scan fits about as well as there.
+
+    The covariance of a fit believes every wrinkle of a wall; along a bare corridor it is far too sure.
+
+    Args:
+        field: The map.
+        points: Shape (n, 2), beam ends in the base frame, metres.
+        pose: Where the scan fits.
+        reach: How far is looked, metres along each axis.
+        step: From place to place, metres.
+        near: A beam that ends farther from a surface does not fit, metres.
+        scale: A place where so much less of the scan fits is e times less likely; five times as much counts
+            as impossible.
+
+    Returns:
+        Shape (2, 2): the covariance of x and y about the pose.
+
+    Source:
+        Olson, Real-time correlative scan matching, ICRA 2009, section III.D.
+    """
+    steps = math.ceil(reach / step - 1e-9)
+    centre = (pose.x, pose.y, pose.yaw)
+    less = -scores_around(field.signed, points, centre, field.frame, step, steps, near)
+    less += -less[steps, steps]
+    weights = np.where(less < 5.0 * scale, np.exp(-np.maximum(less, 0.0) / scale), 0.0)
+    along = step * np.arange(-steps, steps + 1)
+    x, y = np.meshgrid(along, along)
+    xy = float((weights * x * y).sum())
+    moments = np.array([[(weights * x * x).sum(), xy], [xy, (weights * y * y).sum()]])
+    return moments / weights.sum()
 
 
 def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from florence_bt.skills.navigation.localisation.scan_match import (
     evenly,
     match_scan,
     search_around,
+    spread_around,
     turned_covariance,
 )
 from florence_bt.skills.navigation.localisation.submap import Submap, used_up
@@ -41,6 +42,9 @@ _APART_M, _FORGET_M = 0.8, 4.0
 _AGREE_M, _AGREE_RAD = 0.3, 0.08
 _COARSE = {"step": 0.1, "turn_step": 0.04, "near": 0.25}
 _FINE = {"step": 0.03, "turn_step": 0.012, "near": 0.12}
+_SPREAD = {"step": 0.1, "near": 0.25, "scale": 0.02}
+_SPREAD_M = 2.0
+"""How well it fits around, up to this far, tells how sure the fit is."""
 _COST = 0.15
 """At the border of the search so much more of what was seen has to fit than in its middle."""
 _COARSE_BEAMS, _FINE_BEAMS, _FIT_BEAMS = 100, 150, 300
@@ -172,8 +176,13 @@ class LoopFinder:
         """Fit what was seen to a submap; return the part that fits, and the tie that follows."""
         anchor = self._pieces[index].first
         belief = self._graph.poses[anchor].inverse() @ self._graph.poses[number]
-        match = self._fit(self._submap(index), seen, belief, reach, turn)
-        covariance = turned_covariance(match.covariance, -match.pose.yaw) + _LEAST
+        submap = self._submap(index)
+        match = self._fit(submap, seen, belief, reach, turn)
+        spread = np.zeros((3, 3))
+        spread[:2, :2] = spread_around(
+            submap.field, evenly(seen, _COARSE_BEAMS), match.pose, reach=_SPREAD_M, **_SPREAD
+        )
+        covariance = turned_covariance(match.covariance + spread, -match.pose.yaw) + _LEAST
         return match.near_fraction, Tie(anchor, number, match.pose, covariance)
 
     def _fit(

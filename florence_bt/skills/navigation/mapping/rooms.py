@@ -28,14 +28,16 @@ ROBOT_RADIUS_M = Footprint.from_corners(
     corners_from_flat(FLORENCE_FOOTPRINT), FOOTPRINT_PADDING_M
 ).circumscribed_radius
 """What Florence's robot needs around its middle to turn, metres."""
-DOOR_M = 0.5, 1.2
-"""How wide a door is: 0.6 to 1.1 m, and a cell of the map more or less on both sides."""
+DOOR_M = 0.5, 0.95, 1.2
+"""How wide a door is at least, ordinarily, and at most: 0.6, 0.85 and 1.1 m, and two cells of a map."""
 _THICKEST_M = 0.3
 """A wall inside of a home is at most so thick on the map."""
 _THIN_M, _STRAIGHT_M = 0.3, 0.5
 """So long is a wall with a door in it thin beside the door, and straight whatever stands there,"""
+_CORNER_M = 0.2
+"""or so long, where what is beyond a door of ordinary width goes straight on in its line,"""
 _STUB_M = 0.1
-"""or else so long on both sides of it."""
+"""or else thin for so long on both sides."""
 _SLENDER = 1.5
 """It is so many times as long as it is thick."""
 _HINGE_M = 0.15
@@ -207,7 +209,9 @@ def _regions(grid: OccupancyGrid, free: BoolGrid, standing: BoolGrid) -> NDArray
     from scipy import ndimage
 
     walls, resolution = grid.cells > OCCUPIED // 2, grid.resolution
-    gaps = _doors([gap for along in (1, 0) for gap in _gaps(free, walls, along, resolution)], resolution)
+    along_y = _Rows(free.T, walls.T, resolution).gaps()
+    gaps = [*_Rows(free, walls, resolution).gaps(), *(gap.transposed() for gap in along_y)]
+    gaps = _doors(gaps, resolution)
     open_floor = free.copy()
     for gap in gaps:
         open_floor[gap.cells] = False
@@ -237,48 +241,77 @@ def _beside(labels: NDArray[np.int32], gap: _Gap) -> set[int]:
     return set(np.unique(labels[rows, columns]).tolist()) - {0}
 
 
-def _gaps(free: BoolGrid, walls: BoolGrid, along: int, resolution: float) -> Iterator[_Gap]:
-    """Find the gaps beside thin walls that run along an axis."""
-    from scipy import ndimage
+class _Rows:
+    """The map as if all its walls ran along rows, in which gaps beside them are found.
 
-    # As if all walls ran along rows.
-    floor, walls = (free, walls) if along else (free.T, walls.T)
-    thin, wide = _thin(floor, round(_THICKEST_M / resolution))
-    # Cells above each other are no piece of wall: they may be bumps in one that runs across.
-    labels, _ = ndimage.label(thin, [[1, 0, 1], [1, 1, 1], [1, 0, 1]])
-    pieces = [_piece(labels, number, place) for number, place in enumerate(ndimage.find_objects(labels), 1)]
-    least, most = round(DOOR_M[0] / resolution), round(DOOR_M[1] / resolution)
-    slim, straight, stub, hinge = (
-        round(length / resolution) for length in (_THIN_M, _STRAIGHT_M, _STUB_M, _HINGE_M)
-    )
-    last = floor.shape[1] - 1
-    for piece in pieces:
-        for (row, end), step in zip(piece.ends, (-1, 1), strict=True):
-            rows, begin = slice(max(0, row - 1), row + 2), end + step
-            # An open leaf is in the way on one side of the wall; what is on both sides is another wall.
-            while abs(begin - end) <= hinge and 0 < begin < last and not wide[row, begin]:
-                if floor[rows, begin].all():
-                    break
-                begin += step
-            ahead = np.arange(begin, begin + step * (most + 2), step)
-            ahead = ahead[(ahead >= 0) & (ahead <= last)]
-            open_floor = floor[rows, ahead].all(axis=0)
-            width = int(np.argmin(open_floor)) if not open_floor.all() else 0
-            if not least <= width <= most:
-                continue
-            stop = begin + step * width
-            beyond = np.arange(stop, stop + step * (hinge + 1), step).clip(0, last)
-            beyond = beyond[np.cumsum(wide[row, beyond]) == 0]
-            others = set(np.unique(labels[rows, beyond]).tolist()) - {0}
-            both = (piece, *(pieces[number - 1] for number in sorted(others)))
-            behind = np.arange(end, end - step * straight, -step).clip(0, last)
-            goes_on = np.count_nonzero(walls[rows, behind].any(axis=0)) >= straight - 1
-            one_is_enough = goes_on and piece.length >= max(slim, _SLENDER * piece.thickness)
-            longest = max((other.length for other in both[1:]), default=0)
-            if one_is_enough or min(piece.length, longest) >= stub:
-                where = (rows, slice(min(begin, stop + 1), max(begin + 1, stop)))
-                gap = _Gap(1, (row, begin - step), (row, stop), both, where)
-                yield gap if along else gap.transposed()
+    Args:
+        floor: Free cells, shape (rows, columns).
+        walls: Occupied cells, the same shape.
+        resolution: Metres per cell.
+    """
+
+    def __init__(self, floor: BoolGrid, walls: BoolGrid, resolution: float) -> None:
+        from scipy import ndimage
+
+        self._floor, self._walls = floor, walls
+        self._per_metre = 1.0 / resolution
+        thin, self._wide = _thin(floor, self._cells(_THICKEST_M))
+        # Cells above each other are no piece of wall: they may be bumps in one that runs across.
+        self._labels, _ = ndimage.label(thin, [[1, 0, 1], [1, 1, 1], [1, 0, 1]])
+        places = enumerate(ndimage.find_objects(self._labels), 1)
+        self._pieces = [_piece(self._labels, number, place) for number, place in places]
+
+    def _cells(self, length: float) -> int:
+        return round(length * self._per_metre)
+
+    def gaps(self) -> Iterator[_Gap]:
+        """Find the gaps that may be doors."""
+        for piece in self._pieces:
+            for (row, end), step in zip(piece.ends, (-1, 1), strict=True):
+                gap = self._gap(piece, row, end, step)
+                if gap is not None:
+                    yield gap
+
+    def _gap(self, piece: _Piece, row: int, end: int, step: int) -> _Gap | None:
+        """Return the gap at an end of a piece, to the right for a step of 1; None when there is no door."""
+        rows, last = slice(max(0, row - 1), row + 2), self._floor.shape[1] - 1
+        least, ordinary, most = map(self._cells, DOOR_M)
+        begin = self._behind_leaf(row, rows, end + step, step)
+        ahead = np.arange(begin, begin + step * (most + 2), step)
+        open_floor = self._floor[rows, ahead[(ahead >= 0) & (ahead <= last)]].all(axis=0)
+        width = int(np.argmin(open_floor)) if not open_floor.all() else 0
+        if not least <= width <= most:
+            return None
+        stop = begin + step * width
+        beyond = np.arange(stop, stop + step * (self._cells(_HINGE_M) + 1), step).clip(0, last)
+        beyond = beyond[np.cumsum(self._wide[row, beyond]) == 0]
+        others = [self._pieces[label - 1] for label in np.unique(self._labels[rows, beyond]) if label]
+        longest = max((other.length for other in others), default=0)
+        straight = self._cells(_STRAIGHT_M)
+        before, after = (
+            _goes_on(self._walls[rows], at, way * straight) for at, way in ((end, -step), (stop, step))
+        )
+        is_wall = before and piece.length >= max(self._cells(_THIN_M), _SLENDER * piece.thickness)
+        in_line = after and piece.length >= self._cells(_CORNER_M) and width <= ordinary
+        if not (is_wall or in_line or min(piece.length, longest) >= self._cells(_STUB_M)):
+            return None
+        where = (rows, slice(min(begin, stop + 1), max(begin + 1, stop)))
+        return _Gap(1, (row, begin - step), (row, stop), (piece, *others), where)
+
+    def _behind_leaf(self, row: int, rows: slice, begin: int, step: int) -> int:
+        """Return the first column of open floor behind an open leaf, which is on one side of the wall."""
+        for column in range(begin, begin + step * self._cells(_HINGE_M), step):
+            inside = 0 < column < self._floor.shape[1] - 1
+            # What is on both sides is another wall.
+            if not inside or self._wide[row, column] or self._floor[rows, column].all():
+                return column
+        return begin + step * self._cells(_HINGE_M)
+
+
+def _goes_on(walls: BoolGrid, start: int, length: int) -> bool:
+    """Tell whether something goes on along some rows from a column, to the left for a length below zero."""
+    columns = np.arange(start, start + length, 1 if length > 0 else -1).clip(0, walls.shape[1] - 1)
+    return int(np.count_nonzero(walls[:, columns].any(axis=0))) >= abs(length) - 1
 
 
 def _piece(labels: NDArray[np.int32], number: int, place: tuple[slice, slice]) -> _Piece:
@@ -301,7 +334,7 @@ def _thin(floor: BoolGrid, thickest: int) -> tuple[BoolGrid, BoolGrid]:
 
 def _doors(gaps: list[_Gap], resolution: float) -> list[_Gap]:
     """Leave out the gaps beside open leaves: what has the length of the door at its foot."""
-    near, longest = _LEAF_M / resolution, DOOR_M[1] / resolution
+    near, longest = _LEAF_M / resolution, DOOR_M[-1] / resolution
 
     def is_leaf(piece: _Piece, gap: _Gap) -> bool:
         return piece.length <= longest and any(
