@@ -30,9 +30,9 @@ from florence_bt.skills.navigation.mapping.pose_graph import PoseGraph, Tie
 _LATELY_M, _NEAR_M = 5.0, 10.0
 """What the robot has seen on so long a way is fitted, as far as it lies so near to it: a single scan in a
 bare corridor fits at any place of it."""
-_MIDDLE_M, _MOST, _MOST_WIDE, _WIDE_EVERY = 8.0, 2, 2, 4
-"""Submaps whose middle is so near may hold what the robot sees; so many are tried, besides so many in wide
-searches, at every so many kept scans: those take long."""
+_MIDDLE_M, _MOST = 8.0, 2
+"""Submaps whose middle is so near may hold what the robot sees; so many are tried, and as many in wide
+searches, or the near ones that the robot has just left would always come first."""
 _LAST, _LEAST_SCANS, _SURER = 2, 3, 0.1
 """A scan that is torn from those before is looked for in so many submaps of at least so many scans, and so
 much more of it has to fit: nothing confirms it."""
@@ -144,7 +144,7 @@ class LoopFinder:
         ways = self._graph.ways_from(number)
         seen = self._seen_lately(number)
         found: list[Tie] = []
-        left = {False: _MOST, True: _MOST_WIDE if (number + 1) % _WIDE_EVERY == 0 else 0}
+        left = {False: _MOST, True: _MOST}
         for distance, index in near:
             way = float(ways[self._pieces[index].first])
             reach, turn = _search_of(way)
