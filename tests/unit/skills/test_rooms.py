@@ -8,6 +8,7 @@ from florence_bt.core.polygons import area, contains, crossing_edges
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.generate import generated_flat
+from florence_bt.skills.navigation.mapping.editing import clean
 from florence_bt.skills.navigation.mapping.rooms import propose_rooms
 from florence_bt.skills.navigation.mapping.wall_direction import turned, wall_direction
 
@@ -102,4 +103,23 @@ def test_a_generated_home(seed):
 
 def test_nothing_is_proposed_where_nothing_is_known():
     assert propose_rooms(OccupancyGrid(CELL, Pose2(), np.full((50, 50), UNKNOWN, np.int8))) == []
+    assert propose_rooms(OccupancyGrid(CELL, Pose2(), np.full((1, 1), FREE, np.int8))) == []
     assert propose_rooms(OccupancyGrid(CELL, Pose2(), np.full((1, 1), OCCUPIED, np.int8))) == []
+
+
+@pytest.mark.parametrize("cell", [0.02, 0.1, 0.25, 1.0])
+def test_cells_may_have_any_size(cell):
+    fine = laser_map(generated_flat(1))
+    rows, columns = (int(size * CELL / cell) for size in fine.cells.shape)
+    row, column = (np.arange(size) * cell / CELL for size in (rows, columns))
+    cells = fine.cells[np.ix_(row.astype(int), column.astype(int))]
+    for room in propose_rooms(OccupancyGrid(cell, fine.origin, cells)):
+        assert contains(room.polygon, room.pose.x, room.pose.y)
+    assert clean(OccupancyGrid(cell, fine.origin, cells)).grid.cells.shape == cells.shape
+
+
+def test_noise_is_no_home_but_does_no_harm():
+    rng = np.random.default_rng(1)
+    cells = rng.choice(np.array([FREE, OCCUPIED, UNKNOWN], np.int8), (80, 90), p=[0.9, 0.05, 0.05])
+    for room in propose_rooms(OccupancyGrid(CELL, Pose2(3.0, -2.0), cells)):
+        assert crossing_edges(room.polygon) is None

@@ -118,7 +118,7 @@ def _holes(walls: BoolGrid, resolution: float) -> BoolGrid:
     """Find the holes in walls that run straight along an axis."""
     from scipy import ndimage
 
-    hole, piece = round(_HOLE_M / resolution), round(_WALL_PIECE_M / resolution)
+    hole, piece = (max(1, round(length / resolution)) for length in (_HOLE_M, _WALL_PIECE_M))
     holes = np.zeros_like(walls)
     for along in (0, 1):
         line, gap = np.ones((piece, 1), bool), np.ones((hole + 1, 1), bool)

@@ -49,7 +49,7 @@ _LEG_M = 0.45
 _OUTSIDE_M = 0.4
 """What lies outside is at least so broad."""
 _ROOM_M2 = 1.5
-"""What has less free floor is no room: document, section 3.8 knows rooms in which the robot can be."""
+"""What has less free floor is no room; chosen: a toilet has as much."""
 _PASSES_M = 0.17
 """The robot gets through where so much is free to both sides."""
 _FREE_M = 0.6
@@ -184,10 +184,9 @@ def _outside(grid: OccupancyGrid, free: BoolGrid) -> BoolGrid:
 
     wall = ndimage.binary_dilation(grid.cells > OCCUPIED // 2, np.ones((3, 3)))
     sides = np.zeros(free.shape, int)
-    for view in (np.s_[:, :], np.s_[::-1, :], np.s_[:, ::-1], np.s_[::-1, ::-1]):
-        axis = int(view[0].step == view[1].step)
+    for axis, view in ((0, np.s_[:, :]), (0, np.s_[::-1, :]), (1, np.s_[:, :]), (1, np.s_[:, ::-1])):
         sides[view] += _meets(free[view], wall[view], axis)
-    side = round(_OUTSIDE_M / grid.resolution)
+    side = max(1, round(_OUTSIDE_M / grid.resolution))
     pieces, _ = ndimage.label(ndimage.binary_opening(free & (sides < 3), np.ones((side, side))))
     large = np.bincount(pieces.ravel()) * grid.resolution**2 >= _ROOM_M2
     large[0] = False
@@ -221,9 +220,8 @@ def _regions(grid: OccupancyGrid, free: BoolGrid, standing: BoolGrid) -> NDArray
     # What is no room of its own belongs to the one beyond the least certain of its doors.
     target = np.arange(count + 1)
     for gap in sorted(gaps, key=lambda gap: gap.wall):
-        largest, *rest = sorted(
-            {int(target[label]) for label in _beside(labels, gap)}, key=lambda root: -sizes[root]
-        ) or [0]
+        roots = {int(target[label]) for label in _beside(labels, gap)}
+        largest, *rest = sorted(roots, key=lambda root: -sizes[root]) or [0]
         for root in rest:
             if sizes[root] < _ROOM_M2 or not room[root]:
                 sizes[largest] += sizes[root]
@@ -374,7 +372,7 @@ def _outline(grid: OccupancyGrid, room: BoolGrid, labels: NDArray[np.int32]) -> 
     import cv2
 
     def kernel(length: float) -> NDArray[np.uint8]:
-        side = round(length / grid.resolution)
+        side = max(1, round(length / grid.resolution))
         return np.ones((side, side), np.uint8)
 
     opened = cv2.morphologyEx(room.astype(np.uint8), cv2.MORPH_OPEN, kernel(_SLIT_M))
@@ -385,7 +383,7 @@ def _outline(grid: OccupancyGrid, room: BoolGrid, labels: NDArray[np.int32]) -> 
     if others[low:high, left:right].sum() * grid.resolution**2 <= _FOREIGN_M2:
         corners = [(low, left), (low, right), (high, right), (high, left)]
         return tuple(_place(grid, *corner) for corner in corners)
-    margin = round(_NOTCH_M / grid.resolution)
+    margin = max(1, round(_NOTCH_M / grid.resolution))
     closed = cv2.morphologyEx(np.pad(body, margin), cv2.MORPH_CLOSE, kernel(_NOTCH_M))
     closed = closed[margin:-margin, margin:-margin] * ~others
     # Twice as fine, so that the outline runs along the edges of cells and not through their middles.

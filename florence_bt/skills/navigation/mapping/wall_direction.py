@@ -13,6 +13,7 @@ from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 _MOST_POINTS = 20_000
 """More cells tell nothing new."""
 _STEPS_RAD = (math.radians(1.0), math.radians(0.05))
+_SMOOTH = (0.25, 0.5, 0.25)
 _REFINED_RAD = math.radians(1.0)
 
 
@@ -50,11 +51,11 @@ def _crowding(points: NDArray[np.float64], angle: float) -> float:
     c, s = math.cos(angle), math.sin(angle)
     total = 0.0
     for along in (points @ (c, s), points @ (-s, c)):
-        # A point counts in the two columns beside it: the grid itself would be seen otherwise.
+        # A point counts in the columns beside it, too: the grid itself would be seen otherwise.
         place, share = np.divmod(along - along.min(), 1.0)
         left = np.bincount(place.astype(int), 1.0 - share, minlength=int(place.max()) + 2)
         right = np.bincount(place.astype(int) + 1, share, minlength=len(left))
-        total += float(((left + right) ** 2).sum())
+        total += float((np.convolve(left + right, _SMOOTH) ** 2).sum())
     return total
 
 
