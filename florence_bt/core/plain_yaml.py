@@ -25,6 +25,7 @@ from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes
 
 MAX_DEPTH = 100
 """Deepest nesting of lists and mappings."""
+_TOO_DEEP = f"lists and mappings are nested more than {MAX_DEPTH} deep"
 MAX_PARTS = 60_000
 """How many keys, values, lists and mappings one file has at most."""
 MAX_TEXT = 10_000
@@ -215,6 +216,10 @@ def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path, beside: Collec
     if begun < position.line and _colon_is_missing(error):
         position = Position(begun, len(LINE_BREAK.split(text)[begun - 1].rstrip()) + 1)
     lines, problem = LINE_BREAK.split(text), error.problem or str(error)
+    if "nesting depth" in problem:  # PyYAML from 6.0.4 on reads no further
+        return ConfigError(
+            _TOO_DEEP, file=path, line=position.line, column=position.column, valid=["a flatter file"]
+        )
     flow = explain_flow(lines, begun, position.line, position.column, beside)
     if flow is not None:
         return ConfigError(
@@ -298,8 +303,7 @@ class _Composer:
             valid = ("the value without a tag", "quotes round it, if it is text with !")
             self._note(self._error(event, f"the tag {event.tag} is not allowed", *valid))
         if depth > MAX_DEPTH:
-            problem = f"lists and mappings are nested more than {MAX_DEPTH} deep"
-            raise self._error(event, problem, "a flatter file")
+            raise self._error(event, _TOO_DEEP, "a flatter file")
         self._parts += 1
         if self._parts > MAX_PARTS:
             problem = f"the file has more than {MAX_PARTS} keys and values"

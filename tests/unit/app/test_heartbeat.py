@@ -96,9 +96,10 @@ def test_the_kernel_tells_who_waits_for_a_processor():
     rivals = [start_python(spin), start_python(spin), start_python(stand)]
     try:
         before = [run_delay(rival.pid) for rival in rivals]
-        while run_delay(rivals[0].pid) < before[0] + 0.05:
+        # The one that stands waits while it starts, too: on a busy machine for some time.
+        while run_delay(rivals[0].pid) < before[0] + 0.5:
             pass
-        assert run_delay(rivals[2].pid) < before[2] + 0.05
+        assert run_delay(rivals[2].pid) < before[2] + 0.25
     finally:
         for rival in rivals:
             with rival:
