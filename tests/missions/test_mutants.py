@@ -352,5 +352,8 @@ def test_a_mistake_is_noticed_and_named(tmp_path, monkeypatch, mission, text, br
     (tmp_path / f"{mission}.yaml").write_text(source.replace(text, broken, 1))
     read = read_scenarios(FOLDER / f"{mission}.yaml", Libraries((tmp_path,)))
     found = [finding.message for finding in read.findings]
-    found += [problem for scenario in read.scenarios for _, problem in run_scenario(scenario).problems]
+    for scenario in read.scenarios:
+        if any(says in problem for problem in found):
+            return
+        found += [problem for _, problem in run_scenario(scenario).problems]
     assert any(says in problem for problem in found), found

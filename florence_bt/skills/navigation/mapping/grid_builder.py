@@ -18,7 +18,7 @@ _GROW_M = 5.0
 """The grid grows by so much more than is needed."""
 _MARGIN_CELLS = 4
 """Unknown cells around what is known, in the grid that is given."""
-_SHARE = 0.35
+_SHARE = 0.25
 """A cell is a surface when so much of the scans that reached it ended there: the others met what stands
 before or behind it in the cell, and grazed it."""
 _FEW, _SPECK_M = 2, 0.5
