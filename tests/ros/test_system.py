@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -175,12 +176,22 @@ class PlainClient:
         self._executor.spin_until_future_complete(future, budget_s)
         return future
 
+    def topics(self):
+        return {name for name, _ in self._node.get_topic_names_and_types()}
+
     def close(self):
         import rclpy
 
         self._executor.shutdown()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
+
+
+def topics_of_layouts() -> set[str]:
+    """The topics that the layout for Foxglove and the configuration of RViz show, or publish to."""
+    config = Path(__file__).parents[2] / "config"
+    texts = [(config / name).read_text() for name in ("foxglove.json", "florence.rviz")]
+    return {topic for text in texts for topic in re.findall(r"[\" ](/[a-z][\w/]*)", text)}
 
 
 def test_the_verbs_and_the_services_of_a_running_system(system):
@@ -198,6 +209,7 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         plain.wait_until_known()
         assert "no mission has run yet" in call(MissionStatus, "/florence_bt/status").tree
         assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "hall"
+        assert topics_of_layouts() <= plain.topics()
 
         bad = call(RunMission, "/florence_bt/run_mission", RunMission.Request(mission="goto_usr"))
         assert not bad.accepted and "goto_user" in bad.message
