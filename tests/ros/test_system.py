@@ -259,15 +259,15 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         assert "stop_asked" in [event.kind for event in journal.events(last.run_id)]
 
 
-def test_a_process_that_dies_ends_the_bring_up_with_its_log(system):
+def test_a_process_that_cannot_be_started_again_ends_the_bring_up_with_its_log(system):
     process, output, folder = system
     victim = next(
-        pid for pid in processes_of(folder) if b"navigation" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        pid for pid in processes_of(folder) if b"simulator" in Path(f"/proc/{pid}/cmdline").read_bytes()
     )
     os.kill(victim, signal.SIGKILL)
     assert process.wait(PATIENCE_S) == 3
     text = output.read_text()
-    assert "the process 'navigation' was killed by SIGKILL" in text
+    assert "the process 'simulator' was killed by SIGKILL" in text
     assert processes_of(folder) == []
 
 
