@@ -27,7 +27,7 @@ from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
-from florence_bt.ros.rclpy_internals import forget_service, throttle_logs_by_steady_time
+from florence_bt.ros.rclpy_internals import forget, throttle_logs_by_steady_time
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
 
@@ -373,15 +373,15 @@ class FlorenceNode(Node):
         """Call back when the node is destroyed, the latest first: for clients that need the last answers."""
         self._destroyers.append(callback)
 
-    def retire_service(self, service: Service) -> None:
-        """Destroy a service that may have just been called.
+    def retire(self, entity: Service | Subscription) -> None:
+        """Destroy a service, or a subscription, that may have just got something.
 
         What the events executor of rclpy 7.1 has noticed but not served yet it serves also when its object
         was destroyed meanwhile, and that ends the process. So the executor first releases it;
         what it has noticed before that is served, and then the service is destroyed.
         """
-        forget_service(self, service)
-        self._when_let_go(service.destroy)
+        forget(self, entity)
+        self._when_let_go(entity.destroy)
 
     def _when_let_go(self, destroy: Callable[[], None]) -> None:
         """Run when the executor has released what was taken from the node's lists, and has served the rest.

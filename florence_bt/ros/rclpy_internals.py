@@ -15,6 +15,7 @@ from rclpy.clock import ClockType
 from rclpy.impl.rcutils_logger import Throttle
 from rclpy.node import Node
 from rclpy.service import Service
+from rclpy.subscription import Subscription
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -63,9 +64,9 @@ def throttle_logs_by_steady_time() -> None:
     Throttle.params["throttle_time_source_type"] = _LogClock(clock_type=ClockType.STEADY_TIME)
 
 
-def forget_service(node: Node, service: Service) -> None:
-    """Take a service from what the node's executor serves, without destroying it yet."""
-    services: Any = node._services
-    services.remove(service)
+def forget(node: Node, entity: Service | Subscription) -> None:
+    """Take a service or a subscription from what the node's executor serves, without destroying it yet."""
+    served: Any = node._services if isinstance(entity, Service) else node._subscriptions
+    served.remove(entity)
     wake: Any = node._wake_executor
     wake()

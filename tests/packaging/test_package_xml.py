@@ -18,7 +18,18 @@ KEYS = {
     "pydantic_core": "python3-pydantic",
 }
 """Module -> rosdep key, where the key is neither the module nor ``python3-MODULE``."""
-FROM_PIP = {"numba", "onnxruntime", "mujoco", "resvg_py", "gtsam", "rosbags"}
+FROM_PIP = {
+    "numba",
+    "onnxruntime",
+    "mujoco",
+    "resvg_py",
+    "gtsam",
+    "rosbags",
+    "foxglove",
+    "nicegui",
+    "fastapi",
+    "uvicorn",
+}
 """rosdep has no keys for these."""
 
 

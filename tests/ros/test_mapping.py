@@ -92,7 +92,12 @@ def test_the_map_grows_and_the_robot_is_in_it(ros: Any, tmp_path: Path) -> None:
     while len(driver.maps) < 3:
         driver.sense()
     assert np.count_nonzero(driver.maps[-1].cells == 0) > np.count_nonzero(first.cells == 0)
-    assert driver.poses[-1].distance_to(Pose2(2.0, 0.0)) < 0.1, "the map begins where the robot did"
+    # The map begins where the robot did. On a busy machine SLAM leaves scans out, and is behind at first.
+    for _ in range(50):
+        if driver.poses[-1].distance_to(Pose2(2.0, 0.0)) < 0.1:
+            break
+        driver.sense()
+    assert driver.poses[-1].distance_to(Pose2(2.0, 0.0)) < 0.1
     place = driver.frames.buffer.lookup_pose("map", "odom") @ driver.world.odom
     assert place.distance_to(driver.poses[-1]) < 0.1
     ros.spin_until(lambda: any(status.values for status in driver.diagnoses))

@@ -75,6 +75,7 @@ class _Topic:
         self.count = 0
         self.viewers = 0
         self.recorded = False
+        self.turn = 0
         self.subscription: Subscription | None = None
         self.qos: QoSProfile | None = None
 
@@ -203,8 +204,9 @@ class RecorderNode(FlorenceNode):
     def _subscribe(self, topic: _Topic) -> None:
         """Subscribe to a topic that is recorded or looked at, once more if need be; else end that."""
         if topic.subscription is not None:
-            self.destroy_subscription(topic.subscription)
+            self.retire(topic.subscription)
             topic.subscription = None
+        topic.turn += 1
         if topic.qos is None or not (topic.recorded or topic.viewers):
             return
         topic.subscription = self.create_subscription(
@@ -212,9 +214,11 @@ class RecorderNode(FlorenceNode):
         )
 
     def _receiver(self, topic: _Topic) -> Callable[[bytes], None]:
-        is_clock = topic.type_name == _CLOCK
+        is_clock, turn = topic.type_name == _CLOCK, topic.turn
 
         def receive(serialised: bytes) -> None:
+            if topic.turn != turn:
+                return  # of the subscription before, which is not gone yet
             if is_clock:
                 seconds, nanoseconds = _TIME.unpack_from(serialised)
                 self._simulated_ns = seconds * 1_000_000_000 + nanoseconds

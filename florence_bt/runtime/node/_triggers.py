@@ -87,7 +87,7 @@ class Triggers:
                 )
         for name in tuple(self._by_name):
             if name not in wanted:
-                self._node.retire_service(self._by_name.pop(name))
+                self._node.retire(self._by_name.pop(name))
 
     def _sync_soon(self) -> None:
         """Sync when the present request is answered: its own service may be one that goes."""
