@@ -68,5 +68,8 @@ def forget(node: Node, entity: Service | Subscription) -> None:
     """Take a service or a subscription from what the node's executor serves, without destroying it yet."""
     served: Any = node._services if isinstance(entity, Service) else node._subscriptions
     served.remove(entity)
+    waitables: Any = node._Node__waitables  # type: ignore[attr-defined]
+    for handler in getattr(entity, "event_handlers", ()):
+        waitables.remove(handler)
     wake: Any = node._wake_executor
     wake()
