@@ -42,8 +42,9 @@ class Viewers:
         self._add(1)
         try:
             await self._send_all(socket, self._ros.node)
-        except (WebSocketDisconnect, TimeoutError, RuntimeError):
-            pass  # it has left, or takes nothing: others are not concerned
+        except (WebSocketDisconnect, TimeoutError, RuntimeError) as error:
+            # It has left, maybe amid a frame, or takes nothing: others are not concerned.
+            self._ros.node.get_logger().info(f"a viewer is gone: {error!r}")
         finally:
             self._add(-1)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -132,17 +133,16 @@ def test_it_ends_whole_before_the_disk_is_full(tmp_path: Path) -> None:
 
 
 def test_what_was_flushed_can_be_read_when_the_power_went(tmp_path: Path) -> None:
+    from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
 
     recording = Recording(tmp_path)
     recording.log(10)
     with recording.files.written[0].open("rb") as stream:
         found = 0
-        try:
+        with suppress(McapError):  # the end of the file is missing, as after a power cut
             for record in StreamReader(stream).records:
                 found += type(record).__name__ == "Message"
-        except Exception:
-            pass
     assert found >= 7
 
 
