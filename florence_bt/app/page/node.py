@@ -24,7 +24,7 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
+from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 
@@ -146,12 +146,13 @@ class SceneNode(FlorenceNode):
         self._scene: dict[str, Any] = {"pose": None, "scan": [], "people": []}
         self._scan: LaserScan | None = None
         self._tf = TransformListener(self)
-        newest: dict[str, Any] = {"newest_only": True}
+        brief: dict[str, Any] = {"event_callbacks": NO_EVENTS}
+        newest: dict[str, Any] = {"newest_only": True, **brief}
         self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
-        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE)
+        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
         self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
         self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED, **newest)
-        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED)
+        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
 
     def close(self) -> None:
