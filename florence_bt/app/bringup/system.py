@@ -191,12 +191,10 @@ class System:
             pause = self._supervisor.start_again(death.name)
             if pause is None:
                 self._supervisor.give_up(death.name)
-            then = (
-                "not started again, as it died too often"
-                if pause is None
-                else f"started again in {pause:g} s"
-            )
-            self._report(f"{death.what}, see {death.log_file}; the robot goes on, it is {then}", "ERROR")
+            again = "not started again, as it died too often"
+            if pause is not None:
+                again = f"started again{f' in {pause:g} s' if pause else ''}"
+            self._report(f"{death.what}, see {death.log_file}; the robot goes on, it is {again}", "ERROR")
 
     def _stop_for(self, name: str, hung: set[str]) -> None:
         """Hold the robot because a process does not answer, then say so."""

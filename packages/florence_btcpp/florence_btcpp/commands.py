@@ -1,4 +1,4 @@
-"""The commands that this package adds to ``florence``: import and export. They need no ROS and no robot."""
+"""The commands that this package adds to ``florence``: import and export, which need no ROS, and groot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb
 from florence_bt.cli.exit_codes import FAILED, OK
 
 if TYPE_CHECKING:
@@ -66,6 +66,20 @@ def export(
 
     exported = export_file(mission, out, folders or [], form, strict=strict)
     _print_exchange(exported, form if out is not None else "text")
+
+
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="Runs",
+    epilog=f"Example: florence groot --port 1667\n\n{EXIT_CODES}",
+)
+def groot(
+    port: Annotated[int, typer.Option(min=1, max=65535, help="The TCP port, on this machine only.")] = 1667,
+) -> None:
+    """Show the running mission in Groot2, or another program with its monitor protocol, until Ctrl-C."""
+    from florence_btcpp.groot.node import serve_groot
+
+    raise typer.Exit(serve_groot(port))
 
 
 def _print_exchange(exchanged: Exchanged, form: str) -> None:

@@ -186,7 +186,7 @@ RECORDED = {"record": True}, {"foxglove_port": 8765}, {"record": True, "split": 
 def test_a_recorder_is_there_from_the_first_message_to_the_last_and_nothing_depends_on_it(tmp_path, asked):
     alone = {"nav": "nav2", "base": "running", "simulated": False} if "missions_only" in asked else {}
     options = BringUp(folder=str(tmp_path), **asked, **alone)
-    assert list(processes(options))[0] == "recorder" and observers(options) == {"recorder"}
+    assert next(iter(processes(options))) == "recorder" and observers(options) == {"recorder"}
     without = BringUp(folder=str(tmp_path))
     assert "recorder" not in processes(without) and observers(without) == set()
 
