@@ -9,6 +9,8 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.installation import in_checkout
 
 if TYPE_CHECKING:
     from florence_btcpp.exchange import Exchanged
@@ -77,7 +79,13 @@ def groot(
     port: Annotated[int, typer.Option(min=1, max=65535, help="The TCP port, on this machine only.")] = 1667,
 ) -> None:
     """Show the running mission in Groot2, or another program with its monitor protocol, until Ctrl-C."""
-    from florence_btcpp.groot.node import serve_groot
+    try:
+        from florence_btcpp.groot.node import serve_groot
+    except ModuleNotFoundError as error:
+        if error.name not in ("zmq", "msgpack") or in_checkout():
+            raise
+        problem = f"this command needs {error.name!r}, which is not installed"
+        raise ConfigError(problem, valid=["pip install 'florence-btcpp[groot]'"]) from error
 
     raise typer.Exit(serve_groot(port))
 
