@@ -28,6 +28,9 @@ from florence_bt.ros.node import FlorenceNode
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
+LOOKS_AT_ALL = 10
+"""Every so many looks the offers of all publishers are looked at, which takes up to 1 ms a topic; else where
+their number has changed."""
 CLOCK_WAIT_S = 2.0
 """What comes in the beginning waits for so long for the time of a simulation, by which it is written."""
 DEPTH = 500
@@ -66,6 +69,7 @@ class _Topic:
 
     Attributes:
         count: Messages that were written.
+        publishers: How many offered it when that was looked at.
         viewers: How many clients of Foxglove look at it.
         recorded: Whether it goes into the files.
     """
@@ -80,6 +84,7 @@ class _Topic:
         self.turn = 0
         self.subscription: Subscription | None = None
         self.qos: QoSProfile | None = None
+        self.publishers = 0
 
     @property
     def is_latched(self) -> bool:
@@ -110,6 +115,7 @@ class RecorderNode(FlorenceNode):
         self._logged = foxglove.Context()
         self._topics: dict[str, _Topic] = {}
         self._refused: set[str] = set()
+        self._looks = 0
         self._simulated_ns: int | None = None
         self._held: list[tuple[_Topic, bytes]] | None = []
         self._files = RecordingFiles(Path(params.folder), limits, self._logged) if params.folder else None
@@ -145,6 +151,7 @@ class RecorderNode(FlorenceNode):
         for name, (type_name, *_) in self.get_topic_names_and_types():
             if name not in self._refused and self._is_ours(name):
                 self._follow(name, type_name)
+        self._looks += 1
         if self._files is None:
             return
         try:
@@ -164,14 +171,17 @@ class RecorderNode(FlorenceNode):
         return below and "/_" not in name
 
     def _follow(self, name: str, type_name: str) -> None:
+        topic, count = self._topics.get(name), self.count_publishers(name)
+        if topic is not None and topic.publishers == count and self._looks % LOOKS_AT_ALL:
+            return
         publishers = self.get_publishers_info_by_topic(name)
         if not publishers:
             return
-        topic = self._topics.get(name)
         if topic is None:
             topic = self._new_topic(name, type_name)
             if topic is None:
                 return
+        topic.publishers = count
         qos = _qos_of([each.qos_profile for each in publishers])
         if topic.qos != qos:
             topic.qos = qos
