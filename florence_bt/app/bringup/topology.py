@@ -99,6 +99,9 @@ REMAPPINGS = (
 )
 """The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
 
+CLOCK_WAIT_S = 600.0
+"""Seconds that the recorder waits for the time of a simulation that is about to come up."""
+
 OWN_CLOCK = "/clock:=clock"
 """Each simulated robot has a time of its own."""
 
@@ -290,8 +293,13 @@ def _plain(node: str, settings: _Settings, **overrides: Any) -> Factory:
 def recorder_parameters(options: BringUp) -> Parameters:
     """Return the parameters of the recorder; the configuration may say where the recordings go."""
     given = _Settings(options).of(
-        "recorder", folder=None if options.record else "", foxglove_port=options.foxglove_port or None
+        "recorder",
+        folder=None if options.record else "",
+        foxglove_port=options.foxglove_port or None,
+        clock_wait=CLOCK_WAIT_S if options.simulated else None,
     )
+    # It takes the time from what it records: to follow the clock besides would be a sixth of its work.
+    given.pop("use_sim_time", None)
     return {"folder": str(Path(options.folder).resolve() / "recordings")} | given
 
 

@@ -22,7 +22,7 @@ from florence_bt.app.recording.schemas import message_schema
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import load_interface
-from florence_bt.core.limits import CheckedParameters, Limits
+from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
 
@@ -31,8 +31,6 @@ LOOK_S = 1.0
 LOOKS_AT_ALL = 10
 """Every so many looks the offers of all publishers are looked at, which takes up to 1 ms a topic; else where
 their number has changed."""
-CLOCK_WAIT_S = 2.0
-"""What comes in the beginning waits for so long for the time of a simulation, by which it is written."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
@@ -54,6 +52,7 @@ class RecorderParameters(CheckedParameters):
             pictures.
         exclude: Patterns of topics that are left out.
         pictures: Whether images and clouds of points are recorded.
+        clock_wait: Seconds that what comes first waits for the time of a simulation, by which it is written.
         foxglove_port: The TCP port of 127.0.0.1 at which Foxglove finds the robot; 0 for none.
     """
 
@@ -61,6 +60,7 @@ class RecorderParameters(CheckedParameters):
     topics: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
     pictures: bool = False
+    clock_wait: Positive = 2.0
     foxglove_port: Annotated[int, Limits(0, 65535)] = 0
 
 
@@ -125,8 +125,7 @@ class RecorderNode(FlorenceNode):
         if params.foxglove_port:
             self._serve_foxglove(params.foxglove_port)
         call_every(self.steady, LOOK_S, self._look)
-        if not self.ros_timebase.simulated:
-            self.steady.call_at(self.steady.now() + CLOCK_WAIT_S, self._end_wait_for_clock)
+        self.steady.call_at(self.steady.now() + params.clock_wait, self._end_wait_for_clock)
         self._look()
 
     @property

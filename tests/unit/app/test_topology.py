@@ -202,7 +202,8 @@ def test_the_configuration_says_where_recordings_go_when_something_is_recorded(t
         return made.keywords["parameters"]
 
     usual = of_recorder(record=True)
-    assert (usual["folder"], usual["use_sim_time"]) == (str(tmp_path / "recordings"), True)
+    assert usual["folder"] == str(tmp_path / "recordings") and usual["clock_wait"] > 60.0
+    assert "clock_wait" not in of_recorder(record=True, simulated=False), "there is no clock to wait for"
     given = of_recorder(record=True, config_file=str(file))
     assert (given["folder"], given["max_age"]) == ("/disk", 3)
     shown = of_recorder(foxglove_port=8765, config_file=str(file))
