@@ -131,7 +131,8 @@ class RecordingFiles:
         begun = time.strftime("%Y-%m-%d_%H-%M-%S", time.localtime(self._now()))
         names = (f"recording_{begun}{suffix}.mcap" for suffix in ("", *(f"_{i}" for i in range(2, 1000))))
         file = next(path for name in names if not (path := self._folder / name).exists())
-        options = MCAPWriteOptions(profile="ros2", compression_threads=0)
+        # The fastest level: a third of the work of the default one, for a tenth more bytes.
+        options = MCAPWriteOptions(profile="ros2", compression_level=1, compression_threads=0)
         writer = foxglove.open_mcap(file, context=self._context, writer_options=options)
         self.written.append(file)
         self._begun.append(self._steady())
