@@ -54,6 +54,11 @@ class Clearance:
         return np.array([self._local.origin_x, self._local.origin_y, self._local.resolution])
 
     @property
+    def of_sensors(self) -> Clearance:
+        """The same without the map: where the robot came from is free, whatever the map knows there."""
+        return Clearance(self._local, self._pose, None, None)
+
+    @property
     def is_wedged(self) -> bool:
         """Whether the robot, with its padding, stands in something already."""
         if _touches(self._local.master, self._frame, self._pose, self._outline):
