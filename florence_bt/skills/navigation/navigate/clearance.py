@@ -94,6 +94,10 @@ def _free_part(
     turn: float,
     outline: NDArray[np.float64],
 ) -> float:
+    if way < 0.0 and turn == 0.0:
+        # Straight back only the rear can meet anything. The front sweeps over what the robot has touched, and
+        # is marked under it: it would never get away from there.
+        outline = outline[outline[:, 0] < 0.0]
     steps = max(1, math.ceil(max(abs(way) / _STEP_M, abs(turn) / _STEP_RAD)))
     start = np.array([pose.x, pose.y, pose.yaw])
     return float(free_motion(cells, frame, start, way, turn, steps, outline))

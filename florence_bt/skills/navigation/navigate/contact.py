@@ -61,13 +61,13 @@ class SlipWatch:
 
 
 class BackUp:
-    """Drive back a little, on the way on which the robot came; on until it has room to turn.
+    """Drive back a little: straight, or out of a gap on the way on which the robot came, until it can turn.
 
     Args:
         state: Where it begins.
         parameters: How far at least, and how fast.
         time_allowance: Seconds it may take.
-        farthest: Where there is no room to turn, so far at most, metres.
+        farthest: Out of a gap so far at most, metres; 0: only straight back.
 
     Attributes:
         backed: How far it is from where it began, metres.
@@ -90,11 +90,12 @@ class BackUp:
             left = self._farthest - backed
         if left <= 0.01 or state.now > self._deadline:
             return STANDSTILL
-        on_trail = state.trail.turn_back(state.pose)
+        on_trail = state.trail.turn_back(state.pose) if self._farthest else None
         clearance = state.clearance if on_trail is None else state.clearance.of_sensors
         turn = max(-_MOST_BEND_RAD, min(_MOST_BEND_RAD, on_trail or 0.0))
         way, speed = min(left + 0.05, _LOOK_BACK_M), self._p.back_up_speed
-        for bend in sorted((turn, *_BENDS_RAD), key=lambda each: abs(each - turn)):
+        bends = (turn, *_BENDS_RAD) if self._farthest else (0.0,)
+        for bend in sorted(bends, key=lambda each: abs(each - turn)):
             if clearance.is_free(-way, bend):
                 return state.people.slowed(state.pose, Twist2(-speed, bend * speed / way))
         return STANDSTILL

@@ -192,8 +192,10 @@ class Navigator:
             self._newer_map = grid
             return
         self._newer_map = None
-        seen = grid if self._glass is None else self._glass.added_to(grid)
-        self.global_costmap.replace_static(self._furnished(seen), forget=LASER)
+        # Glass is no leg of a table.
+        furnished = self._furnished(grid)
+        seen = furnished if self._glass is None else self._glass.added_to(furnished)
+        self.global_costmap.replace_static(seen, forget=LASER)
         zones, costmaps = self._zones.zones, self._costmaps
         costmaps.static, costmaps.walls, costmaps.zones = self._map_parts()
         self._zones.set(zones)
