@@ -9,15 +9,18 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from std_msgs.msg import Bool
 
-from florence_bt.app.page.node import PageNode, SceneNode
+from florence_bt.app.page.node import MAP_FRAME, PageNode, SceneNode
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.core.geometry import Pose2
 from florence_bt.ros.arguments import start_ros
+from florence_bt.ros.conversions import pose_with_covariance_to_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topics import SWITCH_OVERRIDE
+from florence_bt.ros.topics import INITIAL_POSE, SWITCH_OVERRIDE
 
 ANSWER_S = 5.0
 """Wall seconds to wait for the answer of a service."""
@@ -36,6 +39,7 @@ class RosThread(Closing):
         self._loop = SpinLoop(self._context, keep_going=True)
         self._loop.add(self.node)
         self._override = self.node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
+        self._initial_pose = self.node.create_publisher(PoseWithCovarianceStamped, INITIAL_POSE, RELIABLE)
         self._scene: SceneNode | None = None
         self._looked_at = False
         self._next_look = 0.0
@@ -92,6 +96,16 @@ class RosThread(Closing):
     def override(self, on: bool) -> None:
         """Switch the manual override: on, it stops the base at once."""
         self.on_thread(lambda: self._override.publish(Bool(data=on)))
+
+    def tell_pose(self, pose: Pose2) -> None:
+        """Tell the localiser where the robot stands in the map, as sure as it takes a pose by default."""
+
+        def publish() -> None:
+            now = (self._scene or self.node).timebase.now()  # the scene's node knows the time of a simulation
+            message = pose_with_covariance_to_ros(pose, [0.0] * 36, MAP_FRAME, now)
+            self._initial_pose.publish(message)
+
+        self.on_thread(publish)
 
     async def ask(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service and return its answer.

@@ -4,7 +4,7 @@ import { live } from "florence-live";
 
 const COLOURS = {
   robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#1f6fd6", goal: "#2a9d3f",
-  person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
+  chosen: "#c2185b", person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
 };
 const MOST_TRAIL = 600;
 
@@ -12,23 +12,33 @@ export default {
   template: `<div style="position:relative;width:100%;height:100%;min-height:16rem;overflow:hidden;touch-action:none">
     <canvas ref="canvas" style="width:100%;height:100%;display:block" aria-label="map"></canvas>
     <div style="position:absolute;left:.5rem;bottom:.4rem;font:12px sans-serif;color:#555">{{ pointer }}</div>
-    <div style="position:absolute;right:.5rem;top:.5rem;display:flex;gap:.25rem">
-      <button @click="fit" title="whole map">⤢</button>
-      <button @click="following = !following" :style="{fontWeight: following ? 'bold' : 'normal'}" title="follow the robot">◎</button>
+    <div style="position:absolute;right:.5rem;top:.5rem;display:flex;gap:.25rem" class="text-xl">
+      <button v-for="tool in tools" :key="tool.icon" @click="tool.use" :title="tool.title" :aria-label="tool.title" :aria-pressed="tool.on"
+        :style="{background: 'rgba(255,255,255,.8)', borderRadius: '.2rem', color: tool.on ? '#c2185b' : '#333'}"><i class="material-icons" style="display:block">{{ tool.icon }}</i></button>
     </div>
     <div v-if="!has_map" style="position:absolute;inset:0;display:grid;place-items:center;color:#777">no map has come yet</div>
   </div>`,
-  props: { places: Array, footprint: Array },
-  data: () => ({ pointer: "", following: false, has_map: false }),
+  props: { footprint: Array, picking: Boolean, chosen: Array },
+  emits: ["place"],
+  data() { return { pointer: "", following: false, has_map: false, picks: this.picking }; },
+  computed: {
+    tools() {
+      return [
+        { icon: "add_location", title: "choose a pose: press, and drag for the heading", on: this.picks, use: () => { this.picks = !this.picks; } },
+        { icon: "zoom_out_map", title: "whole map", on: false, use: () => this.fit() },
+        { icon: "my_location", title: "follow the robot", on: this.following, use: () => { this.following = !this.following; } },
+      ];
+    },
+  },
   mounted() {
-    this.view = null; this.trail = []; this.image = null; this.parts = {};
+    this.view = null; this.trail = []; this.image = null; this.parts = {}; this.pick = null;
     this.leave = live.listen((parts) => this.take(parts));
     this.observer = new ResizeObserver(() => this.draw_soon());
     this.observer.observe(this.$el);
     this.listen();
   },
   unmounted() { this.leave(); this.observer.disconnect(); },
-  watch: { places() { this.draw_soon(); }, following() { this.draw_soon(); } },
+  watch: { chosen() { this.pick = null; this.draw_soon(); }, following() { this.draw_soon(); } },
   methods: {
     take(parts) {
       Object.assign(this.parts, parts);
@@ -63,13 +73,15 @@ export default {
       ];
     },
     listen() {
-      const canvas = this.$refs.canvas; const fingers = new Map(); let moved = 0;
+      const canvas = this.$refs.canvas; const fingers = new Map(); let moved = 0, turning = false;
       canvas.addEventListener("wheel", (event) => {
         if (!this.view) return;
         event.preventDefault(); this.zoom(Math.exp(-event.deltaY / 500), event);
       }, { passive: false });
       canvas.addEventListener("pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId); fingers.set(event.pointerId, event); moved = 0;
+        turning = Boolean(this.view) && fingers.size === 1 && (this.picks || event.shiftKey);
+        if (turning) { this.pick = [...this.to_map(event), null]; this.draw_soon(); }
       });
       canvas.addEventListener("pointermove", (event) => {
         if (!this.view) return;
@@ -79,7 +91,12 @@ export default {
         }
         const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;
         moved += Math.abs(dx) + Math.abs(dy);
-        if (fingers.size === 2) {
+        if (turning && fingers.size === 1) {
+          const [x, y] = this.to_map(event);
+          if (moved > 6) this.pick[2] = Math.atan2(y - this.pick[1], x - this.pick[0]);
+          this.draw_soon();
+        } else if (fingers.size === 2) {
+          turning = false; this.pick = null;
           const other = [...fingers.values()].find((each) => each.pointerId !== event.pointerId);
           const length = (a) => Math.hypot(a.clientX - other.clientX, a.clientY - other.clientY) || 1;
           this.zoom(length(event) / length(before), other);
@@ -91,11 +108,18 @@ export default {
       });
       const up = (event) => {
         const was = fingers.delete(event.pointerId);
-        if (was && moved < 6 && event.type === "pointerup" && this.view) {
-          const [x, y] = this.to_map(event); this.$emit("place", { x, y });
-        }
+        if (!was || event.type !== "pointerup" || !this.view || (!turning && moved >= 6)) return;
+        const [x, y, yaw] = turning ? this.pick : [...this.to_map(event), null];
+        turning = false;
+        this.pick = [x, y, yaw ?? this.heading_to(x, y)];
+        this.$emit("place", { x, y, yaw: this.pick[2] }); this.draw_soon();
       };
       canvas.addEventListener("pointerup", up); canvas.addEventListener("pointercancel", up);
+    },
+    // Without a heading that was dragged: that of a robot which comes the straight way.
+    heading_to(x, y) {
+      const pose = this.parts.scene && this.parts.scene.pose;
+      return pose ? Math.atan2(y - pose[1], x - pose[0]) : 0;
     },
     zoom(factor, event) {
       const before = this.to_map(event);
@@ -113,7 +137,7 @@ export default {
       const c = canvas.getContext("2d");
       c.setTransform(ratio, 0, 0, ratio, 0, 0); c.fillStyle = "#d6d6d6"; c.fillRect(0, 0, width, height);
       if (!this.view) return;
-      const { map, scene = {}, plan, goal, zones } = this.parts;
+      const { map, scene = {}, plan, goal, zones, places } = this.parts;
       if (this.following && scene.pose) [this.view.x, this.view.y] = scene.pose;
       const { scale } = this.view, px = 1 / scale;
       c.translate(width / 2, height / 2); c.scale(scale, -scale); c.translate(-this.view.x, -this.view.y);
@@ -123,10 +147,12 @@ export default {
         c.drawImage(this.image, 0, 0, map.size[0], map.size[1]); c.restore();
       }
       for (const zone of zones || []) this.polygon(c, zone.corners, COLOURS[zone.kind]);
-      for (const place of this.places || []) this.mark(c, place, px);
+      for (const place of places || []) this.mark(c, place, px);
       this.line(c, this.trail, COLOURS.trail, 2 * px);
       if (plan && plan.length) this.line(c, plan, COLOURS.plan, 2 * px, [6 * px, 4 * px]);
       if (goal) this.arrow(c, goal, 0.25, COLOURS.goal);
+      const chosen = this.pick || this.chosen;
+      if (chosen) this.arrow(c, [chosen[0], chosen[1], chosen[2] ?? 0], Math.max(0.35, 22 * px), COLOURS.chosen);
       c.fillStyle = COLOURS.scan;
       const dot = Math.max(0.03, 2.5 * px), scan = scene.scan || [];
       for (let i = 0; i + 1 < scan.length; i += 2) c.fillRect(scan[i] - dot / 2, scan[i + 1] - dot / 2, dot, dot);
