@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -19,6 +20,12 @@ def page(
         str, typer.Option(help="The address; 0.0.0.0 for the network, which needs a token.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="The TCP port.")] = 8080,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="The folder of recorded runs.", show_default="that of the running system"
+        ),
+    ] = None,
     token: Annotated[
         str,
         typer.Option(
@@ -37,4 +44,4 @@ def page(
         return
     from florence_bt.app.page.server import serve_page
 
-    serve_page(host, port, Access(read_tokens(file) if file.exists() else {}))
+    serve_page(host, port, Access(read_tokens(file) if file.exists() else {}), folder)

@@ -14,7 +14,7 @@ LAST_OVERRIDE = "manual_override_switched_on"
 switched on last, zero when it never was. For those who hung or were not there when it was on and released."""
 
 INITIAL_POSE = "initialpose"
-"""``geometry_msgs/PoseWithCovarianceStamped``: somebody says where the robot stands in the map (as RViz does)."""
+"""``geometry_msgs/PoseWithCovarianceStamped``: somebody says where the robot is in the map (as RViz does)."""
 
 DOCK = "turtlebot_node/dock"
 """``std_srvs/SetBool``: the base drives to its dock by itself, or ends that."""

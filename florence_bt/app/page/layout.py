@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from fastapi import FastAPI, Request
 from florence_interfaces.srv import AnswerQuestion, PauseMission, ResumeMission, StopMission
 from nicegui import ui
@@ -9,19 +11,27 @@ from nicegui import ui
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.acting import Actor
 from florence_bt.app.page.components import MapView, StatusView, TreeView
+from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.core.errors import FlorenceError
 
 
-def add_page(app: FastAPI, ros: RosThread) -> None:
-    """Add the page to an application."""
+def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
+    """Add the page and its history to an application.
+
+    Args:
+        app: The application.
+        ros: Talks to the robot.
+        runs: The folder of the journal; None for that of the running system.
+    """
 
     @ui.page("/")
     def page(request: Request) -> None:
         Page(Actor(ros, request.scope.get(ROLE, Role.LOOK)))
 
+    add_history(runs)
     ui.run_with(app, title="Florence", show_welcome_message=False)
 
 
@@ -38,6 +48,7 @@ class Page:
         ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-screen no-wrap")
         with ui.row().classes("w-full items-center gap-2"):
             StatusView().classes("grow")
+            ui.button("Runs", on_click=lambda: ui.navigate.to("runs"), icon="history").props("flat")
             if actor.may(Role.RUN):
                 self._add_controls()
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):

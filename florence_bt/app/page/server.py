@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -82,8 +83,8 @@ async def _listen(socket: WebSocket, taken: asyncio.Event) -> None:
         taken.set()
 
 
-def make_app(ros: RosThread, access: Access) -> Any:
-    """Make the ASGI application."""
+def make_app(ros: RosThread, access: Access, runs: Path | None = None) -> Any:
+    """Make the ASGI application; see :func:`serve_page`."""
     app = FastAPI(title="Florence", docs_url=None, redoc_url=None, openapi_url=None)
     viewers = Viewers(ros)
 
@@ -98,17 +99,18 @@ def make_app(ros: RosThread, access: Access) -> Any:
             raise HTTPException(404, f"no picture {name!r} has come yet")
         return Response(data, media_type="image/png", headers={"cache-control": "private, max-age=3600"})
 
-    add_page(app, ros)
+    add_page(app, ros, runs)
     return Guard(app, access)
 
 
-def serve_page(host: str, port: int, access: Access) -> None:
+def serve_page(host: str, port: int, access: Access, runs: Path | None = None) -> None:
     """Serve the page until Ctrl-C.
 
     Args:
         host: The address to be bound.
         port: The TCP port.
         access: Who may do what.
+        runs: The folder of the journal; None for that of the running system.
 
     Raises:
         ConfigError: Others could reach the page without a token, or the port is taken.
@@ -120,7 +122,7 @@ def serve_page(host: str, port: int, access: Access) -> None:
         )
     with RosThread() as ros:
         settings = uvicorn.Config(
-            make_app(ros, access),
+            make_app(ros, access, runs),
             host=host,
             port=port,
             log_level="warning",

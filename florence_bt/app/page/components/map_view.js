@@ -1,5 +1,5 @@
 // The map from above: the grid, zones, places, the robot with its trail, what it sees, its way, and people.
-// It draws what the live stream brings; the last state wins.
+// It draws what the live stream brings, the last state wins; of a recorded run the way that was driven.
 import { live } from "florence-live";
 
 const COLOURS = {
@@ -18,15 +18,15 @@ export default {
     </div>
     <div v-if="!has_map" style="position:absolute;inset:0;display:grid;place-items:center;color:#777">no map has come yet</div>
   </div>`,
-  props: { footprint: Array, picking: Boolean, chosen: Array },
+  props: { footprint: Array, picking: Boolean, chosen: Array, path: Array, person: Array },
   emits: ["place"],
   data() { return { pointer: "", following: false, has_map: false, picks: this.picking }; },
   computed: {
     tools() {
       return [
-        { icon: "add_location", title: "choose a pose: press, and drag for the heading", on: this.picks, use: () => { this.picks = !this.picks; } },
+        ...(this.path ? [] : [{ icon: "add_location", title: "choose a pose: press, and drag for the heading", on: this.picks, use: () => { this.picks = !this.picks; } }]),
         { icon: "zoom_out_map", title: "whole map", on: false, use: () => this.fit() },
-        { icon: "my_location", title: "follow the robot", on: this.following, use: () => { this.following = !this.following; } },
+        ...(this.path ? [] : [{ icon: "my_location", title: "follow the robot", on: this.following, use: () => { this.following = !this.following; } }]),
       ];
     },
   },
@@ -40,27 +40,45 @@ export default {
   unmounted() { this.leave(); this.observer.disconnect(); },
   watch: { chosen() { this.pick = null; this.draw_soon(); }, following() { this.draw_soon(); } },
   methods: {
-    take(parts) {
+    // Of a recorded run: the way up to the moment that is looked at.
+    show_way(points) {
+      this.trail = this.path.slice(0, points);
+      const people = this.person ? [{ x: this.person[0], y: this.person[1], text: "was found here" }] : [];
+      this.parts.scene = { pose: this.trail[this.trail.length - 1], people };
+      if (!this.view) this.fit();
+      this.draw_soon();
+    },
+    take({ scene, plan, goal, ...parts }) {
       Object.assign(this.parts, parts);
+      if (!this.path) this.see(Object.fromEntries(Object.entries({ scene, plan, goal }).filter(([, part]) => part !== undefined)));
       if (parts.map) {
         const image = new Image();
-        image.onload = () => { this.image = image; this.has_map = true; if (!this.view) this.fit(); this.draw_soon(); };
+        image.onload = () => { this.image = image; this.has_map = true; if (!this.view || this.path) this.fit(); this.draw_soon(); };
         image.src = `picture/map.png?v=${parts.map.version.join("-")}`;
-      }
-      const pose = parts.scene && parts.scene.pose;
-      if (pose) {
-        const last = this.trail[this.trail.length - 1];
-        if (!last || Math.hypot(last[0] - pose[0], last[1] - pose[1]) > 0.05) this.trail.push(pose);
-        if (this.trail.length > MOST_TRAIL) this.trail.shift();
       }
       this.draw_soon();
     },
+    see(parts) {
+      Object.assign(this.parts, parts);
+      const pose = parts.scene && parts.scene.pose;
+      if (!pose) return;
+      const last = this.trail[this.trail.length - 1];
+      if (!last || Math.hypot(last[0] - pose[0], last[1] - pose[1]) > 0.05) this.trail.push(pose);
+      if (this.trail.length > MOST_TRAIL) this.trail.shift();
+    },
     fit() {
-      const map = this.parts.map; if (!map) return;
+      const map = this.parts.map || this.ground(); if (!map) return;
       const { clientWidth: width, clientHeight: height } = this.$refs.canvas;
       const scale = 0.95 * Math.min(width / map.size[0], height / map.size[1]);
       this.view = { scale, x: map.origin[0] + map.size[0] / 2, y: map.origin[1] + map.size[1] / 2 };
       this.following = false; this.draw_soon();
+    },
+    // Without a map: the ground that a recorded way covers.
+    ground() {
+      if (!this.path || !this.path.length) return null;
+      const [xs, ys] = [0, 1].map((i) => this.path.map((pose) => pose[i]));
+      const [x, y] = [Math.min(...xs) - 1, Math.min(...ys) - 1];
+      return { origin: [x, y, 0], size: [Math.max(...xs) + 1 - x, Math.max(...ys) + 1 - y] };
     },
     draw_soon() {
       if (!this.due) this.due = requestAnimationFrame(() => { this.due = 0; this.draw(); });
@@ -108,6 +126,7 @@ export default {
       });
       const up = (event) => {
         const was = fingers.delete(event.pointerId);
+        if (this.path) return;
         if (!was || event.type !== "pointerup" || !this.view || (!turning && moved >= 6)) return;
         const [x, y, yaw] = turning ? this.pick : [...this.to_map(event), null];
         turning = false;
