@@ -157,6 +157,21 @@ def up(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
+    record: Annotated[
+        bool,
+        typer.Option(
+            "--record", help="Record what is published, into recordings/ in the folder for the logs."
+        ),
+    ] = False,
+    foxglove: Annotated[
+        int,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="Show what is published to Foxglove at this port, e.g. 8765.",
+        ),
+    ] = 0,
     split: Annotated[
         bool,
         typer.Option(
@@ -227,6 +242,8 @@ def up(
             world_seed=world_seed,
             seed=seed,
             speed=speed,
+            record=record,
+            foxglove_port=foxglove,
             split=split,
             ros_arguments=(
                 *(word for file in params_file or () for word in ("--params-file", str(file.absolute()))),

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from florence_bt.simulation.hardware.server import HardwareServer
 
 NODES: dict[str, tuple[str, ...]] = {
+    "recorder": ("recorder",),
     "simulator": ("simulator",),
     "hardware": (
         "turtlebot_node",
@@ -50,9 +51,10 @@ NODES: dict[str, tuple[str, ...]] = {
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away. With ``--split`` each node has a process
-that is called as the node."""
+that is called as the node. The recorder is there from the first message to the last."""
 
 NODE_CLASSES = {
+    "recorder": "app.recording.node:RecorderNode",
     "simulator": "simulation.hardware.node:SimulatorNode",
     "turtlebot_node": "drivers.turtlebot.node:TurtlebotNode",
     "hokuyo_node": "drivers.hokuyo.node:HokuyoNode",
@@ -76,8 +78,11 @@ NODE_CLASSES = {
 }
 """Node -> module (below ``florence_bt``) and class."""
 
-OPTIONAL = ("home_sensors", "speech")
-"""Nodes that are not in every bring-up: they need a file, or another program has their place."""
+OBSERVERS = ("recorder",)
+"""Nodes that nothing depends on: when one hangs or dies, nothing stops, and nothing waits for it."""
+
+OPTIONAL = ("home_sensors", "speech", *OBSERVERS)
+"""Nodes that are not in every bring-up: they are asked for, or another program has their place."""
 
 MAPPING, WITHOUT_MAPPING = ("mapping",), ("map_server", "localiser")
 """Nodes of a bring-up that makes a map, and those that are there in their place otherwise."""
@@ -124,6 +129,7 @@ def remappings(options: BringUp) -> tuple[str, ...]:
 def processes(options: BringUp) -> dict[str, tuple[str, ...]]:
     """Return the processes of a bring-up with their nodes, both in the order of their start."""
     absent = {
+        "recorder": not options.has_recorder,
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
         "navigation": options.nav == "nav2",
@@ -150,6 +156,11 @@ def ended_together(options: BringUp) -> list[str]:
     """Return the processes that are ended side by side."""
     nodes = {node for group in ENDED_TOGETHER for node in NODES[group]}
     return [name for name, its in processes(options).items() if nodes.issuperset(its)]
+
+
+def observers(options: BringUp) -> set[str]:
+    """Return the processes that have nothing but :data:`OBSERVERS`."""
+    return {name for name, its in processes(options).items() if set(OBSERVERS).issuperset(its)}
 
 
 def companions(process: str, options: BringUp) -> list[str] | None:
@@ -274,6 +285,18 @@ class _Settings:
 
 def _plain(node: str, settings: _Settings, **overrides: Any) -> Factory:
     return partial(node_class(node), parameters=settings.of(node, **overrides))
+
+
+def recorder_parameters(options: BringUp) -> Parameters:
+    """Return the parameters of the recorder; the configuration may say where the recordings go."""
+    given = _Settings(options).of(
+        "recorder", folder=None if options.record else "", foxglove_port=options.foxglove_port or None
+    )
+    return {"folder": str(Path(options.folder).resolve() / "recordings")} | given
+
+
+def _recorder(settings: _Settings) -> Factory:
+    return partial(node_class("recorder"), parameters=recorder_parameters(settings.options))
 
 
 def _simulator(settings: _Settings) -> Factory:
@@ -437,6 +460,7 @@ def _missions(settings: _Settings) -> Factory:
 
 
 _MAKERS: dict[str, Callable[[_Settings], Factory]] = {
+    "recorder": _recorder,
     SIMULATOR: _simulator,
     BASE: _base,
     "hokuyo_node": _laser,

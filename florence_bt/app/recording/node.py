@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import struct
 import time
 from collections import Counter
@@ -16,8 +17,9 @@ import foxglove
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from florence_bt.app.recording.files import RecordingFiles, RecordingLimits
+from florence_bt.app.recording.files import RecordingFiles, RecordingLimits, make_folder
 from florence_bt.app.recording.schemas import message_schema
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import load_interface
 from florence_bt.core.limits import CheckedParameters, Limits
@@ -116,8 +118,9 @@ class RecorderNode(FlorenceNode):
         self.on_close(self._write_held)
         if params.foxglove_port:
             self._serve_foxglove(params.foxglove_port)
-        self.create_timer(LOOK_S, self._look)
-        self.steady.call_at(self.steady.now() + CLOCK_WAIT_S, self._end_wait_for_clock)
+        call_every(self.steady, LOOK_S, self._look)
+        if not self.ros_timebase.simulated:
+            self.steady.call_at(self.steady.now() + CLOCK_WAIT_S, self._end_wait_for_clock)
         self._look()
 
     @property
@@ -258,9 +261,7 @@ class RecorderNode(FlorenceNode):
                 context=self._logged,
             )
         except RuntimeError as error:
-            raise ConfigError(
-                f"Foxglove's port {port} cannot be used: {error}", valid=["another port"]
-            ) from error
+            raise _port_error(port, error) from error
         self.on_close(server.stop)
         self.get_logger().info(f"Foxglove finds the robot at ws://127.0.0.1:{port}")
 
@@ -284,6 +285,26 @@ class _Viewers(foxglove.ServerListener):
 
     def on_unsubscribe(self, client: Any, channel: Any) -> None:
         self._node.call_soon(partial(self._node.add_viewers, channel.topic, -1))
+
+
+def check_recorder(parameters: Mapping[str, Any]) -> None:
+    """Refuse what a recorder would not start with, before anything starts.
+
+    Raises:
+        ConfigError: Its folder cannot be written to, or the port for Foxglove is taken.
+    """
+    with socket.socket() as server:
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            server.bind(("127.0.0.1", parameters.get("foxglove_port", 0)))
+        except OSError as error:
+            raise _port_error(parameters["foxglove_port"], error.strerror) from error
+    if parameters["folder"]:
+        make_folder(Path(parameters["folder"]))
+
+
+def _port_error(port: int, problem: object) -> ConfigError:
+    return ConfigError(f"Foxglove's port {port} cannot be used: {problem}", valid=["another port"])
 
 
 def _qos_of(offers: Sequence[QoSProfile]) -> QoSProfile:
