@@ -5,6 +5,9 @@ from __future__ import annotations
 SWITCH_OVERRIDE = "florenceLocator/manualOverride"
 """``std_msgs/Bool``: switches the manual override (REFERENCE 11.1, table 11); the base's driver listens."""
 
+OVERRIDE_BY = "manual_override_by"
+"""``std_msgs/String``: who is about to switch the manual override, for the journal. Nobody need say it."""
+
 MANUAL_OVERRIDE = "manual_override"
 """``std_msgs/Bool``, latched: whether the manual override is on. The base's driver says so; all others read
 it."""

@@ -84,6 +84,10 @@ class StatusView(Element, component="components/status_view.js", esm=_LIVE):
     """A line: the mission and its state, the battery, what holds the robot up."""
 
 
+class DrivePad(Element, component="components/drive_pad.js", esm=_LIVE):
+    """What drives the robot by hand; seen while the manual override is on."""
+
+
 FARTHEST_M = 10_000.0
 """Chosen: no map of a home reaches farther."""
 

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.acting import Actor
-from florence_bt.app.page.components import MapView, StatusView, TreeView
+from florence_bt.app.page.components import DrivePad, MapView, StatusView, TreeView
 from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
@@ -50,10 +50,12 @@ class Page:
             StatusView().classes("grow")
             ui.button("Runs", on_click=lambda: ui.navigate.to("runs"), icon="history").props("flat")
             if actor.may(Role.RUN):
-                self._add_controls()
+                self._add_controls(actor)
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             view = MapView().classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")
+        if actor.may(Role.RUN):
+            DrivePad().classes("fixed left-1/2 -translate-x-1/2 bottom-2 z-10 max-w-full")
         self._menu = MapMenu(view, actor)
         ui.timer(0.1, self._read_places, once=True)
 
@@ -64,17 +66,19 @@ class Page:
         except FlorenceError as error:
             ui.notify(f"no places are shown: {error}", type="warning", multi_line=True)
 
-    def _add_controls(self) -> None:
+    def _add_controls(self, actor: Actor) -> None:
         ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
         ui.button("Pause", on_click=self._pause).props("outline")
         ui.button("Go on", on_click=self._resume).props("outline")
         answer = ui.input("answer").props("dense outlined").classes("w-32")
         answer.on("keydown.enter", lambda: self._answer(answer))
-        ui.button("STOP THE ROBOT", on_click=lambda: self._ros.override(True), color="negative").mark(
-            "override"
+        ui.button(
+            "STOP THE ROBOT", on_click=lambda: self._ros.override(True, actor.caller), color="negative"
+        ).mark("override")
+        ui.button("release", on_click=lambda: self._ros.override(False, actor.caller)).props("flat").mark(
+            "release"
         )
-        ui.button("release", on_click=lambda: self._ros.override(False)).props("flat").mark("release")
 
     # ---- what the buttons do --------------------------------------------------------------------------
 

@@ -7,6 +7,11 @@ const COLOURS = {
   chosen: "#c2185b", person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
 };
 const MOST_TRAIL = 600;
+const LAYERS = [
+  { name: "global_costmap", icon: "layers", title: "what a way costs (global costmap)" },
+  { name: "local_costmap", icon: "grid_on", title: "what is near the robot (local costmap)" },
+  { name: "camera", icon: "photo_camera", title: "what the camera sees" },
+];
 
 export default {
   template: `<div style="position:relative;width:100%;height:100%;min-height:16rem;overflow:hidden;touch-action:none">
@@ -16,15 +21,18 @@ export default {
       <button v-for="tool in tools" :key="tool.icon" @click="tool.use" :title="tool.title" :aria-label="tool.title" :aria-pressed="tool.on"
         :style="{background: 'rgba(255,255,255,.8)', borderRadius: '.2rem', color: tool.on ? '#c2185b' : '#333'}"><i class="material-icons" style="display:block">{{ tool.icon }}</i></button>
     </div>
+    <img v-if="camera" :src="camera" alt="what the camera sees" style="position:absolute;right:.5rem;bottom:.5rem;width:min(20rem,45%);border:2px solid #fff;border-radius:.3rem">
     <div v-if="!has_map" style="position:absolute;inset:0;display:grid;place-items:center;color:#777">no map has come yet</div>
   </div>`,
   props: { footprint: Array, picking: Boolean, chosen: Array, path: Array, person: Array },
   emits: ["place"],
-  data() { return { pointer: "", following: false, has_map: false, picks: this.picking }; },
+  data() { return { pointer: "", following: false, has_map: false, picks: this.picking, shown: {}, camera: "" }; },
+  created() { this.unwant = {}; },
   computed: {
     tools() {
       return [
         ...(this.path ? [] : [{ icon: "add_location", title: "choose a pose: press, and drag for the heading", on: this.picks, use: () => { this.picks = !this.picks; } }]),
+        ...(this.path || this.picking ? [] : LAYERS.map((each) => ({ ...each, on: Boolean(this.shown[each.name]), use: () => this.show(each.name) }))),
         { icon: "zoom_out_map", title: "whole map", on: false, use: () => this.fit() },
         ...(this.path ? [] : [{ icon: "my_location", title: "follow the robot", on: this.following, use: () => { this.following = !this.following; } }]),
       ];
@@ -32,7 +40,9 @@ export default {
   },
   mounted() {
     this.view = null; this.trail = []; this.image = null; this.parts = {}; this.pick = null;
-    this.leave = live.listen((parts) => this.take(parts));
+    this.layers = {};
+    const ceases = [live.listen((parts) => this.take(parts)), ...(this.path ? [] : [live.want("scene")])];
+    this.leave = () => [...ceases, ...Object.values(this.unwant)].forEach((each) => each());
     this.observer = new ResizeObserver(() => this.draw_soon());
     this.observer.observe(this.$el);
     this.listen();
@@ -40,6 +50,23 @@ export default {
   unmounted() { this.leave(); this.observer.disconnect(); },
   watch: { chosen() { this.pick = null; this.draw_soon(); }, following() { this.draw_soon(); } },
   methods: {
+    // Begin to show a layer, or cease.
+    show(name) {
+      this.shown[name] = !this.shown[name];
+      if (this.shown[name]) this.unwant[name] = live.want(name);
+      else { this.unwant[name](); delete this.unwant[name]; delete this.layers[name]; this.camera = this.shown.camera ? this.camera : ""; }
+      this.draw_soon();
+    },
+    take_layers(parts) {
+      for (const { name } of LAYERS) {
+        const part = parts[name]; if (!part || !this.shown[name]) continue;
+        const source = `picture/${name}?v=${part.version.join("-")}`;
+        if (name === "camera") { this.camera = source; continue; }
+        const image = new Image();
+        image.onload = () => { if (this.shown[name]) this.layers[name] = { ...part, image }; this.draw_soon(); };
+        image.src = source;
+      }
+    },
     // Of a recorded run: the way up to the moment that is looked at.
     show_way(points) {
       this.trail = this.path.slice(0, points);
@@ -49,12 +76,12 @@ export default {
       this.draw_soon();
     },
     take({ scene, plan, goal, ...parts }) {
-      Object.assign(this.parts, parts);
+      Object.assign(this.parts, parts); this.take_layers(parts);
       if (!this.path) this.see(Object.fromEntries(Object.entries({ scene, plan, goal }).filter(([, part]) => part !== undefined)));
       if (parts.map) {
         const image = new Image();
         image.onload = () => { this.image = image; this.has_map = true; if (!this.view || this.path) this.fit(); this.draw_soon(); };
-        image.src = `picture/map.png?v=${parts.map.version.join("-")}`;
+        image.src = `picture/map?v=${parts.map.version.join("-")}`;
       }
       this.draw_soon();
     },
@@ -160,10 +187,9 @@ export default {
       if (this.following && scene.pose) [this.view.x, this.view.y] = scene.pose;
       const { scale } = this.view, px = 1 / scale;
       c.translate(width / 2, height / 2); c.scale(scale, -scale); c.translate(-this.view.x, -this.view.y);
-      if (map && this.image) {
-        c.save(); c.translate(map.origin[0], map.origin[1]); c.rotate(map.origin[2]);
-        c.translate(0, map.size[1]); c.scale(1, -1); c.imageSmoothingEnabled = scale < 30;
-        c.drawImage(this.image, 0, 0, map.size[0], map.size[1]); c.restore();
+      if (map && this.image) this.grid(c, map, this.image);
+      for (const name of ["global_costmap", "local_costmap"]) {
+        if (this.layers[name]) this.grid(c, this.layers[name], this.layers[name].image);
       }
       for (const zone of zones || []) this.polygon(c, zone.corners, COLOURS[zone.kind]);
       for (const place of places || []) this.mark(c, place, px);
@@ -186,6 +212,11 @@ export default {
         this.polygon(c, this.footprint || [], COLOURS.robot); c.restore();
         this.arrow(c, scene.pose, 0.3, "#fff");
       }
+    },
+    grid(c, { origin, size }, image) {
+      c.save(); c.translate(origin[0], origin[1]); c.rotate(origin[2]);
+      c.translate(0, size[1]); c.scale(1, -1); c.imageSmoothingEnabled = this.view.scale < 30;
+      c.drawImage(image, 0, 0, size[0], size[1]); c.restore();
     },
     line(c, points, colour, width, dash = []) {
       if (points.length < 2) return;

@@ -29,18 +29,22 @@ export default {
   watch: { wanted() { this.lay_out(); } },
   mounted() {
     this.tree = []; this.marks = { statuses: "", active: [], said: {} }; this.opened = new Map();
-    if (this.nodes) {
-      this.tree = this.nodes; this.children = this.family(this.tree); this.leave = () => {}; this.lay_out();
-    } else this.leave = live.listen((parts) => {
-      if (parts.tree) { this.tree = parts.tree; this.children = this.family(parts.tree); this.opened.clear(); }
-      if (parts.marks) this.marks = parts.marks;
-      if (parts.tree || parts.marks) this.lay_out();
-    });
+    this.leave = this.nodes ? () => {} : this.follow();
+    if (this.nodes) { this.tree = this.nodes; this.children = this.family(this.tree); this.lay_out(); }
     this.observer = new ResizeObserver(() => { this.height = this.$refs.list ? this.$refs.list.clientHeight : 600; });
     this.observer.observe(this.$refs.list);
   },
   unmounted() { this.leave(); this.observer.disconnect(); },
   methods: {
+    // Show what runs now; gives what ends it.
+    follow() {
+      const ceases = [live.want("scene"), live.listen((parts) => {
+        if (parts.tree) { this.tree = parts.tree; this.children = this.family(parts.tree); this.opened.clear(); }
+        if (parts.marks) this.marks = parts.marks;
+        if (parts.tree || parts.marks) this.lay_out();
+      })];
+      return () => ceases.forEach((each) => each());
+    },
     // Of a recorded run: how its nodes stand at the moment that is looked at.
     show_marks(marks) { this.marks = marks; this.lay_out(); },
     family(tree) {
