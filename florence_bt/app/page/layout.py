@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from fastapi import FastAPI, Request
-from florence_interfaces.srv import AnswerQuestion, PauseMission, ResumeMission, StopMission
+from florence_interfaces.srv import PauseMission, ResumeMission, StopMission
 from nicegui import ui
 
 from florence_bt.app.page.access import ROLE, Role
@@ -14,6 +16,7 @@ from florence_bt.app.page.components import DrivePad, MapView, StatusView, TreeV
 from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
+from florence_bt.app.page.question import QuestionDialog
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.core.errors import FlorenceError
 
@@ -48,14 +51,14 @@ class Page:
         ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-screen no-wrap")
         with ui.row().classes("w-full items-center gap-2"):
             StatusView().classes("grow")
-            ui.button("Runs", on_click=lambda: ui.navigate.to("runs"), icon="history").props("flat")
+            _icon("history", "recorded runs", lambda: ui.navigate.to("runs"))
             if actor.may(Role.RUN):
                 self._add_controls(actor)
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             view = MapView().classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")
         if actor.may(Role.RUN):
-            DrivePad().classes("fixed left-1/2 -translate-x-1/2 bottom-2 z-10 max-w-full")
+            DrivePad().classes("fixed right-2 bottom-2 z-10 max-w-full")
         self._menu = MapMenu(view, actor)
         ui.timer(0.1, self._read_places, once=True)
 
@@ -69,10 +72,9 @@ class Page:
     def _add_controls(self, actor: Actor) -> None:
         ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
-        ui.button("Pause", on_click=self._pause).props("outline")
-        ui.button("Go on", on_click=self._resume).props("outline")
-        answer = ui.input("answer").props("dense outlined").classes("w-32")
-        answer.on("keydown.enter", lambda: self._answer(answer))
+        _icon("pause", "pause the mission", self._pause)
+        _icon("resume", "go on with the mission", self._resume)
+        QuestionDialog(actor)
         ui.button(
             "STOP THE ROBOT", on_click=lambda: self._ros.override(True, actor.caller), color="negative"
         ).mark("override")
@@ -100,10 +102,7 @@ class Page:
             self._ros.ask(ResumeMission, "florence_bt/resume", request), lambda answer: answer.message
         )
 
-    async def _answer(self, field: ui.input) -> None:
-        request = AnswerQuestion.Request(text=field.value or "")
-        done = await self._actor.told(
-            self._ros.ask(AnswerQuestion, "florence_bt/answer", request), lambda answer: answer.message
-        )
-        if done is not None and done.accepted:
-            field.value = ""
+
+def _icon(icon: str, title: str, do: Callable[[], Any]) -> None:
+    """Add a button that has no words: on a phone there is little room."""
+    ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)

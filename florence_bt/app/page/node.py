@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import RunState, StopReason, Zones
+from florence_interfaces.srv import AnswerQuestion
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
@@ -20,8 +21,10 @@ from visualization_msgs.msg import MarkerArray
 
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
+from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.message_skills import OPEN_QUESTION
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
@@ -60,7 +63,8 @@ class PageNode(FlorenceNode):
 
     Attributes:
         parts: What viewers are sent.
-        pictures: PNG by name, ``map`` and the costmaps.
+        pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
+        question: What a mission waits to be answered; empty when none does.
     """
 
     def __init__(self, *, context: Any = None) -> None:
@@ -74,6 +78,9 @@ class PageNode(FlorenceNode):
             "said": "",
             "sure": None,
         }
+        self.question = ""
+        self._run_state = ""
+        self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
         self._subscribe_to_states()
         self._put()
 
@@ -90,6 +97,18 @@ class PageNode(FlorenceNode):
     def show_speeds(self, speeds: Twist2) -> None:
         """Show how fast a hand drives the robot: metres and radians a second."""
         self._put(speeds=[round(speeds.linear, 2), round(speeds.angular, 2)])
+
+    def look_for_questions(self) -> None:
+        """Ask the mission server whether a mission waits for an answer, unless none runs."""
+        if self._run_state not in ACTIVE_STATES:
+            self.question = ""
+        elif self._answers.service_is_ready():
+            asked = self._answers.call_async(AnswerQuestion.Request())
+            asked.add_done_callback(self.guarded(self._on_question))
+
+    def _on_question(self, asked: Any) -> None:
+        answer = asked.result()
+        self.question = answer.message.removeprefix(OPEN_QUESTION) if answer.accepted else ""
 
     # ---- what comes seldom ----------------------------------------------------------------------------
 
@@ -128,6 +147,7 @@ class PageNode(FlorenceNode):
 
     def _on_run(self, message: RunState) -> None:
         run = {name: getattr(message, name) for name in ("run_id", "mission", "state", "code", "reason")}
+        self._run_state = message.state
         self.parts.put("run", run)
 
     def _on_goal(self, message: PoseStamped) -> None:

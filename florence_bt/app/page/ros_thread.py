@@ -87,6 +87,8 @@ class RosThread(Closing):
         if now < self._next_look and wanted == (scene.wanted if scene is not None else frozenset()):
             return
         self._next_look = now + LOOK_S
+        if wanted:
+            self.node.look_for_questions()
         simulated = self.node.simulated
         if scene is not None and not (wanted and scene.simulated == simulated):
             scene.shut_down()

@@ -12,7 +12,7 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.message_skills import NOBODY_ASKS, AnswerWait
+from florence_bt.core.message_skills import NOBODY_ASKS, OPEN_QUESTION, AnswerWait
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -135,7 +135,7 @@ class Controls:
         else:
             question = self._answers.question
             response.accepted = bool(question)
-            response.message = f"open: {question}" if question else NOBODY_ASKS
+            response.message = f"{OPEN_QUESTION}{question}" if question else NOBODY_ASKS
         return response
 
     def _on_override(self, message: Bool) -> None:

@@ -15,7 +15,7 @@ export default {
     <div ref="pad" role="slider" aria-label="drive by hand" @pointerdown="press" @pointermove="move" @pointerup="let_go" @pointercancel="let_go"
       :style="{position:'relative',width:size+'px',height:size+'px',borderRadius:'50%',background:'#e8eef7',border:'2px solid #1f6fd6',touchAction:'none',cursor:'grab',flex:'none'}">
       <div :style="{position:'absolute',left:'50%',top:'50%',width:'46px',height:'46px',margin:'-23px',borderRadius:'50%',background:'#1f6fd6',
-        transform:'translate(' + (-hand[1] * size / 2) + 'px,' + (-hand[0] * size / 2) + 'px)',pointerEvents:'none'}"></div>
+        transform:'translate(' + (-hand[1] * (size / 2 - 23)) + 'px,' + (-hand[0] * (size / 2 - 23)) + 'px)',pointerEvents:'none'}"></div>
     </div>
     <div style="font:13px/1.5 sans-serif">
       <b>Drive by hand</b><br>drag the disc, or hold the arrows or u i o j l m , .<br>

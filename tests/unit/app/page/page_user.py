@@ -29,6 +29,7 @@ class NotedRobot:
         self.node = self
         self.parts = LiveParts()
         self.lines: list[str] = []
+        self.question = ""
 
     async def ask(self, service_type: Any, name: str, request: Any) -> Any:
         self.asked.append((name, request))
