@@ -11,7 +11,7 @@ const KEYS = {
 const STEPS = "qzwxec";
 
 export default {
-  template: `<div v-if="on" style="display:flex;align-items:center;gap:.75rem;background:rgba(255,255,255,.92);border-radius:.5rem;padding:.5rem">
+  template: `<div v-if="on" style="display:flex;align-items:center;gap:.75rem;background:rgba(255,255,255,.92);border-radius:.5rem;padding:.5rem;box-sizing:border-box;max-width:calc(100vw - 1rem)">
     <div ref="pad" role="slider" aria-label="drive by hand" @pointerdown="press" @pointermove="move" @pointerup="let_go" @pointercancel="let_go"
       :style="{position:'relative',width:size+'px',height:size+'px',borderRadius:'50%',background:'#e8eef7',border:'2px solid #1f6fd6',touchAction:'none',cursor:'grab',flex:'none'}">
       <div :style="{position:'absolute',left:'50%',top:'50%',width:'46px',height:'46px',margin:'-23px',borderRadius:'50%',background:'#1f6fd6',

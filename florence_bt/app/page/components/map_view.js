@@ -3,7 +3,7 @@
 import { live } from "florence-live";
 
 const COLOURS = {
-  robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#1f6fd6", goal: "#2a9d3f",
+  robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#4a9be8", goal: "#2a9d3f",
   chosen: "#c2185b", person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
 };
 const MOST_TRAIL = 600;
