@@ -54,6 +54,10 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
         from florence_bt.app.recording.node import check_recorder
 
         check_recorder(recorder_parameters(options))
+    if options.page_port:
+        from florence_bt.app.page.access import check_page, user_access
+
+        check_page(options.page_host, options.page_port, user_access())
     if options.mapping:
         from florence_bt.skills.navigation.mapping.drive import load_drive
         from florence_bt.skills.navigation.mapping.pose_graph import import_gtsam

@@ -48,6 +48,7 @@ NODES: dict[str, tuple[str, ...]] = {
     "navigation": ("map_server", "localiser", "mapping", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
     "missions": ("speech", "florence_bt"),
+    "page": ("page_server",),
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away. With ``--split`` each node has a process
@@ -75,10 +76,11 @@ NODE_CLASSES = {
     "home_sensors": "skills.home_sensors.node:HomeSensorsNode",
     "florence_bt": "runtime.node:MissionNode",
     "speech": "skills.speech.node:SpeechNode",
+    "page_server": "app.page.process:PageServerNode",
 }
 """Node -> module (below ``florence_bt``) and class."""
 
-OBSERVERS = ("recorder",)
+OBSERVERS = ("recorder", "page_server")
 """Nodes that nothing depends on: when one hangs or dies, nothing stops, and nothing waits for it."""
 
 OPTIONAL = ("home_sensors", "speech", *OBSERVERS)
@@ -133,6 +135,7 @@ def processes(options: BringUp) -> dict[str, tuple[str, ...]]:
     """Return the processes of a bring-up with their nodes, both in the order of their start."""
     absent = {
         "recorder": not options.has_recorder,
+        "page": not options.page_port,
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
         "navigation": options.nav == "nav2",
@@ -305,6 +308,12 @@ def recorder_parameters(options: BringUp) -> Parameters:
 
 def _recorder(settings: _Settings) -> Factory:
     return partial(node_class("recorder"), parameters=recorder_parameters(settings.options))
+
+
+def _page(settings: _Settings) -> Factory:
+    options = settings.options
+    where = {"host": options.page_host, "port": options.page_port, "runs_folder": str(options.runs.resolve())}
+    return _plain("page_server", settings, **where)
 
 
 def _simulator(settings: _Settings) -> Factory:
@@ -484,5 +493,6 @@ _MAKERS: dict[str, Callable[[_Settings], Factory]] = {
     "home_sensors": _home_sensors,
     "speech": _speech,
     MISSIONS: _missions,
+    "page_server": _page,
 }
 """Node -> what makes its factory; the others need their part of the configuration only."""

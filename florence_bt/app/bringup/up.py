@@ -13,6 +13,7 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.rehearsal import RehearsalPace
 from florence_bt.app.bringup.system import System
 from florence_bt.app.bringup.topology import recorder_parameters
+from florence_bt.app.page.access import address_of
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import DeviceTimeout
@@ -63,6 +64,8 @@ def run_up(options: BringUp) -> None:
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         if options.has_recorder:
             say(_told_of_recorder(recorder_parameters(options)))
+        if options.page_port:
+            say(f"the page: {address_of(options.page_host, options.page_port)}")
         for line in outcomes_of(options.runs, left):
             say(line)
         if not options.missions_only and not system.client.knows_pose():

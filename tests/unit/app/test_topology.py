@@ -164,7 +164,10 @@ def test_split_gives_each_node_a_process_in_the_same_order(tmp_path):
     split = processes(options)
     whole = processes(BringUp(folder=str(tmp_path)))
     assert list(split.values()) == [(node,) for nodes in whole.values() for node in nodes]
-    assert list(whole) == [name for name in NODES if name not in OBSERVERS] and "home_sensors" not in split
+    assert (
+        list(whole) == [name for name in NODES if not {*NODES[name]} & {*OBSERVERS}]
+        and "home_sensors" not in split
+    )
     assert process_of("velocity_filter", options) == "velocity_filter"
     assert set(ended_together(options)) == {*whole["navigation"], *whole["people"]}
     quiet = BringUp(folder=str(tmp_path), split=True, speech="none", simulated=False)
@@ -189,6 +192,21 @@ def test_a_recorder_is_there_from_the_first_message_to_the_last_and_nothing_depe
     assert next(iter(processes(options))) == "recorder" and observers(options) == {"recorder"}
     without = BringUp(folder=str(tmp_path))
     assert "recorder" not in processes(without) and observers(without) == set()
+
+
+def test_the_page_is_there_when_it_is_asked_for_and_nothing_depends_on_it(tmp_path):
+    options = BringUp(folder=str(tmp_path), page_port=8080)
+    assert list(processes(options))[-1] == "page" and observers(options) == {"page"}
+    assert "page" not in processes(BringUp(folder=str(tmp_path)))
+
+
+@pytest.mark.ros
+def test_the_page_is_served_where_the_bring_up_says_and_shows_its_runs(tmp_path):
+    pytest.importorskip("nicegui")
+    options = BringUp(folder=str(tmp_path), page_port=8123, page_host="::1")
+    (made,) = factories("page", options)
+    given = made.keywords["parameters"]
+    assert (given["host"], given["port"], given["runs_folder"]) == ("::1", 8123, str(tmp_path / "runs"))
 
 
 @pytest.mark.ros
