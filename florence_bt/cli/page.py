@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,7 +13,7 @@ from florence_bt.cli.common import EXIT_CODES, RosVerb, app
 @app.command(
     cls=RosVerb,
     rich_help_panel="Runs",
-    epilog=f"Examples: florence page; florence page --token run\n\n{EXIT_CODES}",
+    epilog=f"Examples: florence page; florence page --token run; florence page --missions robot/missions\n\n{EXIT_CODES}",
 )
 def page(
     host: Annotated[
@@ -26,8 +27,16 @@ def page(
             help="Make a token and end: look sees, run also starts and stops, edit also writes missions.",
         ),
     ] = "",
+    folders: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--missions",
+            help="Folders of missions for the editor; the last one is written to.",
+            show_default="those of the running system, else missions",
+        ),
+    ] = None,
 ) -> None:
-    """Show in a browser where the robot is, what it sees and what its mission does; start and stop it."""
+    """Show in a browser where the robot is, what it sees and what its mission does; start and stop it; write missions."""
     from florence_bt.app.page.access import Access, make_token, read_tokens, tokens_file
 
     file = tokens_file()
@@ -37,4 +46,4 @@ def page(
         return
     from florence_bt.app.page.server import serve_page
 
-    serve_page(host, port, Access(read_tokens(file) if file.exists() else {}))
+    serve_page(host, port, Access(read_tokens(file) if file.exists() else {}), folders or [])

@@ -78,6 +78,7 @@ class Page:
     def __init__(self, ros: RosThread, role: Role) -> None:
         self._ros = ros
         self._may_run = role >= Role.RUN
+        self._may_edit = role >= Role.EDIT
         self._caller = f"page ({role.name.lower()})"
         corners = RoomParameters().make_footprint().corners
         ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-screen no-wrap")
@@ -85,6 +86,9 @@ class Page:
             StatusView().classes("grow")
             if self._may_run:
                 self._add_controls()
+            if self._may_edit:
+                edit = ui.button(icon="edit_note", on_click=lambda: ui.navigate.to("/edit/")).props("flat")
+                edit.tooltip("write missions").mark("edit")
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             self._map = MapView(corners).classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")

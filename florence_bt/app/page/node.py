@@ -17,7 +17,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import MarkerArray
 
-from florence_bt.app.page.parts import LiveParts
+from florence_bt.app.page.parts import LiveParts, ShownNode, tree_parts
 from florence_bt.app.page.pictures import map_picture
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
@@ -35,8 +35,6 @@ MOST_POINTS = 240
 """Points of a scan that are shown: one in 1.5 degrees of a whole circle."""
 LOCALISER = "Place in the map"
 """End of the name of the diagnosis that tells how sure the localiser is."""
-_MARKS = {1: ".", 2: ">", 3: "+", 4: "x"}
-"""Status of a node in py_trees_ros_interfaces -> its sign."""
 
 
 class PageNode(FlorenceNode):
@@ -214,23 +212,20 @@ class SceneNode(FlorenceNode):
 
     def _on_tree(self, message: BehaviourTree) -> None:
         numbers = {bytes(node.own_id.uuid): number for number, node in enumerate(message.behaviours)}
-        self._parts.put(
-            "tree",
-            [
-                [node.name, numbers.get(bytes(node.parent_id.uuid), -1), node.type]
-                for node in message.behaviours
-            ],
-        )
-        said = {number: node.message for number, node in enumerate(message.behaviours) if node.message}
-        self._parts.put(
-            "marks",
-            {
-                "statuses": "".join(_MARKS.get(node.status, " ") for node in message.behaviours),
-                "active": [number for number, node in enumerate(message.behaviours) if node.is_active],
-                "said": said,
-                "keys": {each.key: each.value for each in message.blackboard_on_visited_path},
-            },
-        )
+        nodes = [
+            ShownNode(
+                node.name,
+                numbers.get(bytes(node.parent_id.uuid), -1),
+                node.type,
+                node.status,
+                node.message,
+                node.is_active,
+            )
+            for node in message.behaviours
+        ]
+        keys = {each.key: each.value for each in message.blackboard_on_visited_path}
+        for name, value in tree_parts(nodes, keys).items():
+            self._parts.put(name, value)
 
 
 def _m(value: float) -> float:

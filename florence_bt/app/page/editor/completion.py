@@ -77,7 +77,9 @@ def place_in(text: str, line: int, column: int) -> Place:
         owners = (*([owner] if owner else []), *(each.key or "" for each, _ in above))
         key, written = _key_of(content.rpartition(",")[2].lstrip())
         pairs = dict(_KEY_VALUE.findall(content.rpartition(",")[0]))
-        return Place(owners, dict(_KEY_VALUE.findall(outer)) | _beside(lines, line, current), pairs, key, written)
+        return Place(
+            owners, dict(_KEY_VALUE.findall(outer)) | _beside(lines, line, current), pairs, key, written
+        )
     key, written = _key_of(rest)
     above = list(_owners(lines, line, current))
     siblings = _beside(lines, above[0][1], above[0][0]) if above else {}
@@ -192,7 +194,10 @@ def complete(text: str, line: int, column: int, words: Words) -> dict[str, Any]:
         return {"from": column, "options": []}
     if place.key is None:
         options, typed = _keys(place, words), place.written
-        shown = [_option(word, about, f"{word}: " if _has_value(word, words) else f"{word}:") for word, about in options]
+        shown = [
+            _option(word, about, f"{word}: " if _has_value(word, words) else f"{word}:")
+            for word, about in options
+        ]
     else:
         choices, typed = _values(text, place, words)
         shown = [_option(word, about, word) for word, about in choices]
@@ -256,7 +261,10 @@ def _node_keys(place: Place, words: Words) -> dict[str, str]:
     kind = next((key for key in place.beside if key in words["node_kinds"] or key in words["skills"]), None)
     nodes: Mapping[str, str] = words["nodes"]
     if kind is None:
-        return {**{word: nodes[word] for word in nodes if word not in words["modifiers"]}, "name": nodes["name"]}
+        return {
+            **{word: nodes[word] for word in nodes if word not in words["modifiers"]},
+            "name": nodes["name"],
+        }
     group = "a skill" if kind in words["skills"] else kind
     return {
         word: nodes[word]

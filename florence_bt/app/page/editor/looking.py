@@ -46,7 +46,8 @@ def look_at(text: str, name: str, folders: Sequence[Path], hotspots: Path | None
     own = [finding for finding in looked.findings if finding.file == str(file)]
     others = [finding for finding in looked.findings if finding.file != str(file)]
     return {
-        "findings": [_finding(each) for each in own] + [_finding(each, Path(each.file).name) for each in others],
+        "findings": [_finding(each) for each in own]
+        + [_finding(each, Path(each.file).name) for each in others],
         "fits": mission is not None and not any(each.severity == ERROR for each in own),
         "outline": outline(mission, LINE_BREAK.split(text)) if mission is not None else [],
         "inputs": inputs(mission) if mission is not None else [],
@@ -141,6 +142,4 @@ def inputs(mission: Mission) -> list[dict[str, Any]]:
 def limits_of(port: Port) -> str:
     """Write the limits of a port for people, empty without any."""
     limits = (("from", port.minimum), ("to", port.maximum))
-    return " ".join(
-        f"{word} {format_value(limit, port.kind)}" for word, limit in limits if limit is not None
-    )
+    return " ".join(f"{word} {format_value(limit, port.kind)}" for word, limit in limits if limit is not None)

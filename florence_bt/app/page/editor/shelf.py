@@ -154,7 +154,9 @@ class Shelf:
     def versions(self, name: str) -> list[str]:
         """Return the dates of the old versions of a mission, the latest first."""
         folder = self.own / VERSIONS / checked_name(name)
-        return sorted((file.stem for file in folder.glob("*.yaml") if _DATED.fullmatch(file.stem)), reverse=True)
+        return sorted(
+            (file.stem for file in folder.glob("*.yaml") if _DATED.fullmatch(file.stem)), reverse=True
+        )
 
     def version(self, name: str, date: str) -> str:
         """Read an old version.
