@@ -35,6 +35,13 @@ _PEOPLE = {
     "company": "two or three people",
     "absent": "nobody",
 }
+_SHORT = """
+@media (max-width: 640px) {
+  .florence-short .block { display: none }
+  .florence-short .q-icon { margin: 0 }
+}
+"""
+"""On a phone these buttons have only their sign."""
 _LOOK_S = 0.5
 """How often to look whether the rig is done."""
 
@@ -67,12 +74,17 @@ class Outline(Element, component="components/outline.js"):
     def __init__(self) -> None:
         super().__init__()
         self._props["line"] = 1
-        self.show([])
+        self._props["rows"] = []
 
-    def show(self, rows: list[dict[str, Any]], empty: str = "") -> None:
-        """Show the nodes of a mission (:func:`~florence_bt.app.page.editor.looking.outline`)."""
-        self._props["rows"] = rows
-        self._props["empty"] = empty
+    def show(self, rows: list[dict[str, Any]]) -> None:
+        """Show the nodes of a mission (:func:`~florence_bt.app.page.editor.looking.outline`).
+
+        Of a text that cannot be read there are none: the last drawing stays, and is said to be old.
+        """
+        self._props["stale"] = not rows
+        if rows:
+            self._props["rows"] = rows
+        self._props["empty"] = "the drawing waits until the text can be read again"
         self.update()
 
     def point_at(self, line: int) -> None:
@@ -201,22 +213,23 @@ class EditorPage:
             panel.classes(**{"remove" if area == shown else "add": "max-lg:hidden"})
 
     def _build_head(self) -> None:
-        short = "max-sm:[&_.block]:hidden"
+        ui.add_css(_SHORT)
+        short = "florence-short"
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to("/")).props(
                 "flat round dense"
             ).tooltip("back to the robot")
             ui.label(self._name or "Missions").classes("text-lg font-bold truncate").mark("name")
             self._state = ui.badge("").props("color=grey-6").mark("state")
+            self._state.set_visibility(bool(self._name))
             ui.label(self._home.note).classes("grow text-sm text-gray-500 truncate max-md:hidden").mark(
                 "robot"
             )
             ui.space().classes("md:hidden")
             ui.button("New…", icon="add", on_click=self._choose_new).props("flat no-caps dense").classes(short).mark("new")
             if self._name:
-                ui.button("Old versions", icon="history", on_click=self._choose_version).props(
-                    "flat"
-                ).classes(short)
+                old = ui.button("Old versions", icon="history", on_click=self._choose_version)
+                old.props("flat no-caps dense").classes(short)
                 ui.button("Save", icon="save", on_click=self._save).props("no-caps").classes(short).mark("save")
                 run = ui.button("Run on the robot…", icon="play_arrow", on_click=self._run_on_robot)
                 run.props("outline no-caps").classes(short).mark("run")
@@ -390,10 +403,7 @@ class EditorPage:
         errors = sum(each["severity"] == "error" for each in look["findings"])
         warnings = len(look["findings"]) - errors
         self._editor.show(look["findings"], _summary(errors, warnings))
-        if look["outline"]:
-            self._outline.show(look["outline"])
-        else:
-            self._outline.show([], "a text without errors in its form is drawn here")
+        self._outline.show(look["outline"])
         self._form.show(look["inputs"])
         self._show_state()
 

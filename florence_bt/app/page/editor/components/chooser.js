@@ -18,6 +18,14 @@ export default {
   </div>`,
   props: { groups: Array, hint: String, chosen: String },
   data: () => ({ wanted: "" }),
+  watch: {
+    groups() {
+      this.$nextTick(() => {
+        const chosen = this.chosen && this.$el.querySelector(`[data-name="${this.chosen}"]`);
+        if (chosen) chosen.scrollIntoView({ block: "nearest" });
+      });
+    },
+  },
   computed: {
     shown() {
       const wanted = this.wanted.trim().toLowerCase();

@@ -62,6 +62,13 @@ const look = CM.EditorView.theme({
   ".florence-warning": { textDecoration: "underline wavy #b07d00", textUnderlineOffset: "3px" },
 });
 
+// A new line goes on in the block of the one above; behind a key without a value it begins a deeper one.
+function indent_after(context, position) {
+  const above = context.lineAt(position, -1).text;
+  const start = /^ *(?:- +)*/.exec(above)[0].length;
+  return /:\s*$/.test(above) ? start + 2 : start;
+}
+
 export default {
   template: `<div style="display:flex;flex-direction:column;min-height:0">
     <div ref="text" data-florence="text" style="flex:1 1 0;min-height:8rem;overflow:hidden"></div>
@@ -83,15 +90,16 @@ export default {
   watch: { findings() { this.mark(); } },
   async mounted() {
     const language = new CM.Compartment();
+    const words = [{ autocomplete: (context) => this.complete(context) }]; // another function would be asked anew
     this.editor = new CM.EditorView({
       doc: this.text || "",
       parent: this.$refs.text,
       extensions: [
         CM.Prec.high(CM.keymap.of([{ key: "Mod-s", run: () => { this.tell(); this.$emit("save"); return true; }, preventDefault: true }])),
         CM.basicSetup, signs, marks, told, look, language.of([]),
-        CM.indentUnit.of("  "), CM.keymap.of([CM.indentWithTab]), CM.EditorView.lineWrapping,
+        CM.indentUnit.of("  "), CM.indentService.of(indent_after), CM.keymap.of([CM.indentWithTab]), CM.EditorView.lineWrapping,
         CM.EditorView.contentAttributes.of({ "aria-label": "mission", autocapitalize: "off", spellcheck: "false" }),
-        CM.EditorState.languageData.of(() => [{ autocomplete: (context) => this.complete(context) }]),
+        CM.EditorState.languageData.of(() => words),
         CM.EditorView.updateListener.of((update) => {
           if (update.docChanged) this.changed();
           if (update.selectionSet || update.docChanged) this.moved();
