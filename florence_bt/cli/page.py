@@ -13,7 +13,8 @@ from florence_bt.cli.common import EXIT_CODES, RosVerb, app
 @app.command(
     cls=RosVerb,
     rich_help_panel="Runs",
-    epilog=f"Examples: florence page; florence page --token run; florence page --missions robot/missions\n\n{EXIT_CODES}",
+    epilog="Examples: florence page; florence page --token run; florence page --missions robot/missions\n\n"
+    + EXIT_CODES,
 )
 def page(
     host: Annotated[
@@ -36,7 +37,7 @@ def page(
         ),
     ] = None,
 ) -> None:
-    """Show in a browser where the robot is, what it sees and what its mission does; start and stop it; write missions."""
+    """Show in a browser where the robot is, what it sees and what its mission does; start, stop, write missions."""
     from florence_bt.app.page.access import Access, make_token, read_tokens, tokens_file
 
     file = tokens_file()

@@ -26,7 +26,8 @@ def make_app(ros: RosThread, access: Access, missions: Sequence[Path] = ()) -> A
     Args:
         ros: Talks to the robot.
         access: Who may do what.
-        missions: Folders of missions for the editor, the last one to be written to; empty takes those of the robot.
+        missions: Folders of missions for the editor, the last one to be written to; empty takes those of
+            the robot.
     """
     app = FastAPI(title="Florence", docs_url=None, redoc_url=None, openapi_url=None)
     viewers = Viewers(ros.node.parts, ros.look, ros.node.get_logger().info)

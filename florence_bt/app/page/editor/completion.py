@@ -64,7 +64,7 @@ def place_in(text: str, line: int, column: int) -> Place:
         line: 1-based.
         column: 1-based, in characters.
     """
-    lines = text.split("\n")[:]
+    lines = text.split("\n")
     before = (lines[line - 1] if 0 < line <= len(lines) else "")[: column - 1]
     dashes = _DASHES.match(before)
     start = dashes.end() if dashes else 0
@@ -186,8 +186,8 @@ def complete(text: str, line: int, column: int, words: Words) -> dict[str, Any]:
         words: What can be written.
 
     Returns:
-        ``from``: the column where what is replaced begins; ``options``: for each its ``label``, ``about`` and what
-        is put there (``apply``).
+        ``from``: the column where what is replaced begins; ``options``: for each its ``label``, ``about`` and
+        what is put there (``apply``).
     """
     place = place_in(text, line, column)
     if place.written.lstrip().startswith("#"):
@@ -342,9 +342,8 @@ def keys_in(text: str) -> list[str]:
     for line in text.split("\n"):
         if line[:1].strip():
             section = line.partition(":")[0]
-        elif section in ("inputs", "keys") and (name := re.match(r" +(\w+)\s*:", line)):
-            if len(line) - len(line.lstrip()) <= 4:
-                found.add(name[1])
+        elif section in ("inputs", "keys") and (name := re.match(r" {1,4}(\w+)\s*:", line)):
+            found.add(name[1])
     return sorted(found - {"type", "default", "min", "max", "description"})
 
 

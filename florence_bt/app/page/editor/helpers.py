@@ -122,15 +122,17 @@ class Trials:
     Attributes:
         parts: What viewers are sent.
         picture: The map as a PNG; empty before the first trial.
-        last: How the last one ended: as :meth:`Trial.run <florence_bt.app.page.editor.trial.Trial.run>` says, or
-            ``problem``; None while one runs and before the first.
+        last: How the last one ended: as ``Trial.run`` says, or ``problem``; None while one runs and before the
+            first.
+        seen: Whether the one that runs has shown something.
     """
 
     def __init__(self) -> None:
         self.parts = LiveParts()
         self.picture = b""
         self.last: dict[str, Any] | None = None
-        self.places: list[dict[str, Any]] = []
+        self.seen = False
+        self._stopping = False
         self._process: asyncio.subprocess.Process | None = None
         self._task: asyncio.Task[None] | None = None
 
@@ -147,7 +149,7 @@ class Trials:
         """
         if self.running:
             raise FlorenceError("a mission runs in the rig already: wait for its end, or stop it")
-        self.last = None
+        self.last, self.seen, self._stopping = None, False, False
         self.parts.put(
             "run", {"mission": request.name, "state": "PENDING", "code": "", "reason": "", "run_id": ""}
         )
@@ -171,7 +173,8 @@ class Trials:
                     raise ConnectionError
                 self._take(json.loads(line))
         except (TimeoutError, ConnectionError, ValueError):
-            self.last = {"problem": "the rig broke down; the terminal of the page says more"}
+            broken = "the rig broke down; the terminal of the page says more"
+            self.last = {"problem": "it was stopped" if self._stopping else broken}
         finally:
             await _end(process)
             self._process = None
@@ -186,7 +189,7 @@ class Trials:
             return
         if "picture" in news:
             self.picture = base64.b64decode(news.pop("picture"))
-            self.places = news.pop("places")
+        self.seen = True
         for name, value in news.items():
             self.parts.put(name, value)
 
@@ -195,6 +198,7 @@ class Trials:
         process, task = self._process, self._task
         if process is None or task is None or process.stdin is None:
             return
+        self._stopping = True
         with contextlib.suppress(ConnectionError):
             process.stdin.write(b"stop\n")
             await process.stdin.drain()

@@ -28,12 +28,11 @@ def look_at(text: str, name: str, folders: Sequence[Path], hotspots: Path | None
         text: Its text.
         name: The name of its file, without the ending.
         folders: Folders of missions; it will lie in the last one.
-        hotspots: The places of the home; None takes those that come with Florence, as ``florence check`` does.
+        hotspots: The places of the home; None takes those that come with Florence, as ``florence check``.
 
     Returns:
         ``findings``: line, column, severity, message, valid (what would have worked), file (another one, else
-        empty); ``fits``: whether it can run; ``outline``: its nodes; ``inputs``: what it takes; ``name``: what it
-        calls itself; ``description``.
+        empty); ``fits``: whether it can run; ``outline``: its nodes; ``inputs``: what it takes.
 
     Raises:
         ConfigError: A folder or the hotspots cannot be read.
@@ -51,8 +50,6 @@ def look_at(text: str, name: str, folders: Sequence[Path], hotspots: Path | None
         "fits": mission is not None and not any(each.severity == ERROR for each in own),
         "outline": outline(mission, LINE_BREAK.split(text)) if mission is not None else [],
         "inputs": inputs(mission) if mission is not None else [],
-        "name": mission.name if mission is not None else "",
-        "description": mission.description if mission is not None else "",
     }
 
 
@@ -78,7 +75,7 @@ def outline(mission: Mission, lines: Sequence[str]) -> list[dict[str, Any]]:
         For each node its depth, kind, sign, title, the word on its way from above, details, its line (of its
         kind key), and the first line of what belongs to it.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     for box, depth in _with_depth(diagram_of(mission), 0):
         if len(rows) == MOST_ROWS:
             break

@@ -15,7 +15,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -31,11 +31,9 @@ from florence_bt.runtime.run import MissionRequest, MissionRun
 from florence_bt.runtime.status import RUN_STATES
 from florence_bt.runtime.viewers.snapshot import snapshot_of, statuses
 from florence_bt.runtime.viewers.variables import variables_of
-from florence_bt.simulation.home.build_map import hotspots_yaml
 from florence_bt.simulation.home.closeness import closeness, closeness_text
 from florence_bt.simulation.rig.rig import Rig
 from florence_bt.simulation.rig.robot import BASE_FRAME
-from florence_bt.skills.locator.hotspots import parse_hotspots
 from florence_bt.trees.language.compile import CompiledTree
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
@@ -77,8 +75,9 @@ class Trial:
         self._began = 0.0
         self.rig.topics["speaking"].subscribe(self._on_speaking)
 
-    def stop(self) -> None:
-        """Stop the mission soon; from any thread."""
+    def stop_after(self, lines: TextIO) -> None:
+        """Stop the mission soon after another line has come, or the last one; on a thread of its own."""
+        lines.readline()
         self._stopped.set()
 
     def _on_speaking(self, message: Any) -> None:
@@ -131,10 +130,6 @@ class Trial:
                 "cells": [columns, rows],
             },
             "picture": base64.b64encode(map_picture(grid)).decode(),
-            "places": [
-                {"label": each.label, "x": each.pose.x, "y": each.pose.y, "kind": each.kind}
-                for each in parse_hotspots(hotspots_yaml(self.rig.world.flat))
-            ],
         }
 
     def _frame(self, run: MissionRun) -> dict[str, Any]:
@@ -235,7 +230,7 @@ def main() -> None:
         request = TrialRequest(**json.loads(sys.stdin.readline()))
         with tempfile.TemporaryDirectory(prefix="florence_trial_") as folder:
             trial = Trial(request, Path(folder))
-            threading.Thread(target=lambda: (sys.stdin.readline(), trial.stop()), daemon=True).start()
+            threading.Thread(target=trial.stop_after, args=(sys.stdin,), daemon=True).start()
             tell(over=trial.run(lambda parts: tell(**parts)))
     except (FlorenceError, RequestRefused) as error:
         tell(problem=str(error))

@@ -1,4 +1,4 @@
-"""The editor's page: missions and palette, the text with what is wrong, the drawing, the rig, the scenarios."""
+"""The editor's page: missions and palette, the text with what is wrong, drawing, rig and scenarios."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
 from florence_bt.app.page.layout import MapView, StatusView, TreeView
 from florence_bt.core.errors import FlorenceError
+from florence_bt.core.paths import find_data
 from florence_bt.core.text_files import MAX_MISSION_BYTES
+from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.robot_description.room import RoomParameters
 
 T = TypeVar("T")
@@ -47,7 +49,7 @@ _LOOK_S = 0.5
 
 
 class MissionText(Element, component="components/mission_text.js"):
-    """The text of a mission. Emits ``text`` (None when it is too long), ``line`` of the cursor, and ``save``."""
+    """The text of a mission. Emits ``text`` (None when too long), ``line`` of the cursor, and ``save``."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -199,7 +201,8 @@ class EditorPage:
                 ("work", self._build_work),
             ):
                 with ui.element("div").classes(
-                    "flex flex-col flex-nowrap min-h-0 min-w-0 border border-gray-300 rounded-lg overflow-hidden"
+                    "flex flex-col flex-nowrap min-h-0 min-w-0 border border-gray-300 rounded-lg "
+                    "overflow-hidden"
                 ) as panel:
                     build()
                 self._areas[area] = panel
@@ -226,11 +229,15 @@ class EditorPage:
                 "robot"
             )
             ui.space().classes("md:hidden")
-            ui.button("New…", icon="add", on_click=self._choose_new).props("flat no-caps dense").classes(short).mark("new")
+            ui.button("New…", icon="add", on_click=self._choose_new).props("flat no-caps dense").classes(
+                short
+            ).mark("new")
             if self._name:
                 old = ui.button("Old versions", icon="history", on_click=self._choose_version)
                 old.props("flat no-caps dense").classes(short)
-                ui.button("Save", icon="save", on_click=self._save).props("no-caps").classes(short).mark("save")
+                ui.button("Save", icon="save", on_click=self._save).props("no-caps").classes(short).mark(
+                    "save"
+                )
                 run = ui.button("Run on the robot…", icon="play_arrow", on_click=self._run_on_robot)
                 run.props("outline no-caps").classes(short).mark("run")
                 run.set_enabled(self._home.there)
@@ -317,9 +324,11 @@ class EditorPage:
             self._stop.mark("stop-try")
             self._stop.set_enabled(False)
             StatusView().classes("grow")
-        self._map = (
-            MapView(RoomParameters().make_footprint().corners).classes("w-full h-80 mt-2 rounded").mark("map")
-        )
+        flat = MapView(RoomParameters().make_footprint().corners)
+        flat.classes("w-full h-80 mt-2 rounded").mark("map")
+        flat.show_places(load_hotspots(find_data("hotspots", "flat.yaml")))
+        self._wait = ui.label("the flat is being built: seconds, the first time about a minute")
+        self._wait.classes("text-sm text-gray-500 mt-1").set_visibility(False)
         self._end = ui.column().classes("w-full gap-1 mt-2").mark("outcome")
         TreeView().classes("w-full h-72 mt-2")
 
@@ -471,7 +480,7 @@ class EditorPage:
         text, shelf = self._text, self._home.shelf
         name = self._name_in(text)
         if not self._look.get("fits") or self._look.get("text") != text:
-            sentence = "The mission has errors and would not run, so it is not saved as a mission. Keep it as a draft?"
+            sentence = "It has errors and would not run, so it is not saved as a mission. Keep it as a draft?"
             if await _agreed(sentence, "Keep the draft"):
                 file = await self._told(_now(lambda: shelf.save_draft(name, text)))
                 if file is not None:
@@ -565,6 +574,7 @@ class EditorPage:
         trials = self._desk.trials
         self._start.set_enabled(bool(self._name) and not trials.running)
         self._stop.set_enabled(trials.running)
+        self._wait.set_visibility(trials.running and not trials.seen)
         if trials.last is self._shown_end:
             return
         self._shown_end = trials.last

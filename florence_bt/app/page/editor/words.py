@@ -1,4 +1,4 @@
-"""What can be written in a mission: the words of the language, skills, missions and codes with what they mean."""
+"""What can be written in a mission: words of the language, skills, missions and codes, and what they mean."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SNIPPETS = {
     "parallel": "- parallel:\n    - wait: 1 s\n    - wait: 2 s",
     "if": "- if: $found\n  then:\n    wait: 1 s",
     "switch": "- switch: $room\n  cases:\n    kitchen:\n      wait: 1 s",
-    "for_each": "- for_each: [kitchen, bedroom]\n  as: room\n  do:\n    run: goto_room\n    with: {room: $room}",
+    "for_each": "- for_each: [kitchen, hall]\n  as: room\n  do:\n    run: goto_room\n    with: {room: $room}",
     "retry": "- retry: 3\n  do:\n    wait: 1 s",
     "repeat": "- repeat: 3\n  do:\n    wait: 1 s",
     "timeout": "- timeout: 1 min\n  do:\n    wait: 10 s",
@@ -114,10 +114,11 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
         hotspots: The places of the home; None takes any label.
 
     Returns:
-        ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``policies``, ``restarts``: word -> what it
-        means; ``units``: kind of value -> its units; ``node_kinds``; ``modifiers``: modifier -> the kinds that it
-        belongs to; ``skills`` and ``missions``: name -> ``about``, ``inputs``, ``outputs``, ``snippet``, for a mission
-        also ``own`` and ``problem``. An input has ``about``, ``kind`` and the ``labels`` that it may name.
+        ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``policies``, ``restarts``: word -> what
+        it means; ``units``: kind of value -> its units; ``node_kinds``: kind -> a node of it as text;
+        ``modifiers``: modifier -> the kinds that it belongs to, None for all; ``skills`` and ``missions``: name ->
+        ``about``, ``inputs``, ``outputs``, ``snippet``, for a mission also ``own`` and ``problem``. An input has
+        ``about``, ``kind`` and the ``labels`` that it may name.
 
     Raises:
         ConfigError: A folder or the hotspots cannot be read.

@@ -1,7 +1,7 @@
 """Looks at texts for the editor, as a process: each question is a line of JSON, and so is its answer.
 
-What a browser sends may be meant to hurt, so it is read here: a process that takes too long, or too much memory,
-is ended, and nobody else waits for it. ``python -m florence_bt.app.page.editor.worker``
+What a browser sends may be meant to hurt, so it is read here: a process that takes too long, or too much
+memory, is ended, and nobody else waits for it. ``python -m florence_bt.app.page.editor.worker``
 """
 
 from __future__ import annotations
