@@ -37,7 +37,7 @@ def page(
         ),
     ] = None,
 ) -> None:
-    """Show in a browser where the robot is, what it sees and what its mission does; start, stop, write missions."""
+    """Show the robot in a browser: where it is, what it sees and does; start, stop and write missions."""
     from florence_bt.app.page.access import Access, make_token, read_tokens, tokens_file
 
     file = tokens_file()

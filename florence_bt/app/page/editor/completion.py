@@ -24,7 +24,8 @@ _DASHES = re.compile(r" *(?:- +)*")
 _NEW_KEY = re.compile(r"\b(?:as|index|attempt):\s*(\w+)|\$\{?\s*\$?(\w+)|->\s*(\w+)")
 _OUT = re.compile(r"\bout:\s*\{([^}]*)\}?")
 _OUT_KEY = re.compile(r":\s*\$?(\w+)")
-_MOST_LINES_UP = 5000
+_MOST_LINES = 2000
+"""How far around a place is looked for what belongs to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,8 @@ def place_in(text: str, line: int, column: int) -> Place:
         column: 1-based, in characters.
     """
     lines = text.split("\n")
-    before = (lines[line - 1] if 0 < line <= len(lines) else "")[: column - 1]
+    line = min(line, len(lines))
+    before = lines[line - 1][: column - 1]
     dashes = _DASHES.match(before)
     start = dashes.end() if dashes else 0
     rest = before[start:]
@@ -137,7 +139,7 @@ def _read(text: str) -> _Line | None:
 def _owners(lines: Sequence[str], line: int, current: _Line) -> Iterator[tuple[_Line, int]]:
     """Yield the keys above a line, the innermost first, each with its line."""
     column, dashed = current.column, current.dash
-    for number in range(line - 1, max(0, line - _MOST_LINES_UP), -1):
+    for number in range(line - 1, max(0, line - _MOST_LINES), -1):
         above = _read(lines[number - 1])
         if above is None:
             continue
@@ -160,7 +162,7 @@ def _beside(lines: Sequence[str], line: int, current: _Line) -> dict[str, str]:
         if step == -1 and current.dash is not None:
             continue
         number = line + step
-        while 1 <= number <= len(lines):
+        while max(1, line - _MOST_LINES) <= number <= min(len(lines), line + _MOST_LINES):
             other = _read(lines[number - 1])
             number += step
             if other is None or other.column > current.column:

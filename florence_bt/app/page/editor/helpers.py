@@ -122,8 +122,8 @@ class Trials:
     Attributes:
         parts: What viewers are sent.
         picture: The map as a PNG; empty before the first trial.
-        last: How the last one ended: as ``Trial.run`` says, or ``problem``; None while one runs and before the
-            first.
+        last: How the last one ended: as ``Trial.run`` says, or ``problem``; None while one runs, and before
+            the first.
         seen: Whether the one that runs has shown something.
     """
 

@@ -114,11 +114,11 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
         hotspots: The places of the home; None takes any label.
 
     Returns:
-        ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``policies``, ``restarts``: word -> what
-        it means; ``units``: kind of value -> its units; ``node_kinds``: kind -> a node of it as text;
-        ``modifiers``: modifier -> the kinds that it belongs to, None for all; ``skills`` and ``missions``: name ->
-        ``about``, ``inputs``, ``outputs``, ``snippet``, for a mission also ``own`` and ``problem``. An input has
-        ``about``, ``kind`` and the ``labels`` that it may name.
+        ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``policies``, ``restarts``: word ->
+        what it means; ``units``: kind of value -> its units; ``node_kinds``: kind -> a node of it as text;
+        ``modifiers``: modifier -> the kinds that it belongs to, None for all; ``skills`` and ``missions``:
+        name -> ``about``, ``inputs``, ``outputs``, ``snippet``, for missions also ``own`` and ``problem``. An
+        input has ``about``, ``kind`` and the ``labels`` that it may name.
 
     Raises:
         ConfigError: A folder or the hotspots cannot be read.
