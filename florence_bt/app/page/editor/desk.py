@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ from florence_bt.core.errors import FlorenceError
 
 FOLDER = Path("missions")
 """Where missions are kept when neither the command nor the robot names a folder."""
+
+TELL_S = 2.0
+"""Longest that somebody who opens the editor waits for a robot to tell where its missions are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +81,10 @@ class Desk:
         robots: list[Path] = []
         hotspots = None
         if there:
-            robots = [Path(each) for each in await self._parameter("florence_bt", "mission_folders") or ()]
-            places = await self._parameter(LOCATOR, "hotspots_file")
+            folders, places = await asyncio.gather(
+                self._parameter("florence_bt", "mission_folders"), self._parameter(LOCATOR, "hotspots_file")
+            )
+            robots = [Path(each) for each in folders or ()]
             hotspots = Path(places) if places and Path(places).is_file() else None
         *others, own = self._folders or robots or [FOLDER.absolute()]
         reads = any(each.absolute() == own.absolute() for each in robots)
@@ -87,10 +93,11 @@ class Desk:
     async def _parameter(self, node: str, name: str) -> Any:
         """Return a parameter; None when nobody tells it."""
         try:
-            answer = await self._ros.ask(
-                GetParameters, f"{node}/get_parameters", GetParameters.Request(names=[name])
+            question = GetParameters.Request(names=[name])
+            answer = await asyncio.wait_for(
+                self._ros.ask(GetParameters, f"{node}/get_parameters", question), TELL_S
             )
-        except FlorenceError:
+        except (FlorenceError, TimeoutError):
             return None
         value = answer.values[0]
         return list(value.string_array_value) or value.string_value

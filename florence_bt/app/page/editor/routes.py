@@ -23,6 +23,9 @@ from florence_bt.core.text_files import MAX_MISSION_BYTES
 
 REFUSED = "the editor needs a token with the role edit: florence page --token edit"
 
+RESPONSE_S = 20.0
+"""Longest until the page of a viewer is made."""
+
 
 class Asked(BaseModel):
     """A place in a text where words are wanted; line and column count from 1."""
@@ -73,11 +76,11 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
             return {"from": asked.column, "options": []}
         return complete(asked.text, asked.line, asked.column, desk.words)
 
-    @ui.page("/edit/")
+    @ui.page("/edit/", response_timeout=RESPONSE_S)
     async def editor(request: Request) -> None:
         await show(request, "", "")
 
-    @ui.page("/edit/{name}")
+    @ui.page("/edit/{name}", response_timeout=RESPONSE_S)
     async def one(request: Request, name: str, template: str = "") -> None:
         await show(request, name, template)
 
