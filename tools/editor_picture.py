@@ -1,6 +1,6 @@
 """Makes the picture of the editor: python -m tools.editor_picture docs/img/editor.png
 
-Starts a page without a robot, writes a mission in a browser (playwright, Debian's chromium) and tries it in the rig.
+Starts a page without a robot, opens a mission in a browser (playwright, Debian's chromium) and tries it.
 """
 
 from __future__ import annotations

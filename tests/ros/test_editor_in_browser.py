@@ -125,6 +125,7 @@ def test_a_mission_is_written_mended_tried_saved_and_run(
     folder.mkdir()
     server = ros.add(MissionServer(folder))
     browser.open(f"http://localhost:{port}/edit/")
+    browser.see("text=the robot is running")
     browser.click("button:has-text('New mission')")
     browser.see(".q-dialog input").fill("Tea")
     browser.click("button:has-text('Write it')")
@@ -145,8 +146,9 @@ def test_a_mission_is_written_mended_tried_saved_and_run(
     browser.see("[aria-label='what (text)']").fill("coffee")
     browser.click("button:has-text('Try it')")
     browser.see("text=/It succeeded after/")
-    assert "The coffee is ready." in browser.see("[role=status]").inner_text()
+    browser.see("[role=status]:has-text('The coffee is ready.')")
     # Saved, the robot reads it again, and runs it.
+    browser.see("text=the robot is running")
     browser.click("button:has-text('Save')")
     browser.see("text=the robot: tea: reloaded")
     assert (folder / "tea.yaml").read_text() == TEA.replace("sya", "say")

@@ -48,7 +48,7 @@ class Place:
 
 
 @dataclass(slots=True)
-class _Line:
+class _WrittenLine:
     column: int
     """0-based, of what stands behind the dashes."""
     dash: int | None
@@ -72,7 +72,7 @@ def place_in(text: str, line: int, column: int) -> Place:
     start = dashes.end() if dashes else 0
     rest = before[start:]
     flow = _flow(rest)
-    current = _Line(start, _dash(before), None)
+    current = _WrittenLine(start, _dash(before), None)
     if flow is not None:
         owner, content, outer = flow
         above = list(_owners(lines, line, current))
@@ -125,7 +125,7 @@ def _dash(text: str) -> int | None:
     return indent if text[indent : indent + 1] == "-" else None
 
 
-def _read(text: str) -> _Line | None:
+def _read(text: str) -> _WrittenLine | None:
     """Read one line; None when there is nothing in it."""
     dashes = _DASHES.match(text)
     start = dashes.end() if dashes else 0
@@ -133,10 +133,10 @@ def _read(text: str) -> _Line | None:
     if not rest.strip() or rest.startswith("#"):
         return None
     found = _KEY.match(rest)
-    return _Line(start, _dash(text), found[1] if found else None, (found[2] or "") if found else "")
+    return _WrittenLine(start, _dash(text), found[1] if found else None, (found[2] or "") if found else "")
 
 
-def _owners(lines: Sequence[str], line: int, current: _Line) -> Iterator[tuple[_Line, int]]:
+def _owners(lines: Sequence[str], line: int, current: _WrittenLine) -> Iterator[tuple[_WrittenLine, int]]:
     """Yield the keys above a line, the innermost first, each with its line."""
     column, dashed = current.column, current.dash
     for number in range(line - 1, max(0, line - _MOST_LINES), -1):
@@ -155,7 +155,7 @@ def _owners(lines: Sequence[str], line: int, current: _Line) -> Iterator[tuple[_
         column, dashed = above.column, above.dash
 
 
-def _beside(lines: Sequence[str], line: int, current: _Line) -> dict[str, str]:
+def _beside(lines: Sequence[str], line: int, current: _WrittenLine) -> dict[str, str]:
     """Return the other keys of the block that a line is in, with their values."""
     found: dict[str, str] = {}
     for step in (-1, 1):

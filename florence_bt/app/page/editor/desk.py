@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_interfaces.srv import ReloadMissions, RunMission
+from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
 
 from florence_bt.app.page.editor.helpers import ScenarioRuns, Trials, Worker
@@ -20,7 +21,7 @@ from florence_bt.core.errors import FlorenceError
 FOLDER = Path("missions")
 """Where missions are kept when neither the command nor the robot names a folder."""
 
-TELL_S = 2.0
+TELL_S = 5.0
 """Longest that somebody who opens the editor waits for a robot to tell where its missions are."""
 
 
@@ -32,12 +33,14 @@ class Home:
         shelf: The missions.
         hotspots: The places of the robot's home; None when no robot tells them.
         there: Whether a mission server runs.
+        told: Whether it has told its folders.
         reads_own: Whether it reads the folder that missions are saved in.
     """
 
     shelf: Shelf
     hotspots: Path | None
     there: bool
+    told: bool
     reads_own: bool
 
     @property
@@ -45,6 +48,8 @@ class Home:
         """What whoever edits should know about the robot."""
         if not self.there:
             return "no robot is running: missions can be written, tried and saved"
+        if not self.told:
+            return "a robot is running, but does not say where its missions are"
         if not self.reads_own:
             return f"the robot does not read {self.shelf.own}: start it with --missions {self.shelf.own}"
         return "the robot is running"
@@ -75,20 +80,31 @@ class Desk:
         self.words = await self.worker.ask("words", home.shelf.folders, home.hotspots)
         return self.words
 
+    @property
+    def robot_there(self) -> bool:
+        """Whether a mission server runs now."""
+        return bool(self._ros.node.count_publishers("florence_bt/run_state") > 0)
+
     async def home(self) -> Home:
         """Ask where missions are."""
-        there = self._ros.node.count_publishers("florence_bt/run_state") > 0
-        robots: list[Path] = []
+        there = self.robot_there
+        folders: list[str] | None = None
         hotspots = None
         if there:
             folders, places = await asyncio.gather(
                 self._parameter("florence_bt", "mission_folders"), self._parameter(LOCATOR, "hotspots_file")
             )
-            robots = [Path(each) for each in folders or ()]
             hotspots = Path(places) if places and Path(places).is_file() else None
+        robots = [Path(each) for each in folders or ()]
         *others, own = self._folders or robots or [FOLDER.absolute()]
         reads = any(each.absolute() == own.absolute() for each in robots)
-        return Home(Shelf(own, [each for each in others if each.is_dir()]), hotspots, there, reads)
+        return Home(
+            Shelf(own, [each for each in others if each.is_dir()]),
+            hotspots,
+            there,
+            folders is not None,
+            reads,
+        )
 
     async def _parameter(self, node: str, name: str) -> Any:
         """Return a parameter; None when nobody tells it."""
@@ -100,7 +116,9 @@ class Desk:
         except (FlorenceError, TimeoutError):
             return None
         value = answer.values[0]
-        return list(value.string_array_value) or value.string_value
+        if value.type == ParameterType.PARAMETER_STRING:
+            return value.string_value
+        return list(value.string_array_value)
 
     async def reload(self) -> str:
         """Let the robot read its missions again; return what it says.

@@ -27,7 +27,7 @@ RESPONSE_S = 20.0
 """Longest until the page of a viewer is made."""
 
 
-class Asked(BaseModel):
+class WordsWanted(BaseModel):
     """A place in a text where words are wanted; line and column count from 1."""
 
     text: Annotated[str, Field(max_length=MAX_MISSION_BYTES)]
@@ -69,7 +69,7 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
         return Response(desk.trials.picture, media_type="image/png", headers={"cache-control": "no-cache"})
 
     @app.post("/edit/complete")
-    async def words(asked: Asked, request: Request) -> dict[str, Any]:
+    async def words(asked: WordsWanted, request: Request) -> dict[str, Any]:
         if not _may_edit(request.scope):
             raise HTTPException(403, REFUSED)
         if not desk.words:

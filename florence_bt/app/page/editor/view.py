@@ -46,6 +46,8 @@ _SHORT = """
 """On a phone these buttons have only their sign."""
 _LOOK_S = 0.5
 """How often to look whether the rig is done."""
+_ROBOT_S = 3.0
+"""How often to look whether a robot has come or gone."""
 
 
 class MissionText(Element, component="components/mission_text.js"):
@@ -70,7 +72,7 @@ class MissionText(Element, component="components/mission_text.js"):
             self.update()
 
 
-class Outline(Element, component="components/outline.js"):
+class MissionOutline(Element, component="components/outline.js"):
     """The drawing of a mission. Emits ``node`` with its line when somebody clicks one."""
 
     def __init__(self) -> None:
@@ -208,6 +210,7 @@ class EditorPage:
                 self._areas[area] = panel
         self._show_area("text" if self._name else "side")
         ui.timer(_LOOK_S, self._follow_trial)
+        ui.timer(_ROBOT_S, self._look_for_robot)
         ui.timer(0.05, self._begin, once=True)
 
     def _show_area(self, shown: str) -> None:
@@ -225,9 +228,8 @@ class EditorPage:
             ui.label(self._name or "Missions").classes("text-lg font-bold truncate").mark("name")
             self._state = ui.badge("").props("color=grey-6").mark("state")
             self._state.set_visibility(bool(self._name))
-            ui.label(self._home.note).classes("grow text-sm text-gray-500 truncate max-md:hidden").mark(
-                "robot"
-            )
+            self._note = ui.label(self._home.note).mark("robot")
+            self._note.classes("grow text-sm text-gray-500 truncate max-md:hidden")
             ui.space().classes("md:hidden")
             ui.button("New…", icon="add", on_click=self._choose_new).props("flat no-caps dense").classes(
                 short
@@ -238,10 +240,10 @@ class EditorPage:
                 ui.button("Save", icon="save", on_click=self._save).props("no-caps").classes(short).mark(
                     "save"
                 )
-                run = ui.button("Run on the robot…", icon="play_arrow", on_click=self._run_on_robot)
-                run.props("outline no-caps").classes(short).mark("run")
-                run.set_enabled(self._home.there)
-        ui.label(self._home.note).classes("text-xs text-gray-500 md:hidden")
+                self._run = ui.button("Run on the robot…", icon="play_arrow", on_click=self._run_on_robot)
+                self._run.props("outline no-caps").classes(short).mark("run")
+                self._run.set_enabled(self._home.there)
+        self._short_note = ui.label(self._home.note).classes("text-xs text-gray-500 md:hidden")
 
     def _build_draft_note(self, opened: Opened) -> None:
         with ui.row().classes("w-full items-center gap-2 bg-amber-50 rounded-lg px-3 py-1") as note:
@@ -295,7 +297,7 @@ class EditorPage:
             .classes("w-full grow min-h-0")
         ):
             with ui.tab_panel(drawing).classes("p-0 h-full flex"):
-                self._outline = Outline().classes("grow min-h-0 w-full").mark("outline")
+                self._outline = MissionOutline().classes("grow min-h-0 w-full").mark("outline")
                 self._outline.on("node", lambda event: self._go_to(event.args["line"]))
             with ui.tab_panel(trial).classes("p-2 h-full overflow-auto"):
                 self._build_trial()
@@ -372,6 +374,19 @@ class EditorPage:
                 _group("node_kinds", "How it goes on", {name: words["nodes"][name] for name in nodes}),
             ]
         )
+
+    async def _look_for_robot(self) -> None:
+        """Follow a robot that has come or gone."""
+        home = self._home
+        if self._desk.robot_there == home.there and home.told == home.there:
+            return
+        self._home = await self._desk.home()
+        for note in (self._note, self._short_note):
+            note.set_text(self._home.note)
+        if self._name:
+            self._run.set_enabled(self._home.there)
+            await self._look_at_text()
+        await self._told(self._refresh())
 
     async def _on_text(self, text: Any) -> None:
         if not isinstance(text, str):
