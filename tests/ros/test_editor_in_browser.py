@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import shutil
 import socket
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ import pytest
 
 pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
+connect = pytest.importorskip("websockets.sync.client").connect
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")
 CHROMIUM = shutil.which("chromium")
 if CHROMIUM is None:
@@ -21,7 +24,9 @@ if CHROMIUM is None:
 
 from florence_interfaces.msg import RunState  # noqa: E402
 from florence_interfaces.srv import ReloadMissions, RunMission  # noqa: E402
+from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 
+from florence_bt.app.page.access import COOKIE, make_token, tokens_file  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED  # noqa: E402
 from tests.ros.conftest import Child  # noqa: E402
@@ -184,21 +189,47 @@ def test_what_has_errors_becomes_a_draft_and_old_versions_come_back(
     assert "1 s" in old.read_text()
 
 
+def test_a_token_that_may_only_run_gets_no_editor(
+    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    cookie = {role: f"{COOKIE}={make_token(role, tokens_file())}" for role in ("run", "edit")}
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        port: int = server.getsockname()[1]
+    monkeypatch.chdir(tmp_path)
+    command = [sys.executable, "-m", "florence_bt.cli", "page", "--port", str(port)]
+    child = Child(command, tmp_path / "page.txt")
+    child.wait_for("Ctrl-C ends it")
+    ros.spin_until(lambda: answers(port))
+    assert b"token with the role edit" in get(port, "/edit/goto_user", Cookie=cookie["run"])[1]
+    assert b"token with the role edit" not in get(port, "/edit/goto_user", Cookie=cookie["edit"])[1]
+    assert get(port, "/edit/goto_user")[0] == 403
+    assert get(port, "/edit/picture/map.png", Cookie=cookie["run"])[0] == 403
+    asked = json.dumps({"text": "", "line": 1, "column": 1}).encode()
+    assert post(port, asked, Cookie=cookie["run"]) == 403
+    assert post(port, asked, Cookie=cookie["edit"]) == 200
+    with (
+        pytest.raises((ConnectionClosed, InvalidStatus)),
+        connect(f"ws://127.0.0.1:{port}/edit/live", additional_headers={"Cookie": cookie["run"]}) as viewer,
+    ):
+        viewer.recv()
+    child.end()
+
+
+def post(port: int, body: bytes, **headers: str) -> int:
+    """Ask for completions; give the status."""
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as client:
+        client.request("POST", "/edit/complete", body, {"content-type": "application/json", **headers})
+        return client.getresponse().status
+
+
 def test_names_and_sizes_from_a_browser_are_not_believed(ros: Any, port: int) -> None:
     for name in ("..%2F..%2Fetc%2Fpasswd", "Tea", "x" * 300):
         status, page = get(port, f"/edit/{name}")
         assert status in (200, 404) and b"root:" not in page
-    import http.client
-
-    def post(body: bytes) -> int:
-        client = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
-        client.request("POST", "/edit/complete", body, {"content-type": "application/json"})
-        status = client.getresponse().status
-        client.close()
-        return status
-
     asked = {"text": "mission: tea\n", "line": 1, "column": 1}
-    assert post(json.dumps(asked).encode()) == 200
+    assert post(port, json.dumps(asked).encode()) == 200
     for wrong in ({"text": "x" * 100_001}, {"line": 0}, {"column": "no"}, {"text": None}):
-        assert post(json.dumps({**asked, **wrong}).encode()) == 422
-    assert post(b"x" * 1_500_000) == 403
+        assert post(port, json.dumps({**asked, **wrong}).encode()) == 422
+    assert post(port, b"x" * 1_500_000) == 403

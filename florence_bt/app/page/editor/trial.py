@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+from py_trees.common import Status
 
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.app.page.editor.trial_request import TrialRequest
@@ -29,11 +30,12 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import MissionRequest, MissionRun
 from florence_bt.runtime.status import RUN_STATES
-from florence_bt.runtime.viewers.snapshot import snapshot_of, statuses
+from florence_bt.runtime.viewers.snapshot import STATUS, snapshot_of, statuses
 from florence_bt.runtime.viewers.variables import variables_of
 from florence_bt.simulation.home.closeness import closeness, closeness_text
 from florence_bt.simulation.rig.rig import Rig
 from florence_bt.simulation.rig.robot import BASE_FRAME
+from florence_bt.trees.drawings.folding import parents_of
 from florence_bt.trees.language.compile import CompiledTree
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
@@ -154,7 +156,7 @@ class Trial:
             },
             "state": {"battery": round(100 * rig.charge_fraction), "said": self._said},
             "seconds": round(rig.clock.now() - self._began, 1),
-            **(self._tree_parts() if self._tree is not None else {}),
+            **(_final_tree(run) if run.status.final else self._tree_parts()),
         }
 
     def _scan(self, pose: Pose2) -> list[float]:
@@ -172,7 +174,8 @@ class Trial:
 
     def _tree_parts(self) -> dict[str, Any]:
         tree = self._tree
-        assert tree is not None
+        if tree is None:
+            return {}
         variables = variables_of(tree)
         nodes = snapshot_of(tree.root, variables.accesses, self._known)
         self._known = statuses(tree.root)
@@ -207,6 +210,22 @@ class Trial:
             "facts": facts,
             "journal": run_text(self._runs, run.run_id, events=True),
         }
+
+
+def _final_tree(run: MissionRun) -> dict[str, Any]:
+    """Make the parts of a tree as it stood in the end; what was stopped counts as not done."""
+    nodes = [
+        ShownNode(
+            row.title,
+            -1 if parent is None else parent,
+            0,
+            STATUS[Status.INVALID if row.left and row.running else row.status],
+            row.says,
+            False,
+        )
+        for row, parent in zip(run.rows, parents_of(run.rows), strict=True)
+    ]
+    return tree_parts(nodes, {})
 
 
 def _pose(pose: Pose2) -> list[float]:

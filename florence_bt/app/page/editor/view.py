@@ -369,7 +369,7 @@ class EditorPage:
         nodes, skills = words["node_kinds"], words["skills"]
         self._palette.show(
             [
-                _group("skills", "What the robot does", {name: skills[name]["about"] for name in skills}),
+                _group("skills", "What the robot does", {name: skills[name]["summary"] for name in skills}),
                 _group("missions", "Other missions", {name: known[name]["about"] for name in known}),
                 _group("node_kinds", "How it goes on", {name: words["nodes"][name] for name in nodes}),
             ]

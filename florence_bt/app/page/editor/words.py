@@ -117,8 +117,8 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
         ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``policies``, ``restarts``: word ->
         what it means; ``units``: kind of value -> its units; ``node_kinds``: kind -> a node of it as text;
         ``modifiers``: modifier -> the kinds that it belongs to, None for all; ``skills`` and ``missions``:
-        name -> ``about``, ``inputs``, ``outputs``, ``snippet``, for missions also ``own`` and ``problem``. An
-        input has ``about``, ``kind`` and the ``labels`` that it may name.
+        name -> ``about``, ``inputs``, ``outputs``, ``snippet``; for skills also ``summary``, for missions
+        ``own`` and ``problem``. An input has ``about``, ``kind`` and the ``labels`` that it may name.
 
     Raises:
         ConfigError: A folder or the hotspots cannot be read.
@@ -180,6 +180,7 @@ def _skill(
     lines = [f"- {name}:", *(f"    {each}" for each in _required(skill.inputs))]
     return {
         "about": schema["description"],
+        "summary": skill.summary,
         **_ports(skill.inputs, skill.outputs, labels),
         "snippet": "\n".join([*lines, *_out(skill.outputs)]),
     }
