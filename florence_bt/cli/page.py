@@ -13,7 +13,8 @@ from florence_bt.cli.common import EXIT_CODES, RosVerb, app
 @app.command(
     cls=RosVerb,
     rich_help_panel="Runs",
-    epilog=f"Examples: florence page; florence page --token run\n\n{EXIT_CODES}",
+    epilog="Examples: florence page; florence page --token run; florence page --missions robot/missions\n\n"
+    + EXIT_CODES,
 )
 def page(
     host: Annotated[
@@ -33,8 +34,16 @@ def page(
             help="Make a token and end: look sees, run also starts and stops, edit also writes missions.",
         ),
     ] = "",
+    missions: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--missions",
+            help="Folders of missions for the editor; the last one is written to.",
+            show_default="those of the running system, else missions",
+        ),
+    ] = None,
 ) -> None:
-    """Show in a browser where the robot is, what it sees and what its mission does; start and stop it."""
+    """Show the robot in a browser: where it is, what it sees and does; start, stop and write missions."""
     from florence_bt.app.page.access import make_token, tokens_file, user_access
 
     if token:
@@ -43,4 +52,4 @@ def page(
         return
     from florence_bt.app.page.server import serve_page
 
-    serve_page(host, port, user_access(), folder)
+    serve_page(host, port, user_access(), folder, missions or [])

@@ -19,6 +19,7 @@ from florence_bt.simulation.rig.rig import Rig, RigSetting
 from florence_bt.simulation.rig.robot import Config, parameters_of
 from florence_bt.skills.locator.hotspots import Hotspots, parse_hotspots
 from florence_bt.skills.navigation.mapping.growing_map import EMPTY_MAP, GrowingMap, GrowingMapParameters
+from florence_bt.trees.language.loader import MissionLibrary
 
 
 def make_rig(
@@ -35,6 +36,7 @@ def make_rig(
     zones: Sequence[Zone] = (),
     mapping: bool = False,
     hotspots: Hotspots | None = None,
+    missions: MissionLibrary | None = None,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -52,6 +54,7 @@ def make_rig(
         zones: Where the robot does not drive, or drives slowly.
         mapping: Whether the robot makes its map and knows no places; the map's frame is where it starts.
         hotspots: The rooms; those of the home when not given.
+        missions: The missions; those of this installation when not given.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -87,6 +90,7 @@ def make_rig(
             seed=seed,
             runs_folder=runs_folder,
             mapping=_growing_map(config) if mapping else None,
+            missions=missions,
         )
     )
 

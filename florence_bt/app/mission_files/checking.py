@@ -85,7 +85,7 @@ def check_files(files: Sequence[Path], options: CheckOptions | None = None) -> t
     if options.form not in FORMATS:
         raise ConfigError(f"there is no format {options.form!r}", valid=FORMATS)
     with _nothing_collected():
-        checker = _MissionChecker(options)
+        checker = _MissionChecker(options, lambda: sys.stdin.buffer.read(MAX_MISSION_BYTES + 1))
         paths = [path for given in files for path in _mission_files(given)]
         findings = limit_findings([*checker.check(paths), *_other_endings(files)])
     excerpts = Excerpts(checker.texts)
@@ -98,6 +98,33 @@ def check_files(files: Sequence[Path], options: CheckOptions | None = None) -> t
     else:
         report = FORMATS[options.form](findings, excerpts)
     return report, has_errors(findings) or (options.strict and bool(findings))
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedText:
+    """A mission that is being written.
+
+    Attributes:
+        mission: The mission, None when the text cannot be read at all.
+        findings: Everything that is wrong, by file and place.
+        library: The missions that it may call, with itself.
+    """
+
+    mission: Mission | None
+    findings: tuple[Finding, ...]
+    library: MissionLibrary
+
+
+def check_text(data: bytes, options: CheckOptions) -> CheckedText:
+    """Check the text of one mission, as it would stand in the file ``options.stdin_name``.
+
+    Raises:
+        ConfigError: A folder or the hotspots cannot be read.
+    """
+    with _nothing_collected():
+        checker = _MissionChecker(options, lambda: data)
+        findings = checker.check([STDIN])
+    return CheckedText(checker.written, tuple(findings), checker.library)
 
 
 @contextmanager
@@ -116,42 +143,54 @@ def _nothing_collected() -> Iterator[None]:
 
 
 class _MissionChecker:
-    """One call of ``florence check``, with everything that it needs."""
+    """One check, with everything that it needs.
 
-    def __init__(self, options: CheckOptions) -> None:
+    Args:
+        options: How to check.
+        read: Gives the text that stands for :data:`STDIN`, a byte more than it may have at most.
+
+    Attributes:
+        texts: That text, by the name that findings give it.
+        written: The mission in it, None when there is none.
+        library: The missions.
+    """
+
+    def __init__(self, options: CheckOptions, read: Callable[[], bytes]) -> None:
         self.texts: dict[str, str] = {}
-        """What was read from the standard input, by the name that findings give it."""
+        self.written: Mission | None = None
         self._options = options
-        self._library = MissionLibrary.load(options.folders)
+        self._read = read
+        self.library = MissionLibrary.load(options.folders)
         self._declarations = collect_declarations()
 
     def check(self, paths: Sequence[Path]) -> list[Finding]:
         """Return everything that is wrong with some files."""
-        missions, findings = lint.read_files([path for path in paths if path != STDIN], self._library)
+        missions, findings = lint.read_files([path for path in paths if path != STDIN], self.library)
         if STDIN in paths:
             try:
-                missions.append(self._read_stdin())
+                self.written = self._read_text()
+                missions.append(self.written)
             except ConfigError as error:
                 findings.append(finding_from_error(error))
-        self._library.add_neighbours(missions)
+        self.library.add_neighbours(missions)
         # What shadows what, and packages that could not be loaded.
-        findings += [f for f in self._library.findings if f.severity == WARNING]
+        findings += [f for f in self.library.findings if f.severity == WARNING]
         findings += self._declarations.findings
         flat = _flat(self._options)
         findings += [*flat.about_map, *flat.wrong_hotspots()]
-        findings += lint.check(missions, self._library, self._declarations, flat.for_lint())
-        findings += lint.errors_of_called(missions, self._library, self._declarations)
+        findings += lint.check(missions, self.library, self._declarations, flat.for_lint())
+        findings += lint.errors_of_called(missions, self.library, self._declarations)
         if self._options.live:
             from florence_bt.app.mission_files.live_check import compare_with_system
 
             def labels(mission: Mission) -> list[tuple[str, Position]]:
-                return lint.written_labels(mission, self._library, self._declarations)
+                return lint.written_labels(mission, self.library, self._declarations)
 
-            findings += compare_with_system(missions, self._library, labels)
+            findings += compare_with_system(missions, self.library, labels)
         return limit_findings(_about_stdin(finding) for finding in findings)
 
-    def _read_stdin(self) -> Mission:
-        data = sys.stdin.buffer.read(MAX_MISSION_BYTES + 1)
+    def _read_text(self) -> Mission:
+        data = self._read()
         path = self._options.stdin_name or _NAMELESS
         # Also when it is not UTF-8: the file on the disk is not what was read.
         self.texts[str(path)] = readable(data) or ""
@@ -160,7 +199,7 @@ class _MissionChecker:
             # A text without a file is not wrong for having another name than its file.
             path = _NAMELESS / f"{_name_in(parse_yaml(data, path)) or 'stdin'}.yaml"
         mission = parse_mission(text, path)
-        self._library.put(mission)
+        self.library.put(mission)
         return mission
 
 

@@ -10,6 +10,7 @@ from nicegui import ui
 from rcl_interfaces.srv import GetParameters
 
 from florence_bt.app.page.access import Role
+from florence_bt.app.page.parts import places_part
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
 from florence_bt.core.errors import FlorenceError
@@ -77,11 +78,7 @@ class Actor:
         question = GetParameters.Request(names=["hotspots_file"])
         answer = await self.ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
         places = load_hotspots(answer.values[0].string_value)
-        shown = [
-            {"label": each.label, "x": each.pose.x, "y": each.pose.y, "yaw": each.pose.yaw, "kind": each.kind}
-            for each in places
-        ]
-        self.ros.node.parts.put("places", shown)
+        self.ros.node.parts.put("places", places_part(places))
         return places
 
     async def set_hotspot(self, label: str, pose: Pose2) -> Hotspots | None:

@@ -54,6 +54,8 @@ class Page:
             _icon("history", "recorded runs", lambda: ui.navigate.to("runs"))
             if actor.may(Role.RUN):
                 self._add_controls(actor)
+            if actor.may(Role.EDIT):
+                _icon("edit_note", "write missions", lambda: ui.navigate.to("/edit/")).mark("edit")
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             view = MapView().classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")
@@ -103,6 +105,6 @@ class Page:
         )
 
 
-def _icon(icon: str, title: str, do: Callable[[], Any]) -> None:
+def _icon(icon: str, title: str, do: Callable[[], Any]) -> ui.button:
     """Add a button that has no words: on a phone there is little room."""
-    ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)
+    return ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)

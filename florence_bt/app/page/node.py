@@ -19,7 +19,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import MarkerArray
 
-from florence_bt.app.page.parts import LiveParts
+from florence_bt.app.page.parts import LiveParts, ShownNode, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
 from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.errors import FrameError
@@ -51,8 +51,6 @@ CAMERA_S = 0.5
 """Seconds between two pictures of the camera, at least."""
 LOCALISER = "Place in the map"
 """End of the name of the diagnosis that tells how sure the localiser is."""
-_MARKS = {1: ".", 2: ">", 3: "+", 4: "x"}
-"""Status of a node in py_trees_ros_interfaces -> its sign."""
 
 
 class PageNode(FlorenceNode):
@@ -301,23 +299,20 @@ class SceneNode(FlorenceNode):
 
     def _on_tree(self, message: BehaviourTree) -> None:
         numbers = {bytes(node.own_id.uuid): number for number, node in enumerate(message.behaviours)}
-        self._parts.put(
-            "tree",
-            [
-                [node.name, numbers.get(bytes(node.parent_id.uuid), -1), node.type]
-                for node in message.behaviours
-            ],
-        )
-        said = {number: node.message for number, node in enumerate(message.behaviours) if node.message}
-        self._parts.put(
-            "marks",
-            {
-                "statuses": "".join(_MARKS.get(node.status, " ") for node in message.behaviours),
-                "active": [number for number, node in enumerate(message.behaviours) if node.is_active],
-                "said": said,
-                "keys": {each.key: each.value for each in message.blackboard_on_visited_path},
-            },
-        )
+        nodes = [
+            ShownNode(
+                node.name,
+                numbers.get(bytes(node.parent_id.uuid), -1),
+                node.type,
+                node.status,
+                node.message,
+                node.is_active,
+            )
+            for node in message.behaviours
+        ]
+        keys = {each.key: each.value for each in message.blackboard_on_visited_path}
+        for name, value in tree_parts(nodes, keys).items():
+            self._parts.put(name, value)
 
 
 def _m(value: float) -> float:

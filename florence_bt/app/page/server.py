@@ -2,95 +2,40 @@
 
 from __future__ import annotations
 
-import asyncio
-import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import uvicorn
-from fastapi import FastAPI, HTTPException, Response, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, HTTPException, Response, WebSocket
 
 from florence_bt.app.page.access import LARGEST_REQUEST, ROLE, Access, Guard, Role, address_of, check_page
+from florence_bt.app.page.editor.routes import add_editor
 from florence_bt.app.page.layout import add_page
-from florence_bt.app.page.node import CAMERA, SCENE, WANTS, PageNode
+from florence_bt.app.page.node import CAMERA, SCENE, WANTS
 from florence_bt.app.page.ros_thread import RosThread
+from florence_bt.app.page.viewers import LONGEST_WORDS, Viewers
 
-FRAME_S = 0.1
-"""Seconds between two frames for a viewer, at least."""
-ANSWER_S = 20.0
-"""A viewer that has not taken a frame for so long is left alone."""
-MOST_VIEWERS = 50
-MOST_MESSAGES = 100
-"""Messages of a viewer in a second; one that sends more is left alone."""
-LONGEST_WORDS = 200
-"""Characters of a message that are read."""
 SHUT_DOWN_S = 2
 """Seconds that viewers get to leave when the page ends."""
 
 
-class Viewers:
-    """Sends each viewer what has changed, when it has taken what came before: the newest state wins.
+class RobotViewers(Viewers):
+    """Those who look at the robot, and maybe drive it by hand.
 
-    The node hears what comes often only while there is a viewer.
+    The node hears what comes often only while somebody wants to see it.
     """
 
     def __init__(self, ros: RosThread) -> None:
+        super().__init__(ros.node.parts, ros.node.get_logger().info)
         self._ros = ros
         self._wants: dict[WebSocket, frozenset[str]] = {}
 
-    async def serve(self, socket: WebSocket) -> None:
-        """Serve one viewer until it leaves."""
-        if len(self._wants) >= MOST_VIEWERS:
-            await socket.close(1013, f"{MOST_VIEWERS} viewers are here already")
-            return
-        await socket.accept()
+    def join(self, socket: WebSocket) -> None:
+        """Show the scene to whoever comes."""
         self._set_wants(socket, frozenset({SCENE}))
-        try:
-            await self._send_all(socket, self._ros.node)
-        except (WebSocketDisconnect, TimeoutError, RuntimeError) as error:
-            # It has left, maybe amid a frame, or takes nothing: others are not concerned.
-            self._ros.node.get_logger().info(f"a viewer is gone: {error!r}")
-        finally:
-            del self._wants[socket]
-            self._look()
-            self._ros.on_thread(lambda: self._ros.driving.let_go(socket))
 
-    async def _send_all(self, socket: WebSocket, node: PageNode) -> None:
-        taken = asyncio.Event()
-        listening = asyncio.create_task(self._listen(socket, taken))
-        seen: dict[str, int] = {}
-        try:
-            while not listening.done():
-                frame, seen = node.parts.since(seen)
-                if frame:
-                    taken.clear()
-                    await asyncio.wait_for(socket.send_text(frame), ANSWER_S)
-                    done = asyncio.create_task(taken.wait())
-                    await asyncio.wait(
-                        {listening, done}, timeout=ANSWER_S, return_when=asyncio.FIRST_COMPLETED
-                    )
-                    if not done.done():
-                        done.cancel()
-                        return
-                await asyncio.wait({listening}, timeout=FRAME_S)
-        finally:
-            listening.cancel()
-            await asyncio.gather(listening, return_exceptions=True)
-
-    async def _listen(self, socket: WebSocket, taken: asyncio.Event) -> None:
-        """Note that a viewer has taken a frame, and heed what else it says, until it leaves or floods us."""
-        begun, count = time.monotonic(), 0
-        while count < MOST_MESSAGES:
-            text = await socket.receive_text()
-            if time.monotonic() >= begun + 1.0:
-                begun, count = time.monotonic(), 0
-            count += 1
-            if text == "ok":
-                taken.set()
-            else:
-                self._heed(socket, text[:LONGEST_WORDS].split())
-
-    def _heed(self, socket: WebSocket, words: list[str]) -> None:
+    def heed(self, socket: WebSocket, words: list[str]) -> None:
         """Do what a viewer says; what is none of these, or not its to say, is passed over."""
         driving = self._ros.driving
         match words:
@@ -102,6 +47,12 @@ class Viewers:
                 self._ros.on_thread(lambda: driving.push(socket, *push))
             case ["speed", key] if _may_drive(socket):
                 self._ros.on_thread(lambda: driving.step(socket, key))
+
+    def leave(self, socket: WebSocket) -> None:
+        """Stop the robot if whoever has gone was driving it, and hear no more than the others want."""
+        del self._wants[socket]
+        self._look()
+        self._ros.on_thread(lambda: self._ros.driving.let_go(socket))
 
     def _set_wants(self, socket: WebSocket, wants: frozenset[str]) -> None:
         self._wants[socket] = wants
@@ -124,10 +75,10 @@ def _push(forward: str, left: str) -> tuple[float, float] | None:
     return values if all(-1.0 <= value <= 1.0 for value in values) else None
 
 
-def make_app(ros: RosThread, access: Access, runs: Path | None = None) -> Any:
+def make_app(ros: RosThread, access: Access, runs: Path | None = None, missions: Sequence[Path] = ()) -> Any:
     """Make the ASGI application; see :func:`serve_page`."""
     app = FastAPI(title="Florence", docs_url=None, redoc_url=None, openapi_url=None)
-    viewers = Viewers(ros)
+    viewers = RobotViewers(ros)
 
     @app.websocket("/live")
     async def live(socket: WebSocket) -> None:
@@ -141,15 +92,23 @@ def make_app(ros: RosThread, access: Access, runs: Path | None = None) -> Any:
         kind = "image/jpeg" if name == CAMERA else "image/png"
         return Response(data, media_type=kind, headers={"cache-control": "private, max-age=3600"})
 
+    add_editor(app, ros, missions)
     add_page(app, ros, runs)
     return Guard(app, access)
 
 
-def make_server(ros: RosThread, host: str, port: int, access: Access, runs: Path | None) -> uvicorn.Server:
+def make_server(
+    ros: RosThread,
+    host: str,
+    port: int,
+    access: Access,
+    runs: Path | None = None,
+    missions: Sequence[Path] = (),
+) -> uvicorn.Server:
     """Make the server of the page; see :func:`serve_page`."""
     return uvicorn.Server(
         uvicorn.Config(
-            make_app(ros, access, runs),
+            make_app(ros, access, runs, missions),
             host=host,
             port=port,
             log_level="warning",
@@ -159,7 +118,9 @@ def make_server(ros: RosThread, host: str, port: int, access: Access, runs: Path
     )
 
 
-def serve_page(host: str, port: int, access: Access, runs: Path | None = None) -> None:
+def serve_page(
+    host: str, port: int, access: Access, runs: Path | None = None, missions: Sequence[Path] = ()
+) -> None:
     """Serve the page until Ctrl-C.
 
     Args:
@@ -167,12 +128,14 @@ def serve_page(host: str, port: int, access: Access, runs: Path | None = None) -
         port: The TCP port.
         access: Who may do what.
         runs: The folder of the journal; None for that of the running system.
+        missions: Folders of missions for the editor, the last one to be written to; empty takes those of
+            the robot.
 
     Raises:
         ConfigError: Others could reach the page without a token, or the port is taken.
     """
     check_page(host, port, access)
     with RosThread() as ros:
-        server = make_server(ros, host, port, access, runs)
+        server = make_server(ros, host, port, access, runs, missions)
         print(f"the page: {address_of(host, port)}; Ctrl-C ends it", flush=True)
         server.run()

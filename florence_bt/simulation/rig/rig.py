@@ -11,6 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_type_hints
 
+import numpy as np
+from numpy.typing import NDArray
+
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, cancelled, failure, success
@@ -30,7 +33,7 @@ from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
@@ -73,6 +76,7 @@ class RigSetting:
         seed: Start of every random generator.
         runs_folder: Where the runs leave their folders, None for nowhere.
         mapping: What makes a map in place of that one, None for nothing.
+        missions: The missions; those of this installation when not given.
     """
 
     flat: Flat
@@ -87,6 +91,7 @@ class RigSetting:
     seed: int = 0
     runs_folder: Path | None = None
     mapping: GrowingMap | None = None
+    missions: MissionLibrary | None = None
 
 
 class Rig:
@@ -145,7 +150,7 @@ class Rig:
         self.charge_fraction = 1.0
         call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
-            MissionLibrary.load(),
+            setting.missions or MissionLibrary.load(),
             skills,
             collect_declarations(),
             self.clock,
@@ -189,6 +194,16 @@ class Rig:
         return run
 
     @property
+    def plan(self) -> NDArray[np.float64] | None:
+        """The way that is being driven, (n, 2) in metres in the map frame; None when nothing is."""
+        return self._base.path
+
+    @property
+    def scan(self) -> LaserScan | None:
+        """What the laser saw last, filtered; None before its first scan."""
+        return self._base.scan
+
+    @property
     def grid(self) -> OccupancyGrid:
         """The map as it is now."""
         assert self.locator.map is not None
@@ -222,6 +237,7 @@ class _BaseSkills:
         self._robot = robot
         self._clock = clock
         self._frames = setting.frames
+        self.scan: LaserScan | None = None
         call_every(clock, 1.0 / parameters.cycle.controller_frequency, self._step)
 
     @property
@@ -229,11 +245,18 @@ class _BaseSkills:
         """Whether something is being driven."""
         return bool(self._navigator.active)
 
+    @property
+    def path(self) -> NDArray[np.float64] | None:
+        """The way that is being driven, None when nothing is."""
+        return self._navigator.plan if self._navigator.active else None
+
     def global_grid(self) -> OccupancyGrid:
         """Return the global costmap."""
         return self._navigator.global_grid()
 
     def on_scan(self, source: str, scan: LaserScan) -> None:
+        if source == FEET:
+            self.scan = scan
         sensor_in_base = self._frames.lookup(BASE_FRAME, scan.frame_id)
         self._navigator.add_scan(
             source, scan, sensor_in_base, self._robot.odometry.pose, self._robot.map_from_odom

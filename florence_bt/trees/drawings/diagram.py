@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, Node, PolicyKind, show
@@ -22,6 +23,7 @@ class Box:
         edge: A word on the line to the box above, e.g. ``finally``.
         guards: When the node may start and go on, e.g. ``when $x < 3``.
         because: The author's words for its failures.
+        position: Where its kind key stands in the file of its mission; None for a mission without a tree.
     """
 
     title: str
@@ -31,6 +33,7 @@ class Box:
     edge: str = ""
     guards: tuple[str, ...] = ()
     because: tuple[str, ...] = ()
+    position: Position | None = None
 
     def walk(self) -> Iterator[Box]:
         """Yield this box and every box below."""
@@ -69,7 +72,7 @@ class _Maker:
             below.append(self.box(node.cleanup, "finally"))
         details, guards = tuple(_details(node)), tuple(_guards(node))
         because = tuple(_because(node))
-        return Box(node.title, _kind(node), details, tuple(below), edge, guards, because)
+        return Box(node.title, _kind(node), details, tuple(below), edge, guards, because, node.position)
 
     def _called(self, node: model.CallMission) -> Iterator[Box]:
         name = node.mission.text

@@ -1,0 +1,725 @@
+"""The editor's page: missions and palette, the text with what is wrong, drawing, rig and scenarios."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any, TypeVar
+
+import nicegui.elements.codemirror  # noqa: F401 - so that the module nicegui-codemirror is served
+from nicegui import ui
+from nicegui.element import Element
+
+from florence_bt.app.page.access import Role
+from florence_bt.app.page.components import MapView, StatusView, TreeView
+from florence_bt.app.page.editor.completion import insertion
+from florence_bt.app.page.editor.desk import Desk, Home
+from florence_bt.app.page.editor.helpers import check_size
+from florence_bt.app.page.editor.shelf import ChangedMeanwhile, Opened, Saved, checked_name, date_text
+from florence_bt.app.page.editor.trial_request import TrialRequest
+from florence_bt.app.page.editor.words import TEMPLATES
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.text_files import MAX_MISSION_BYTES
+
+T = TypeVar("T")
+_NAME = re.compile(r"^mission:[ ]*([a-z][a-z0-9_]*)[ ]*(?:#.*)?$", re.MULTILINE)
+_SPEEDS = {0.0: "as fast as possible", 4.0: "four times as fast", 1.0: "as fast as life"}
+_PEOPLE = {
+    "": "in a random room",
+    **{
+        room: f"in the {room.replace('_', ' ')}"
+        for room in ("kitchen", "living_room", "bedroom", "bathroom", "study")
+    },
+    **{word: word for word in ("standing", "sitting", "lying", "walking")},
+    "company": "two or three people",
+    "absent": "nobody",
+}
+_SHORT = """
+@media (max-width: 640px) {
+  .florence-short .block { display: none }
+  .florence-short .q-icon { margin: 0 }
+}
+"""
+"""On a phone these buttons have only their sign."""
+_LOOK_S = 0.5
+"""How often to look whether the rig is done."""
+_ROBOT_S = 3.0
+"""How often to look whether a robot has come or gone."""
+
+
+class MissionText(Element, component="components/mission_text.js"):
+    """The text of a mission. Emits ``text`` (None when too long), ``line`` of the cursor, and ``save``."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._props["text"] = text
+        self._props["most"] = MAX_MISSION_BYTES
+        self.show([], "looking at it…")
+
+    def show(self, findings: list[dict[str, Any]], note: str) -> None:
+        """Show what is wrong, and a sentence above it."""
+        self._props["findings"] = findings
+        self._props["note"] = note
+        self.update()
+
+    def set_dirty(self, dirty: bool) -> None:
+        """Say whether something would be lost when the page is left."""
+        if self._props.get("dirty") != dirty:
+            self._props["dirty"] = dirty
+            self.update()
+
+
+class MissionOutline(Element, component="components/outline.js"):
+    """The drawing of a mission. Emits ``node`` with its line when somebody clicks one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._props["line"] = 1
+        self._props["rows"] = []
+
+    def show(self, rows: list[dict[str, Any]]) -> None:
+        """Show the nodes of a mission (:func:`~florence_bt.app.page.editor.looking.outline`).
+
+        Of a text that cannot be read there are none: the last drawing stays, and is said to be old.
+        """
+        self._props["stale"] = not rows
+        if rows:
+            self._props["rows"] = rows
+        self._props["empty"] = "the drawing waits until the text can be read again"
+        self.update()
+
+    def point_at(self, line: int) -> None:
+        """Mark the node that a line belongs to."""
+        self._props["line"] = line
+        self.update()
+
+
+class Chooser(Element, component="components/chooser.js"):
+    """Groups of things to choose from. Emits ``pick`` with group and name."""
+
+    def __init__(self, hint: str, chosen: str = "") -> None:
+        super().__init__()
+        self._props["hint"] = hint
+        self._props["chosen"] = chosen
+        self._props["groups"] = []
+
+    def show(self, groups: list[dict[str, Any]]) -> None:
+        """Show groups: key, title and items with name, about and perhaps a mark."""
+        self._props["groups"] = groups
+        self.update()
+
+
+class InputForm:
+    """A field for each input of a mission."""
+
+    def __init__(self) -> None:
+        self._column = ui.column().classes("w-full gap-1")
+        self._fields: dict[str, Any] = {}
+        self._shown: list[dict[str, Any]] = []
+
+    def show(self, inputs: list[dict[str, Any]]) -> None:
+        """Show the fields (:func:`~florence_bt.app.page.editor.looking.inputs`); what is typed stays."""
+        if inputs == self._shown:
+            return
+        self._shown = inputs
+        before = self.values
+        self._column.clear()
+        self._fields = {}
+        with self._column:
+            for each in inputs:
+                self._fields[each["name"]] = self._field(each, before.get(each["name"]))
+
+    def _field(self, port: Mapping[str, Any], before: str | None) -> Any:
+        hint = " ".join(filter(None, (port["about"], port["limits"] and f"({port['limits']})")))
+        if port["flag"]:
+            start = before or port["default"]
+            return ui.checkbox(port["name"], value=start == "true").tooltip(hint).props("dense")
+        needed = " *" if port["required"] else ""
+        field = ui.input(
+            f"{port['name']} ({port['kind']}){needed}", value=before or "", placeholder=port["default"]
+        )
+        field.props("dense outlined stack-label").classes("w-full").mark(port["name"])
+        field.props["hint"] = hint
+        return field
+
+    @property
+    def values(self) -> dict[str, str]:
+        """What was typed, without empty fields."""
+        texts = {name: _text_of(field.value) for name, field in self._fields.items()}
+        return {name: text for name, text in texts.items() if text}
+
+
+def _text_of(value: Any) -> str:
+    return ("true" if value else "false") if isinstance(value, bool) else str(value or "").strip()
+
+
+class EditorPage:
+    """The editor of one viewer.
+
+    Args:
+        desk: What all who edit share.
+        home: Where missions are.
+        role: What the viewer may do.
+        name: The mission that is opened; empty for none.
+        template: What a new mission begins with.
+
+    Raises:
+        ConfigError: This is no name of a mission, or its file cannot be read.
+    """
+
+    def __init__(self, desk: Desk, home: Home, role: Role, name: str, template: str) -> None:
+        self._desk, self._home = desk, home
+        self._caller = f"page ({role.name.lower()})"
+        self._opened = home.shelf.open(name) if name else None
+        self._name = name
+        self._saved = self._opened.text if self._opened is not None else ""
+        self._text = self._saved or (_from_template(name, template) if name else "")
+        self._look: dict[str, Any] = {}
+        self._looking = self._again = False
+        self._line = 1
+        self._shown_end: dict[str, Any] | None = None
+        self._areas: dict[str, Element] = {}
+        self._build()
+
+    # ---- what is where --------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-dvh no-wrap")
+        self._build_head()
+        if self._opened is not None and self._opened.draft is not None:
+            self._build_draft_note(self._opened)
+        areas = {"side": "Missions", "text": "Text", "work": "Drawing, try"}
+        self._toggle = ui.toggle(areas, value="text" if self._name else "side").mark("areas")
+        self._toggle.classes("lg:hidden w-full").props("spread dense no-caps unelevated")
+        self._toggle.on_value_change(lambda event: self._show_area(event.value))
+        columns = "lg:grid-cols-[16rem_minmax(0,1.2fr)_minmax(0,1fr)]"
+        with ui.element("div").classes(f"w-full grow grid grid-cols-1 {columns} gap-2 min-h-0"):
+            for area, build in (
+                ("side", self._build_side),
+                ("text", self._build_text),
+                ("work", self._build_work),
+            ):
+                with ui.element("div").classes(
+                    "flex flex-col flex-nowrap min-h-0 min-w-0 border border-gray-300 rounded-lg "
+                    "overflow-hidden"
+                ) as panel:
+                    build()
+                self._areas[area] = panel
+        self._show_area("text" if self._name else "side")
+        ui.timer(_LOOK_S, self._follow_trial)
+        ui.timer(_ROBOT_S, self._look_for_robot)
+        ui.timer(0.05, self._begin, once=True)
+
+    def _show_area(self, shown: str) -> None:
+        """On a phone one area is shown, on a desk all."""
+        for area, panel in self._areas.items():
+            panel.classes(**{"remove" if area == shown else "add": "max-lg:hidden"})
+
+    def _build_head(self) -> None:
+        ui.add_css(_SHORT)
+        short = "florence-short"
+        with ui.row().classes("w-full items-center gap-2 no-wrap"):
+            ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to("/")).props(
+                "flat round dense"
+            ).tooltip("back to the robot")
+            ui.label(self._name or "Missions").classes("text-lg font-bold truncate").mark("name")
+            self._state = ui.badge("").props("color=grey-6").mark("state")
+            self._state.set_visibility(bool(self._name))
+            self._note = ui.label(self._home.note).mark("robot")
+            self._note.classes("grow text-sm text-gray-500 truncate max-md:hidden")
+            ui.space().classes("md:hidden")
+            ui.button("New…", icon="add", on_click=self._choose_new).props("flat no-caps dense").classes(
+                short
+            ).mark("new")
+            if self._name:
+                old = ui.button("Old versions", icon="history", on_click=self._choose_version)
+                old.props("flat no-caps dense").classes(short)
+                ui.button("Save", icon="save", on_click=self._save).props("no-caps").classes(short).mark(
+                    "save"
+                )
+                self._run = ui.button("Run on the robot…", icon="play_arrow", on_click=self._run_on_robot)
+                self._run.props("outline no-caps").classes(short).mark("run")
+                self._run.set_enabled(self._home.there)
+        self._short_note = ui.label(self._home.note).classes("text-xs text-gray-500 md:hidden")
+
+    def _build_draft_note(self, opened: Opened) -> None:
+        with ui.row().classes("w-full items-center gap-2 bg-amber-50 rounded-lg px-3 py-1") as note:
+            ui.label("There is a draft that was not saved as the mission.").classes("text-sm")
+
+            def take() -> None:
+                self._editor.run_method("set_text", opened.draft)
+                note.delete()
+
+            ui.button("open the draft", on_click=take).props("flat dense no-caps").mark("draft")
+
+    def _build_side(self) -> None:
+        with ui.tabs().props("dense no-caps align=justify") as tabs:
+            missions = ui.tab("Missions")
+            insert = ui.tab("Insert")
+        with (
+            ui.tab_panels(tabs, value=missions)
+            .props("animated=false keep-alive")
+            .classes("w-full grow min-h-0")
+        ):
+            with ui.tab_panel(missions).classes("p-2 h-full flex"):
+                self._missions = (
+                    Chooser("find a mission", self._name).classes("w-full grow min-h-0").mark("missions")
+                )
+                self._missions.on("pick", lambda event: ui.navigate.to(f"/edit/{event.args['name']}"))
+            with ui.tab_panel(insert).classes("p-2 h-full flex"):
+                self._palette = Chooser("find a node, a skill").classes("w-full grow min-h-0").mark("palette")
+                self._palette.on("pick", lambda event: self._insert(event.args))
+
+    def _build_text(self) -> None:
+        if not self._name:
+            with ui.column().classes("m-auto items-center p-6 text-center gap-3"):
+                ui.icon("edit_note", size="4rem").classes("text-gray-400")
+                ui.label("Choose a mission on the left, or begin a new one.").classes("text-gray-600")
+                ui.button("New mission…", icon="add", on_click=self._choose_new).props("no-caps")
+                ui.label(f"Yours are kept in {self._home.shelf.own}").classes(
+                    "text-xs text-gray-400 break-all"
+                )
+            return
+        self._editor = MissionText(self._text).classes("grow min-h-0 w-full").mark("text")
+        self._editor.on("text", lambda event: self._on_text(event.args["text"]))
+        self._editor.on("line", lambda event: self._on_line(event.args["line"]), throttle=0.1)
+        self._editor.on("save", self._save)
+
+    def _build_work(self) -> None:
+        with ui.tabs().props("dense no-caps align=justify") as tabs:
+            drawing, trial, scenarios = ui.tab("Drawing"), ui.tab("Try"), ui.tab("Scenarios")
+        with (
+            ui.tab_panels(tabs, value=drawing)
+            .props("animated=false keep-alive")
+            .classes("w-full grow min-h-0")
+        ):
+            with ui.tab_panel(drawing).classes("p-0 h-full flex"):
+                self._outline = MissionOutline().classes("grow min-h-0 w-full").mark("outline")
+                self._outline.on("node", lambda event: self._go_to(event.args["line"]))
+            with ui.tab_panel(trial).classes("p-2 h-full overflow-auto"):
+                self._build_trial()
+            with ui.tab_panel(scenarios).classes("p-2 h-full overflow-auto"):
+                self._build_scenarios()
+
+    def _build_trial(self) -> None:
+        ui.label(
+            "The mission runs in a simulated flat, as it stands in the text; nothing moves the real robot."
+        ).classes("text-sm text-gray-600")
+        self._form = InputForm()
+        with ui.row().classes("w-full items-center gap-2 mt-1"):
+            self._person = (
+                ui.select(_PEOPLE, value="", label="somebody is").props("dense outlined").classes("w-40")
+            )
+            self._seed = ui.number("chance", value=1, min=0, max=999_999, precision=0).props("dense outlined")
+            self._seed.classes("w-20").tooltip("the same number gives the same run")
+            self._speed = ui.select(_SPEEDS, value=4.0, label="time").props("dense outlined").classes("w-44")
+        with ui.row().classes("w-full items-center gap-2 mt-2"):
+            self._start = (
+                ui.button("Try it", icon="play_arrow", on_click=self._try_it).props("no-caps").mark("try")
+            )
+            self._stop = ui.button("Stop", icon="stop", on_click=self._desk.trials.stop).props(
+                "no-caps outline"
+            )
+            self._stop.mark("stop-try")
+            self._stop.set_enabled(False)
+            StatusView().classes("grow")
+        flat = MapView()
+        flat.classes("w-full h-80 mt-2 rounded").mark("map")
+        self._wait = ui.label("the flat is being built: seconds, the first time about a minute")
+        self._wait.classes("text-sm text-gray-500 mt-1").set_visibility(False)
+        self._end = ui.column().classes("w-full gap-1 mt-2").mark("outcome")
+        TreeView().classes("w-full h-72 mt-2")
+
+    def _build_scenarios(self) -> None:
+        ui.label(
+            "Scenarios play the mission with mocked skills and say what must hold (florence test)."
+        ).classes("text-sm text-gray-600")
+        ui.button("Run the scenarios", icon="checklist", on_click=self._run_scenarios).props("no-caps").mark(
+            "scenarios"
+        )
+        self._results = ui.column().classes("w-full gap-1 mt-2").mark("results")
+
+    # ---- the text -------------------------------------------------------------------------------------
+
+    async def _begin(self) -> None:
+        if self._name:
+            await self._look_at_text()
+        await self._told(self._refresh())
+
+    async def _refresh(self) -> None:
+        """Show the missions and what can be inserted."""
+        words = await self._desk.learn(self._home)
+        drafts = self._home.shelf.drafts()
+        known = words["missions"]
+        own = [_choice(name, known[name], drafts) for name in known if known[name]["own"]]
+        own += [
+            {"name": name, "about": "not ready yet", "mark": "draft"} for name in drafts if name not in known
+        ]
+        shipped = [_choice(name, known[name], drafts) for name in known if not known[name]["own"]]
+        self._missions.show(
+            [
+                {"key": "own", "title": "Yours", "items": own},
+                {"key": "shipped", "title": "They come with Florence", "items": shipped},
+            ]
+        )
+        nodes, skills = words["node_kinds"], words["skills"]
+        self._palette.show(
+            [
+                _group("skills", "What the robot does", {name: skills[name]["summary"] for name in skills}),
+                _group("missions", "Other missions", {name: known[name]["about"] for name in known}),
+                _group("node_kinds", "How it goes on", {name: words["nodes"][name] for name in nodes}),
+            ]
+        )
+
+    async def _look_for_robot(self) -> None:
+        """Follow a robot that has come or gone."""
+        home = self._home
+        if self._desk.robot_there == home.there and home.told == home.there:
+            return
+        self._home = await self._desk.home()
+        for note in (self._note, self._short_note):
+            note.set_text(self._home.note)
+        if self._name:
+            self._run.set_enabled(self._home.there)
+            await self._look_at_text()
+        await self._told(self._refresh())
+
+    async def _on_text(self, text: Any) -> None:
+        if not isinstance(text, str):
+            self._editor.show([], f"this is too long: a mission has at most {MAX_MISSION_BYTES} bytes")
+            return
+        self._text = text
+        self._show_state()
+        if self._looking:
+            self._again = True
+            return
+        self._looking = True
+        try:
+            while True:
+                self._again = False
+                await self._look_at_text()
+                if not self._again:
+                    return
+        finally:
+            self._looking = False
+
+    async def _look_at_text(self) -> None:
+        """Check the text as it is now, and show what came out of it."""
+        text = self._text
+        try:
+            check_size(text)
+            look = await self._desk.worker.ask(
+                "look",
+                self._home.shelf.folders,
+                self._home.hotspots,
+                text=text,
+                name=self._name_in(text),
+            )
+        except FlorenceError as error:
+            self._look = {}
+            self._editor.show([], str(error))
+            return
+        self._look = {**look, "text": text}
+        errors = sum(each["severity"] == "error" for each in look["findings"])
+        warnings = len(look["findings"]) - errors
+        self._editor.show(look["findings"], _summary(errors, warnings))
+        self._outline.show(look["outline"])
+        self._form.show(look["inputs"])
+        self._show_state()
+
+    def _name_in(self, text: str) -> str:
+        """Return what a text calls its mission: so is its file called."""
+        found = _NAME.search(text)
+        return found[1] if found else self._name
+
+    def _show_state(self) -> None:
+        name = self._name_in(self._text)
+        changed = self._text != self._saved
+        word = "saved" if not changed else "not saved" if name == self._name else f"will be saved as {name}"
+        self._state.set_text(word)
+        self._state.props(f"color={'green-7' if not changed else 'orange-8'}")
+        self._editor.set_dirty(changed)
+
+    def _on_line(self, line: int) -> None:
+        self._line = int(line)
+        self._outline.point_at(self._line)
+
+    def _go_to(self, line: int) -> None:
+        self._switch_to("text")
+        self._editor.run_method("go_to", int(line), 1)
+
+    def _switch_to(self, area: str) -> None:
+        self._toggle.value = area
+
+    def _insert(self, picked: Mapping[str, str]) -> None:
+        group = self._desk.words.get(picked["group"], {})
+        found = group.get(picked["name"]) if picked["group"] in ("skills", "missions", "node_kinds") else None
+        snippet = found if isinstance(found, str) else (found or {}).get("snippet")
+        if not snippet or not self._name:
+            return
+        after, lines = insertion(self._text, self._line, snippet)
+        self._switch_to("text")
+        self._editor.run_method("insert", after, lines)
+
+    # ---- new, saved, old ------------------------------------------------------------------------------
+
+    async def _choose_new(self) -> None:
+        with ui.dialog() as dialog, ui.card().classes("w-96"):
+            ui.label("A new mission").classes("text-lg font-bold")
+            name = ui.input("its name, such as fetch_tea").classes("w-full").mark("new-name")
+            kinds = {key: about for key, (about, _) in TEMPLATES.items()}
+            template = ui.select(kinds, value="go", label="it begins as").classes("w-full")
+            with ui.row():
+                ui.button("Write it", on_click=lambda: dialog.submit(name.value or "")).props("no-caps").mark(
+                    "write"
+                )
+                ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
+        given = await dialog
+        if given is None:
+            return
+        try:
+            wanted = checked_name(given.strip().lower().replace(" ", "_").replace("-", "_"))
+        except FlorenceError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return
+        ui.navigate.to(f"/edit/{wanted}?template={template.value}")
+
+    async def _save(self) -> None:
+        if not self._name:
+            return
+        await self._look_at_text()
+        text, shelf = self._text, self._home.shelf
+        name = self._name_in(text)
+        if not self._look.get("fits") or self._look.get("text") != text:
+            sentence = "It has errors and would not run, so it is not saved as a mission. Keep it as a draft?"
+            if await _agreed(sentence, "Keep the draft"):
+                file = await self._told(_now(lambda: shelf.save_draft(name, text)))
+                if file is not None:
+                    ui.notify(f"the draft is kept in {file}; no robot reads it", multi_line=True)
+            return
+        file = await self._told(_now(lambda: shelf.file_of(name) or shelf.own))
+        if file is None:
+            return
+        if file != shelf.own and file.parent != shelf.own:
+            sentence = (
+                f"{name} comes from {file.parent}. Yours will take its place, also for missions that call it."
+            )
+            if not await _agreed(sentence, "Save mine"):
+                return
+        known = (
+            self._opened.print if self._opened is not None and self._opened.own and name == self._name else ""
+        )
+        saved = await self._save_over(name, text, known)
+        if saved is None:
+            return
+        self._opened = Opened(text, saved.file, True, saved.print)
+        self._saved = self._text
+        self._show_state()
+        kept = f"; what stood there is kept in {saved.before}" if saved.before else ""
+        ui.notify(f"saved in {saved.file}{kept}", type="positive", multi_line=True)
+        if self._home.there and self._home.reads_own:
+            report = await self._told(self._desk.reload())
+            if report:
+                ui.notify(f"the robot: {report}", multi_line=True)
+        if name != self._name:
+            self._editor.set_dirty(False)
+            ui.navigate.to(f"/edit/{name}")
+        else:
+            await self._told(self._refresh())
+
+    async def _save_over(self, name: str, text: str, known: str) -> Saved | None:
+        """Save a mission; what somebody else has written meanwhile only gives way when the writer agrees."""
+        shelf = self._home.shelf
+        try:
+            return shelf.save(name, text, known)
+        except ChangedMeanwhile as error:
+            if not await _agreed(f"{error}. Save yours over it? The other text is kept.", "Save mine"):
+                return None
+            there = shelf.open(name)
+            return await self._told(_now(lambda: shelf.save(name, text, there.print if there else "")))
+        except FlorenceError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return None
+
+    async def _choose_version(self) -> None:
+        shelf, dates = self._home.shelf, self._home.shelf.versions(self._name)
+        with ui.dialog() as dialog, ui.card().classes("w-96"):
+            ui.label(f"Old versions of {self._name}").classes("text-lg font-bold")
+            if not dates:
+                ui.label("None yet: each save keeps what stood there before.")
+            with ui.column().classes("max-h-80 overflow-auto gap-1"):
+                for date in dates:
+                    ui.button(date_text(date), on_click=lambda chosen=date: dialog.submit(chosen)).props(
+                        "flat no-caps dense"
+                    )
+            ui.button("Close", on_click=dialog.close).props("flat no-caps")
+        date = await dialog
+        text = await self._told(_now(lambda: shelf.version(self._name, date))) if date else None
+        if text is not None:
+            self._editor.run_method("set_text", text)
+            ui.notify("that version is in the text now; save it to have it back")
+
+    # ---- trying ---------------------------------------------------------------------------------------
+
+    async def _try_it(self) -> None:
+        if not self._name:
+            return
+        await self._look_at_text()
+        if not self._look.get("fits"):
+            ui.notify("the mission has errors: mend them first", type="warning")
+            return
+        request = TrialRequest(
+            name=self._name_in(self._text),
+            text=self._text,
+            folders=tuple(str(folder) for folder in self._home.shelf.folders),
+            inputs=self._form.values,
+            person=self._person.value if self._person.value in _PEOPLE else "",
+            seed=int(self._seed.value or 0),
+            speed=float(self._speed.value if self._speed.value in _SPEEDS else 0.0),
+        )
+        await self._told(self._desk.trials.start(request))
+        self._end.clear()
+
+    def _follow_trial(self) -> None:
+        """Show whether the rig is busy, and once how a mission ended."""
+        trials = self._desk.trials
+        self._start.set_enabled(bool(self._name) and not trials.running)
+        self._stop.set_enabled(trials.running)
+        self._wait.set_visibility(trials.running and not trials.seen)
+        if trials.last is self._shown_end:
+            return
+        self._shown_end = trials.last
+        self._end.clear()
+        if trials.last is not None:
+            with self._end:
+                _show_end(trials.last)
+
+    async def _run_scenarios(self) -> None:
+        name = self._name_in(self._text)
+        shelf = self._home.shelf
+        file = await self._told(_now(lambda: shelf.scenarios_of(name))) if name else None
+        self._results.clear()
+        with self._results:
+            if file is None:
+                ui.label(f"There are none: they are read from {shelf.scenarios / f'{name}.yaml'}").classes(
+                    "break-all"
+                )
+                return
+            ui.spinner()
+        said: list[str] = []
+        results = await self._told(
+            self._desk.scenarios.run(name, self._text, file, self._home.shelf.folders, said.append)
+        )
+        self._results.clear()
+        with self._results:
+            for line in said:
+                ui.label(line).classes("font-mono text-xs whitespace-pre-wrap")
+            if results:
+                _show_results(results, str(file))
+
+    # ---- on the robot ---------------------------------------------------------------------------------
+
+    async def _run_on_robot(self) -> None:
+        if self._text != self._saved:
+            ui.notify("save it first: the robot runs what is saved", type="warning")
+            return
+        with ui.dialog() as dialog, ui.card().classes("w-96"):
+            ui.label(f"Run {self._name} on the robot").classes("text-lg font-bold")
+            form = InputForm()
+            form.show(self._look.get("inputs", []))
+            with ui.row():
+                ui.button("Run", on_click=lambda: dialog.submit(True)).props("no-caps").mark("go")
+                ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
+        if not await dialog:
+            return
+        refused = await self._told(self._desk.run(self._name, form.values, self._caller))
+        if refused:
+            ui.notify(refused, type="negative", multi_line=True)
+        elif refused is not None:
+            ui.navigate.to("/")
+
+    async def _told(self, work: Awaitable[T]) -> T | None:
+        """Wait for something; what went wrong is told, and gives None."""
+        try:
+            return await work
+        except FlorenceError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return None
+
+
+async def _now(work: Callable[[], T]) -> T:
+    """Do something at once, where something to be waited for is wanted."""
+    return work()
+
+
+async def _agreed(sentence: str, button: str) -> bool:
+    """Ask the viewer."""
+    with ui.dialog() as dialog, ui.card().classes("w-96"):
+        ui.label(sentence)
+        with ui.row():
+            ui.button(button, on_click=lambda: dialog.submit(True)).props("no-caps").mark("agree")
+            ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
+    return bool(await dialog)
+
+
+def _from_template(name: str, template: str) -> str:
+    _, text = TEMPLATES.get(template, TEMPLATES["go"])
+    return text.format(name=name)
+
+
+def _summary(errors: int, warnings: int) -> str:
+    if not errors and not warnings:
+        return "✓ nothing is wrong"
+    counts = [(errors, "error"), (warnings, "warning")]
+    return ", ".join(f"{count} {word}{'s' * (count != 1)}" for count, word in counts if count)
+
+
+def _choice(name: str, mission: Mapping[str, Any], drafts: list[str]) -> dict[str, Any]:
+    marks = ["has errors"] * bool(mission["problem"]) + ["draft"] * (name in drafts)
+    return {"name": name, "about": mission["about"] or mission["problem"], "mark": ", ".join(marks)}
+
+
+def _group(key: str, title: str, items: Mapping[str, str]) -> dict[str, Any]:
+    return {
+        "key": key,
+        "title": title,
+        "items": [{"name": name, "about": about} for name, about in items.items()],
+    }
+
+
+def _show_end(end: Mapping[str, Any]) -> None:
+    """Show how a mission in the rig ended."""
+    if "problem" in end:
+        ui.label(end["problem"]).classes("text-red-700 whitespace-pre-wrap")
+        return
+    good = end["status"] == "SUCCEEDED"
+    word = {"SUCCEEDED": "succeeded", "FAILED": "failed", "STOPPED": "was stopped"}.get(
+        end["status"], end["status"]
+    )
+    colour = "text-green-800" if good else "text-red-700"
+    ui.label(f"It {word} after {end['seconds']:.0f} s.").classes(f"font-bold {colour}")
+    if end["reason"]:
+        ui.label(end["reason"] + (f" ({end['code']})" if end["code"] else "")).classes(colour)
+    for name, value in end["outputs"].items():
+        ui.label(f"{name}: {value}").classes("text-sm font-mono")
+    for fact in end["facts"]:
+        ui.label(fact).classes("text-sm")
+    with ui.expansion("what happened when").classes("w-full").props("dense"):
+        ui.label(end["journal"]).classes("font-mono text-xs whitespace-pre overflow-auto w-full")
+
+
+def _show_results(results: list[dict[str, str]], file: str) -> None:
+    """Show a line for each scenario, with what did not hold."""
+    failed = sum(bool(each["problem"]) for each in results)
+    ui.label(f"{len(results) - failed} of {len(results)} passed").classes(
+        f"font-bold {'text-red-700' if failed else 'text-green-800'}"
+    )
+    ui.label(file).classes("text-xs text-gray-500 break-all")
+    for each in results:
+        if each["problem"]:
+            with ui.expansion(f"✗ {each['name']}").classes("w-full text-red-700").props("dense"):
+                ui.label(each["problem"]).classes(
+                    "font-mono text-xs whitespace-pre-wrap overflow-auto w-full"
+                )
+        else:
+            ui.label(f"✓ {each['name']}").classes("text-sm text-green-800")

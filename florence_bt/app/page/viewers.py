@@ -1,0 +1,96 @@
+"""Sends the live parts to everybody who looks."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+
+from fastapi import WebSocket, WebSocketDisconnect
+
+from florence_bt.app.page.parts import LiveParts
+
+FRAME_S = 0.1
+"""Seconds between two frames for a viewer, at least."""
+ANSWER_S = 20.0
+"""A viewer that has not taken a frame for so long is left alone."""
+MOST_VIEWERS = 50
+MOST_MESSAGES = 100
+"""Messages of a viewer in a second; one that sends more is left alone."""
+LONGEST_WORDS = 200
+"""Characters of a message that are read."""
+
+
+class Viewers:
+    """Sends each viewer what has changed, when it has taken what came before: the newest state wins.
+
+    Args:
+        parts: What they are sent.
+        note: Called with a sentence about a viewer that is gone.
+    """
+
+    def __init__(self, parts: LiveParts, note: Callable[[str], None]) -> None:
+        self._parts = parts
+        self._note = note
+        self._count = 0
+
+    def join(self, socket: WebSocket) -> None:
+        """Do what is to be done when a viewer comes. Subclasses override this and the next two."""
+
+    def heed(self, socket: WebSocket, words: list[str]) -> None:
+        """Do what a viewer says; what is not understood, or not its to say, is passed over."""
+
+    def leave(self, socket: WebSocket) -> None:
+        """Do what is to be done when a viewer has gone."""
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Serve one viewer until it leaves."""
+        if self._count >= MOST_VIEWERS:
+            await socket.close(1013, f"{MOST_VIEWERS} viewers are here already")
+            return
+        await socket.accept()
+        self._count += 1
+        self.join(socket)
+        try:
+            await self._send_all(socket)
+        except (WebSocketDisconnect, TimeoutError, RuntimeError) as error:
+            # It has left, maybe amid a frame, or takes nothing: others are not concerned.
+            self._note(f"a viewer is gone: {error!r}")
+        finally:
+            self._count -= 1
+            self.leave(socket)
+
+    async def _send_all(self, socket: WebSocket) -> None:
+        taken = asyncio.Event()
+        listening = asyncio.create_task(self._listen(socket, taken))
+        seen: dict[str, int] = {}
+        try:
+            while not listening.done():
+                frame, seen = self._parts.since(seen)
+                if frame:
+                    taken.clear()
+                    await asyncio.wait_for(socket.send_text(frame), ANSWER_S)
+                    done = asyncio.create_task(taken.wait())
+                    await asyncio.wait(
+                        {listening, done}, timeout=ANSWER_S, return_when=asyncio.FIRST_COMPLETED
+                    )
+                    if not done.done():
+                        done.cancel()
+                        return
+                await asyncio.wait({listening}, timeout=FRAME_S)
+        finally:
+            listening.cancel()
+            await asyncio.gather(listening, return_exceptions=True)
+
+    async def _listen(self, socket: WebSocket, taken: asyncio.Event) -> None:
+        """Note that a viewer has taken a frame, and heed what else it says, until it leaves or floods us."""
+        begun, count = time.monotonic(), 0
+        while count < MOST_MESSAGES:
+            text = await socket.receive_text()
+            if time.monotonic() >= begun + 1.0:
+                begun, count = time.monotonic(), 0
+            count += 1
+            if text == "ok":
+                taken.set()
+            else:
+                self.heed(socket, text[:LONGEST_WORDS].split())
