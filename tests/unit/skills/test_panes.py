@@ -83,7 +83,7 @@ def test_the_room_in_a_mirror_is_not_on_the_map() -> None:
     grid = drawn(World(START, boxes=[*ROOM, *WALL, *MIRRORED]))
     assert (cells_at(grid, behind) == UNKNOWN).all()
     across = [
-        (cells_at(grid, (x, -0.1, x + 0.01, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
+        (cells_at(grid, (x, -0.1, x + 0.05, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
     ]
     assert np.mean(across) > 0.9
     assert (cells_at(grid, (0.7, 0.5, 4.0, 2.2)) == FREE).mean() > 0.9
@@ -97,7 +97,7 @@ def test_a_doorway_stays_open() -> None:
 def test_glass_is_a_wall_where_it_was_looked_at_squarely() -> None:
     grid = drawn(GlassWorld(START, boxes=[*ROOM, *WALL, *OTHER_ROOM]))
     across = [
-        (cells_at(grid, (x, -0.1, x + 0.01, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
+        (cells_at(grid, (x, -0.1, x + 0.05, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
     ]
     assert np.mean(across) > 0.9
 

@@ -21,7 +21,7 @@ from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
 from florence_bt.skills.navigation.mapping._kernels import look_through
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
-from florence_bt.skills.navigation.mapping.wall_direction import turned, wall_direction
+from florence_bt.skills.navigation.mapping.wall_direction import turned
 
 _WIDTH_M = 0.45, 2.4
 """Of a gap."""
@@ -32,8 +32,9 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_EVERY, _BEAMS, _SCANS = 2, 150, 4
-"""Of so many beams one is looked at; so many of these, in so many scans, tell that a gap is a mirror."""
+_EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 120, 4, 8
+"""Of so many beams one is looked at; so many of these, in so many scans, with so many in each on the average,
+tell that a gap is a mirror."""
 _NOT_FOLDED = 0.03
 """Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
 behind."""
@@ -178,7 +179,8 @@ class Evidence:
         Args:
             known: Whether it was one before: then it takes more to say that it is none.
         """
-        enough = self.folded >= max(_BEAMS, self.unknown) and self.scans >= _SCANS
+        least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
+        enough = self.folded >= least and self.scans >= _SCANS
         doubt = _DOUBT if known else 1.0
         is_mirror = enough and max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
         return is_mirror or (self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED)
@@ -265,6 +267,7 @@ class View:
 
 def find_panes(
     grid: OccupancyGrid,
+    angle: float,
     scans: Sequence[KeptScan],
     poses: Sequence[Pose2],
     touches: Sequence[Pose2] = (),
@@ -274,6 +277,7 @@ def find_panes(
 
     Args:
         grid: The map as it was seen, with rooms behind mirrors.
+        angle: By which its walls are turned to run along its axes, radians.
         scans: Of which it consists.
         poses: base_footprint at each of them, map frame.
         touches: base_footprint where the bumper met something.
@@ -282,7 +286,6 @@ def find_panes(
     Returns:
         The panes; what was touched is one where the map shows nothing.
     """
-    angle = -wall_direction(grid)
     straight, turn = turned(grid, angle), Pose2(0.0, 0.0, angle)
     view = View.of(straight, scans, [turn @ pose for pose in poses])
     felt = [turn @ touch for touch in touches]
