@@ -126,7 +126,7 @@ class GridBuilder:
         for pane in self._panes:
             steps = 2 + math.ceil(2.0 * math.dist(pane.start, pane.end) / self._resolution)
             points = np.linspace(pane.start, pane.end, steps) / self._resolution
-            cells = np.floor(points).astype(int) - self._low
+            cells: NDArray[np.int_] = np.floor(points).astype(int) - self._low
             column, row = cells[:, 0], cells[:, 1]
             inside = (row >= 0) & (row < there.shape[0]) & (column >= 0) & (column < there.shape[1])
             there[row[inside], column[inside]] = True
