@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,7 @@ _TOUCH_M, _TOUCHED_M, _FRONT_M = 0.12, 0.2, 0.2
 """How near to a gap a touch belongs to it; half of the width of what was touched elsewhere; how far before
 the middle of the robot its bumper is."""
 _ACROSS_RAD = math.radians(35.0)
+_ACROSS = math.cos(_ACROSS_RAD)
 """What was touched stands along the walls when the robot met it less askew than this."""
 
 
@@ -291,7 +293,7 @@ def find_panes(
     felt = [turn @ touch for touch in touches]
     panes = []
     for swap in (False, True):
-        felt_at = [_swapped(_front(touch), swap=swap) for touch in felt]
+        felt_at = [_felt(touch, swap=swap) for touch in felt]
         known_at = [_swapped(pane.turned(angle).middle, swap=swap) for pane in known]
         for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at):
             ends = gap.low - _BESIDE_M, gap.high + _BESIDE_M
@@ -304,12 +306,24 @@ def find_panes(
     return [pane.turned(-angle) for pane in panes]
 
 
-def _panes_in(view: View, felt: Sequence[Point2], known: Sequence[Point2]) -> list[Gap]:
+class _Felt(NamedTuple):
+    """What a bumper met: where, along and across, and how much of the robot's heading is across, -1..1."""
+
+    place: Point2
+    across: float
+
+
+def _felt(touch: Pose2, *, swap: bool) -> _Felt:
+    across = math.cos(touch.yaw) if swap else math.sin(touch.yaw)
+    return _Felt(_swapped(_front(touch), swap=swap), across)
+
+
+def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
     """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
     found = []
     for gap in view.gaps():
         evidence = view.look(gap)
-        touched = any(gap.is_at(place) for place in felt)
+        touched = any(gap.is_at(each.place) and each.across * gap.side <= -_ACROSS for each in felt)
         was_one = any(gap.is_at(place) for place in known)
         if evidence.may_be_mirror:
             others = (replace(gap, across=gap.across + by) for by in _OFFSETS_M)
