@@ -91,10 +91,10 @@ class Desk:
         folders: list[str] | None = None
         hotspots = None
         if there:
-            folders, places = await asyncio.gather(
-                self._parameter("florence_bt", "mission_folders"), self._parameter(LOCATOR, "hotspots_file")
-            )
-            hotspots = Path(places) if places and Path(places).is_file() else None
+            asked = asyncio.create_task(self._parameter(LOCATOR, "hotspots_file"))
+            folders = await self._parameter("florence_bt", "mission_folders")
+            file = await asked
+            hotspots = Path(file) if file and Path(file).is_file() else None
         robots = [Path(each) for each in folders or ()]
         *others, own = self._folders or robots or [FOLDER.absolute()]
         reads = any(each.absolute() == own.absolute() for each in robots)

@@ -246,12 +246,16 @@ class ScenarioRuns:
 
         Raises:
             DeviceTimeout: They took too long.
+            FlorenceError: Others run, or the text is too long.
         """
+        check_size(text)
+        if self._turn.locked():
+            raise FlorenceError("scenarios are being played already: wait for their end")
         async with self._turn:
             with tempfile.TemporaryDirectory(prefix="florence_scenarios_") as folder:
                 own = Path(folder) / "missions"
                 own.mkdir()
-                (own / f"{name}.yaml").write_text(text, encoding="utf-8")
+                (own / f"{name}.yaml").write_text(text, encoding="utf-8", errors="replace")
                 report = Path(folder) / "report.xml"
                 missions = [each for path in (*folders, own) for each in ("--missions", str(path))]
                 process = await _start(

@@ -27,7 +27,6 @@ from florence_bt.app.page.pictures import map_picture
 from florence_bt.app.runs.journal_view import run_text
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import MissionRequest, MissionRun
 from florence_bt.runtime.status import RUN_STATES
 from florence_bt.runtime.viewers.snapshot import STATUS, snapshot_of, statuses
@@ -251,7 +250,7 @@ def main() -> None:
             trial = Trial(request, Path(folder))
             threading.Thread(target=trial.stop_after, args=(sys.stdin,), daemon=True).start()
             tell(over=trial.run(lambda parts: tell(**parts)))
-    except (FlorenceError, RequestRefused) as error:
+    except FlorenceError as error:
         tell(problem=str(error))
 
 

@@ -39,11 +39,12 @@ _PEOPLE = {
 }
 _SHORT = """
 @media (max-width: 640px) {
-  .florence-short .block { display: none }
+  .florence-short .block { font-size: 0; line-height: 0; width: 0 }
   .florence-short .q-icon { margin: 0 }
+  .florence-short { padding: 4px 8px }
 }
 """
-"""On a phone these buttons have only their sign."""
+"""On a phone these buttons have only their sign (an important rule of Quasar keeps their texts displayed)."""
 _LOOK_S = 0.5
 """How often to look whether the rig is done."""
 _ROBOT_S = 3.0
@@ -569,7 +570,7 @@ class EditorPage:
         if not self._name:
             return
         await self._look_at_text()
-        if not self._look.get("fits"):
+        if not self._look.get("fits") or self._look.get("text") != self._text:
             ui.notify("the mission has errors: mend them first", type="warning")
             return
         request = TrialRequest(
