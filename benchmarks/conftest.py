@@ -130,3 +130,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         terminalreporter.write_line(
             f"written to {file}" + (f", without the incomplete {left}" if left else "")
         )
+
+
+@pytest.fixture
+def domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ROS domain of the benchmarks, on this machine."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "97")
+    from florence_bt.ros.environment import reach_of
+
+    for name, value in reach_of({}).variables.items():
+        monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)

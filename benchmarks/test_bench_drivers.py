@@ -372,9 +372,9 @@ def test_kinect_through_libfreenect(
     benchmark: Any, figures: Any, ros: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from florence_bt.core.errors import DeviceLost
+    from florence_bt.drivers.kinect.fakenect import COLOUR_HEAD, DEPTH_HEAD, INDEX
     from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, find_fakenect
     from florence_bt.drivers.kinect.node import KinectNode
-    from florence_bt.drivers.kinect.recording import COLOUR_HEAD, DEPTH_HEAD, INDEX
 
     try:
         find_fakenect()

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import os
 import statistics
 import time
-from pathlib import Path
 
 import pytest
 from florence_interfaces.action import LookForUser
 from florence_interfaces.msg import DetectedUser
-from florence_interfaces.srv import MissionStatus
 from rclpy import Context
 from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from benchmarks.running_system import cpu_seconds, run_mission
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
-from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.ros.conversions import stamp_from_ros
-from florence_bt.ros.environment import reach_of
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
-TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 IDLE_S = 10.0
 LOOKS = 20
 SPEEDS = (3.0, 5.0)
@@ -33,36 +28,8 @@ SPEEDS = (3.0, 5.0)
 latencies between the processes count more and more in simulated time, and missions begin to fail."""
 
 
-@pytest.fixture
-def domain(monkeypatch):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "97")
-    for name, value in reach_of({}).variables.items():
-        monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
-
-
 def simulated_time_node(context: Context) -> FlorenceNode:
     return FlorenceNode("looker", context=context, parameters={"use_sim_time": True})
-
-
-def run_mission(
-    system: System, mission: str, inputs: dict[str, object], budget_s: float
-) -> MissionStatus.Response:
-    """Run a mission to its end; its status."""
-    client = system.client
-    answer = client.run(mission, inputs, caller="benchmark")
-    assert answer.accepted, answer.message
-
-    def over() -> bool:
-        return client.state.run_id == answer.run_id and client.state.state not in ACTIVE_STATES
-
-    client.spin_until(over, budget_s, watch=system.check)
-    return client.status(answer.run_id)
-
-
-def cpu_seconds(pid: int) -> float:
-    """User and system time of a process so far."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS_PER_SECOND
 
 
 def test_idle_cpu(benchmark, figures, domain, tmp_path):

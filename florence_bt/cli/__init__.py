@@ -37,7 +37,7 @@ def _switch_override(on: bool, given: list[str]) -> int:
         try:
             robot = given[-1] if given else os.environ.get(NAMESPACE_VARIABLE, "")
             use_namespace(robot, chosen=bool(given))
-            print(switch_override(on))
+            print(switch_override(on, f"florence {'override' if on else 'release'}"))
         except ConfigError as error:
             print(f"florence: {error}", file=sys.stderr)
             return USAGE

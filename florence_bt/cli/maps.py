@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -50,16 +52,13 @@ OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="With --undo: also when a file was changed since by other means.")
 ]
 
+Change = tuple[Callable[["OccupancyGrid"], "Edited"], str]
+"""How a map is changed, and what that is called in its versions."""
 
-@maps.command(
-    epilog=f"Examples: florence map clean maps/home.yaml --picture home.png; "
-    f"florence map clean maps/home.yaml --undo\n\n{EXIT_CODES}"
-)
-def clean(
+
+def _change(
+    change: Change,
     file: MapArgument,
-    speck: Annotated[
-        float, typer.Option(metavar="METRES", help="The largest size of a speck; 0 leaves all.")
-    ] = 0.1,
     out: OutOption = None,
     hotspots: HotspotsOption = None,
     pose: PoseOption = None,
@@ -67,22 +66,61 @@ def clean(
     undo: UndoOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
+    from florence_bt.app.maps.change import MapFiles, change_map
+    from florence_bt.app.maps.change import undo as undo_last
+
+    if undo:
+        typer.echo(undo_last(file, overwrite=overwrite))
+        return
+    for line in change_map(MapFiles(file, out, hotspots, pose, picture), *change):
+        typer.echo(line)
+
+
+def _changes_map(make: Callable[..., Change]) -> Callable[..., None]:
+    """Make a verb of a function that takes its own options and says how the map is changed.
+
+    It gets the map and the options of :func:`_change`, too.
+    """
+    _, *shared = inspect.signature(_change, eval_str=True).parameters.values()
+    own = inspect.signature(make, eval_str=True).parameters
+
+    @functools.wraps(make)
+    def verb(**given: Any) -> None:
+        change = make(**{name: given[name] for name in own})
+        _change(change, **{each.name: given[each.name] for each in shared})
+
+    parameters = [shared[0], *own.values(), *(each for each in shared[1:] if each.name not in own)]
+    keyword_only = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in parameters]
+    verb.__signature__ = inspect.Signature(keyword_only)  # type: ignore[attr-defined]
+    verb.__annotations__ = {each.name: each.annotation for each in parameters}
+    return verb
+
+
+@maps.command(
+    epilog=f"Examples: florence map clean maps/home.yaml --picture home.png; "
+    f"florence map clean maps/home.yaml --undo\n\n{EXIT_CODES}"
+)
+@_changes_map
+def clean(
+    speck: Annotated[
+        float, typer.Option(metavar="METRES", help="The largest size of a speck; 0 leaves all.")
+    ] = 0.1,
+) -> Change:
     """Remove specks, holes in the floor and islands behind walls; close small holes in straight walls.
 
     Every cell becomes free, occupied or unknown. The legs of tables stay.
     """
     from florence_bt.skills.navigation.mapping.editing import clean as clean_grid
 
-    files = (file, out, hotspots, pose, picture)
-    _change(files, undo, overwrite, lambda grid: clean_grid(grid, speck), "clean")
+    return lambda grid: clean_grid(grid, speck), "clean"
 
 
 @maps.command(
     epilog="Examples: florence map crop maps/home.yaml; "
     f'florence map crop maps/home.yaml --box "[[0, 0], [9.5, 7]]"\n\n{EXIT_CODES}'
 )
+@_changes_map
 def crop(
-    file: MapArgument,
     box: Annotated[
         str | None,
         typer.Option(
@@ -92,13 +130,7 @@ def crop(
     margin: Annotated[
         float, typer.Option(metavar="METRES", help="Unknown ground that stays around it, without --box.")
     ] = 0.25,
-    out: OutOption = None,
-    hotspots: HotspotsOption = None,
-    pose: PoseOption = None,
-    picture: PictureOption = None,
-    undo: UndoOption = False,
-    overwrite: OverwriteOption = False,
-) -> None:
+) -> Change:
     """Cut a map down to what is known, or to a rectangle; places keep their coordinates."""
     from florence_bt.app.maps.change import points
     from florence_bt.skills.navigation.mapping.editing import crop as crop_grid
@@ -107,16 +139,15 @@ def crop(
     if corners is not None and len(corners) != 2:
         raise ConfigError(f"--box: {len(corners)} points", valid=["two opposite corners: [[0, 0], [9.5, 7]]"])
     kept = None if corners is None else (corners[0], corners[1])
-    files = (file, out, hotspots, pose, picture)
-    _change(files, undo, overwrite, lambda grid: crop_grid(grid, kept, margin), "crop")
+    return lambda grid: crop_grid(grid, kept, margin), "crop"
 
 
 @maps.command(
     epilog="Examples: florence map rotate maps/home.yaml --hotspots hotspots/home.yaml; "
     f'florence map rotate maps/home.yaml --by "90 deg"\n\n{EXIT_CODES}'
 )
+@_changes_map
 def rotate(
-    file: MapArgument,
     by: Annotated[
         str | None,
         typer.Option(
@@ -125,13 +156,7 @@ def rotate(
             show_default="walls become parallel to the axes",
         ),
     ] = None,
-    out: OutOption = None,
-    hotspots: HotspotsOption = None,
-    pose: PoseOption = None,
-    picture: PictureOption = None,
-    undo: UndoOption = False,
-    overwrite: OverwriteOption = False,
-) -> None:
+) -> Change:
     """Turn a map about the origin of its frame, so that its walls run along the axes, or by an angle.
 
     No wall is lost, however thin. What is known stays, the rest is cut off.
@@ -139,8 +164,7 @@ def rotate(
     from florence_bt.app.maps.change import turn_of
     from florence_bt.skills.navigation.mapping.editing import rotate as rotate_grid
 
-    files = (file, out, hotspots, pose, picture)
-    _change(files, undo, overwrite, lambda grid: rotate_grid(grid, turn_of(by, grid)), "rotate")
+    return lambda grid: rotate_grid(grid, turn_of(by, grid)), "rotate"
 
 
 @maps.command(
@@ -148,8 +172,8 @@ def rotate(
     f'florence map edit maps/home.yaml free="[[0, 0], [2, 1]]" unknown="[[5, 5], [6, 5], [6, 7]]"'
     f"\n\n{EXIT_CODES}"
 )
+@_changes_map
 def edit(
-    file: MapArgument,
     edits: Annotated[
         list[str] | None,
         typer.Argument(
@@ -159,13 +183,8 @@ def edit(
         ),
     ] = None,
     thickness: Annotated[float, typer.Option(metavar="METRES", help="Of walls.")] = 0.1,
-    out: OutOption = None,
-    hotspots: HotspotsOption = None,
-    pose: PoseOption = None,
-    picture: PictureOption = None,
     undo: UndoOption = False,
-    overwrite: OverwriteOption = False,
-) -> None:
+) -> Change:
     """Draw walls, free what is not there, make unknown what nobody should drive to."""
     from florence_bt.app.maps.change import edits as read_edits
     from florence_bt.skills.navigation.mapping.editing import draw
@@ -173,10 +192,7 @@ def edit(
     drawn = read_edits(edits or [])
     if bool(drawn) == undo:
         raise ConfigError("either something to draw, or --undo", valid=["wall='[[1, 2], [3, 2]]'", "--undo"])
-    files = (file, out, hotspots, pose, picture)
-    _change(
-        files, undo, overwrite, lambda grid: draw(grid, drawn, thickness), f"edit {' '.join(edits or [])}"
-    )
+    return lambda grid: draw(grid, drawn, thickness), f"edit {' '.join(edits or [])}"
 
 
 @maps.command(
@@ -221,21 +237,6 @@ def rooms(
     if shown is not None:
         draw(found, grid, shown, f"{file}: rooms")
         typer.echo(f"{shown} written")
-
-
-_Files = tuple[Path, Path | None, Path | None, Path | None, Path | None]
-
-
-def _change(
-    files: _Files, undo: bool, overwrite: bool, edit: Callable[[OccupancyGrid], Edited], what: str
-) -> None:
-    from florence_bt.app.maps import change
-
-    if undo:
-        typer.echo(change.undo(files[0], overwrite=overwrite))
-        return
-    for line in change.change_map(change.MapFiles(*files), edit, what):
-        typer.echo(line)
 
 
 @maps.command(

@@ -21,6 +21,12 @@ def page(
         str, typer.Option(help="The address; 0.0.0.0 for the network, which needs a token.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="The TCP port.")] = 8080,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="The folder of recorded runs.", show_default="that of the running system"
+        ),
+    ] = None,
     token: Annotated[
         str,
         typer.Option(
@@ -28,7 +34,7 @@ def page(
             help="Make a token and end: look sees, run also starts and stops, edit also writes missions.",
         ),
     ] = "",
-    folders: Annotated[
+    missions: Annotated[
         list[Path] | None,
         typer.Option(
             "--missions",
@@ -38,13 +44,12 @@ def page(
     ] = None,
 ) -> None:
     """Show the robot in a browser: where it is, what it sees and does; start, stop and write missions."""
-    from florence_bt.app.page.access import Access, make_token, read_tokens, tokens_file
+    from florence_bt.app.page.access import make_token, tokens_file, user_access
 
-    file = tokens_file()
     if token:
-        typer.echo(f"token, shown only now: {make_token(token, file)}")
+        typer.echo(f"token, shown only now: {make_token(token, tokens_file())}")
         typer.echo("open the page as http://ROBOT:8080/?token=TOKEN")
         return
     from florence_bt.app.page.server import serve_page
 
-    serve_page(host, port, Access(read_tokens(file) if file.exists() else {}), folders or [])
+    serve_page(host, port, user_access(), folder, missions or [])

@@ -201,7 +201,7 @@ def _group() -> None:
 
 @kinect.command(epilog=f"Example: florence kinect record --folder kitchen --seconds 3\n\n{EXIT_CODES}")
 def record(
-    folder: Annotated[Path, typer.Option(help="Where the recording goes; is made.")],
+    folder: Annotated[Path, typer.Option(help="Where the recording goes, as kinect.mcap; is made.")],
     seconds: Annotated[float, typer.Option(help="How long.")] = 3.0,
     source: Annotated[
         str,
@@ -215,9 +215,8 @@ def record(
         str, typer.Option(help="The file of libfreenect.", show_default="the installed one")
     ] = "",
 ) -> None:
-    """Record the Kinect into a folder that fakenect, and our node with `source: recording:FOLDER`, play.
+    """Record the Kinect into a file that Foxglove, and our node with `source: recording:FOLDER`, play.
 
-    A second takes about 20 MB, with colour 45. Images are written with 640 x 480 pixels, as fakenect wants.
     Ctrl-C ends it early; what came until then can be played.
     """
     from florence_bt.app.devices.kinect_recording import record as run
@@ -234,3 +233,20 @@ def record(
     )
     if made.interrupted:
         raise KeyboardInterrupt
+
+
+@kinect.command(
+    name="convert", epilog=f"Example: florence kinect convert kitchen kitchen_fakenect\n\n{EXIT_CODES}"
+)
+def convert_recording(
+    source: Annotated[Path, typer.Argument(help="The folder of a recording, of one or the other kind.")],
+    target: Annotated[Path, typer.Argument(help="The folder of the other kind; may be the same.")],
+) -> None:
+    """Make a recording of a folder of libfreenect's record, or such a folder of a recording.
+
+    Programs of libfreenect play such folders: fakenect FOLDER freenect-glview.
+    """
+    from florence_bt.app.devices.kinect_recording import convert
+
+    depth, colour = convert(source, target)
+    typer.echo(f"{target}: {depth} depth and {colour} colour images")

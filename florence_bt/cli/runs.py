@@ -143,7 +143,7 @@ def override() -> None:
     """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
     from florence_bt.app.runs.switch_override import switch_override
 
-    typer.echo(switch_override(True))
+    typer.echo(switch_override(True, "florence override"))
 
 
 @app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
@@ -151,7 +151,7 @@ def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
     from florence_bt.app.runs.switch_override import switch_override
 
-    typer.echo(switch_override(False))
+    typer.echo(switch_override(False, "florence release"))
 
 
 @app.command(

@@ -157,6 +157,28 @@ def up(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
+    record: Annotated[
+        bool,
+        typer.Option(
+            "--record", help="Record what is published, into recordings/ in the folder for the logs."
+        ),
+    ] = False,
+    foxglove: Annotated[
+        int,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="Show what is published to Foxglove at this port, e.g. 8765.",
+        ),
+    ] = 0,
+    page: Annotated[
+        bool, typer.Option("--page", help="Show the robot in a browser, as florence page does.")
+    ] = False,
+    page_port: Annotated[int, typer.Option(min=1, max=65535, help="With --page: its TCP port.")] = 8080,
+    page_host: Annotated[
+        str, typer.Option(help="With --page: the address; 0.0.0.0 for the network, which needs a token.")
+    ] = "127.0.0.1",
     split: Annotated[
         bool,
         typer.Option(
@@ -227,6 +249,10 @@ def up(
             world_seed=world_seed,
             seed=seed,
             speed=speed,
+            record=record,
+            foxglove_port=foxglove,
+            page_port=page_port if page else 0,
+            page_host=page_host,
             split=split,
             ros_arguments=(
                 *(word for file in params_file or () for word in ("--params-file", str(file.absolute()))),

@@ -12,7 +12,7 @@ EXTRAS = {
     "sim": ("mujoco", "matplotlib"),
     "draw": ("resvg_py",),
     "home": ("paho",),
-    "record": ("foxglove",),
+    "record": ("foxglove", "mcap"),
     "page": ("nicegui", "fastapi", "uvicorn"),
     "mapping": ("gtsam", "rosbags"),
     "test": ("pytest",),

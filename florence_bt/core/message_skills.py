@@ -16,6 +16,8 @@ from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 LOOK_S = 1.0
 """How often is looked whether a source that speaks only when something changes is still there, while somebody
 watches or waits. Chosen: as fast as a killed server is noticed during a call."""
+OPEN_QUESTION = "open: "
+"""What the answer to somebody who asks whether a question is open begins with, if one is."""
 NOBODY_ASKS = "no mission waits for an answer"
 
 

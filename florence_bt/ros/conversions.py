@@ -352,20 +352,26 @@ def colour_from_ros(message: Image, camera: CameraModel) -> ColourImage:
     Raises:
         FrameError: Another encoding, or not as many bytes as the size says.
     """
+    pixels = colours_from_ros(message)
+    return ColourImage(
+        stamp_from_ros(message.header.stamp), frame_from_ros(message.header.frame_id), camera, pixels
+    )
+
+
+def colours_from_ros(message: Image) -> NDArray[np.uint8]:
+    """Return the pixels of a colour image as :func:`colour_from_ros` has them: shape (rows, columns, 3), RGB.
+
+    Raises:
+        FrameError: Another encoding, or not as many bytes as the size says.
+    """
     order = _CHANNELS.get(message.encoding)
     if order is None:
         valid = ", ".join(_CHANNELS)
         raise FrameError(f"a colour image cannot be {message.encoding!r} (would have worked: {valid})")
     raw = _pixels(message, np.dtype(np.uint8), len(order))
     if message.encoding == "mono8":
-        pixels = np.repeat(raw[..., None], 3, axis=2)
-    elif message.encoding == "rgb8":
-        pixels = raw
-    else:
-        pixels = np.ascontiguousarray(raw[..., list(order[:3])])
-    return ColourImage(
-        stamp_from_ros(message.header.stamp), frame_from_ros(message.header.frame_id), camera, pixels
-    )
+        return np.repeat(raw[..., None], 3, axis=2)
+    return raw if message.encoding == "rgb8" else np.ascontiguousarray(raw[..., list(order[:3])])
 
 
 def camera_info_to_ros(camera: CameraModel, frame_id: str, stamp: float) -> CameraInfo:

@@ -373,15 +373,15 @@ class FlorenceNode(Node):
         """Call back when the node is destroyed, the latest first: for clients that need the last answers."""
         self._destroyers.append(callback)
 
-    def retire(self, entity: Service | Subscription) -> None:
-        """Destroy a service, or a subscription, that may have just got something.
+    def retire(self, service: Service) -> None:
+        """Destroy a service that may have just got a request.
 
         What the events executor of rclpy 7.1 has noticed but not served yet it serves also when its object
         was destroyed meanwhile, and that ends the process. So the executor first releases it;
         what it has noticed before that is served, and then the service is destroyed.
         """
-        forget(self, entity)
-        self._when_let_go(entity.destroy)
+        forget(self, service)
+        self._when_let_go(service.destroy)
 
     def _when_let_go(self, destroy: Callable[[], None]) -> None:
         """Run when the executor has released what was taken from the node's lists, and has served the rest.

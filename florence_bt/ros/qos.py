@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 _OWN_DEADLINE = Duration(seconds=86_400)
@@ -20,6 +21,11 @@ def _profile(depth: int, *, reliable: bool = True, latched: bool = False, own: b
         **({"deadline": _OWN_DEADLINE} if own else {}),
     )
 
+
+NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
+"""For subscriptions that end before their process does. An event of the middleware, such as a publisher with
+another quality of service, that came just before then ends the process: the events executor of rclpy 7.1 lets
+go of what the event needed without the interpreter's lock."""
 
 SENSOR = _profile(5, reliable=False)
 """Readings that are soon replaced: scans, images."""

@@ -15,7 +15,6 @@ from rclpy.clock import ClockType
 from rclpy.impl.rcutils_logger import Throttle
 from rclpy.node import Node
 from rclpy.service import Service
-from rclpy.subscription import Subscription
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -64,12 +63,9 @@ def throttle_logs_by_steady_time() -> None:
     Throttle.params["throttle_time_source_type"] = _LogClock(clock_type=ClockType.STEADY_TIME)
 
 
-def forget(node: Node, entity: Service | Subscription) -> None:
-    """Take a service or a subscription from what the node's executor serves, without destroying it yet."""
-    served: Any = node._services if isinstance(entity, Service) else node._subscriptions
-    served.remove(entity)
-    waitables: Any = node._Node__waitables  # type: ignore[attr-defined]
-    for handler in getattr(entity, "event_handlers", ()):
-        waitables.remove(handler)
+def forget(node: Node, service: Service) -> None:
+    """Take a service from what the node's executor serves, without destroying it yet."""
+    services: Any = node._services
+    services.remove(service)
     wake: Any = node._wake_executor
     wake()

@@ -5,6 +5,9 @@ from __future__ import annotations
 SWITCH_OVERRIDE = "florenceLocator/manualOverride"
 """``std_msgs/Bool``: switches the manual override (REFERENCE 11.1, table 11); the base's driver listens."""
 
+OVERRIDE_BY = "manual_override_by"
+"""``std_msgs/String``: who is about to switch the manual override, for the journal. Nobody need say it."""
+
 MANUAL_OVERRIDE = "manual_override"
 """``std_msgs/Bool``, latched: whether the manual override is on. The base's driver says so; all others read
 it."""
@@ -12,6 +15,9 @@ it."""
 LAST_OVERRIDE = "manual_override_switched_on"
 """``builtin_interfaces/Time``, latched: the date (UTC, also in a simulation) at which the manual override was
 switched on last, zero when it never was. For those who hung or were not there when it was on and released."""
+
+INITIAL_POSE = "initialpose"
+"""``geometry_msgs/PoseWithCovarianceStamped``: somebody says where the robot is in the map (as RViz does)."""
 
 DOCK = "turtlebot_node/dock"
 """``std_srvs/SetBool``: the base drives to its dock by itself, or ends that."""

@@ -18,11 +18,12 @@ from florence_bt.cli.application import app
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
+from florence_bt.drivers.kinect.fakenect import INDEX, NOTES, FakenectWriter
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.kinect.freenect_library import NAMES
 from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, FreenectSource, find_fakenect
-from florence_bt.drivers.kinect.recording import INDEX, NOTES, RecordingWriter
-from florence_bt.drivers.kinect.sources import open_source
+from florence_bt.drivers.kinect.recording import Reading
+from florence_bt.drivers.kinect.sources import FrameSource, open_source
 from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer
 
 try:
@@ -43,13 +44,13 @@ def folder_variable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def write(folder: Path, count: int = 3, view: View = View.DEPTH) -> Path:
-    with RecordingWriter(folder) as writer:
+    with FakenectWriter(folder) as writer:
         for n in range(count):
             moment = 1000.0 + n / 100
             depth = DepthFrame(640, 480, 5.0 + n, RAW[n], DepthEncoding.RAW, view)
             writer.add(depth, moment)
             writer.add(VideoFrame(640, 480, 5.0 + n, PIXELS[n]), moment + 0.001)
-            writer.add_reading((1, 819, -2), 10, 0, moment + 0.002)
+            writer.add_reading(Reading((1, 819, -2), 10, 0), moment + 0.002)
     return folder
 
 
@@ -65,7 +66,7 @@ def source(folder: Path) -> Iterator[FreenectSource]:
     source.close()
 
 
-def everything(source: FreenectSource) -> list[Frame]:
+def everything(source: FrameSource) -> list[Frame]:
     frames = []
     with pytest.raises(DeviceLost, match="is over"):
         while True:
@@ -205,7 +206,7 @@ def test_a_recording_of_the_simulated_kinect_gives_the_same_image(tmp_path: Path
         server.close()
     assert outcome.exit_code == 0, outcome.output
     assert "depth and" in outcome.output and f"recording:{folder}" in outcome.output
-    source = FreenectSource(folder=str(folder))
+    source = open_source(KinectParameters(source=f"recording:{folder}"))
     played = everything(source)
     source.close()
     assert any(isinstance(frame, DepthFrame) for frame in played)

@@ -14,11 +14,11 @@ import pytest
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
+from florence_bt.drivers.kinect.fakenect import FakenectWriter
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, find_fakenect
 from florence_bt.drivers.kinect.motor import codec
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
-from florence_bt.drivers.kinect.recording import RecordingWriter
 from florence_bt.drivers.kinect.sources import FrameSource, open_source
 from florence_bt.simulation.emulators.kinect_motor import KinectMotorBackend
 
@@ -48,7 +48,7 @@ def source(device_path: DevicePath, tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def record(folder: Path) -> None:
     raw = np.tile(np.linspace(600, 1000, 640).astype(np.uint16), (480, 1))
     pixels = np.random.default_rng(1).integers(0, 256, (480, 640, 3)).astype(np.uint8)
-    with RecordingWriter(folder) as writer:
+    with FakenectWriter(folder) as writer:
         for count in range(PICTURES):
             moment = 10.0 + count / 30
             writer.add(DepthFrame(640, 480, moment, raw, DepthEncoding.RAW), moment)

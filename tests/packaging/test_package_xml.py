@@ -26,6 +26,7 @@ FROM_PIP = {
     "gtsam",
     "rosbags",
     "foxglove",
+    "mcap",
     "nicegui",
     "fastapi",
     "uvicorn",

@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -72,9 +73,9 @@ def domains_of_ports() -> set[int]:
     return {(port - FIRST_PORT) // PORTS_OF_DOMAIN for port in ports if port >= FIRST_PORT}
 
 
-@pytest.fixture
-def ros_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """A ROS domain that no other test has at the moment, in this or any other process."""
+@contextmanager
+def own_domain() -> Iterator[int]:
+    """Have a ROS domain that no other test has at the moment, in this or any other process."""
     folder = Path(tempfile.gettempdir()) / "florence-ros-domains"
     folder.mkdir(exist_ok=True)
     # Another one for each test: what an earlier test left in discovery is of no concern.
@@ -83,19 +84,24 @@ def ros_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     for domain in [*DOMAINS[first:], *DOMAINS[:first]]:
         if domain in taken:
             continue
-        file = (folder / str(domain)).open("w")
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.close()
-            continue
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        for name, value in reach_of({}).variables.items():
-            monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
-        yield domain
-        file.close()
-        return
+        with (folder / str(domain)).open("w") as file, pytest.MonkeyPatch.context() as patch:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            patch.setenv("ROS_DOMAIN_ID", str(domain))
+            for name, value in reach_of({}).variables.items():
+                patch.delenv(name, raising=False) if value is None else patch.setenv(name, value)
+            yield domain
+            return
     pytest.fail("every ROS domain is taken")
+
+
+@pytest.fixture
+def ros_domain() -> Iterator[int]:
+    """A ROS domain of the test's own."""
+    with own_domain() as domain:
+        yield domain
 
 
 class RosBench:

@@ -210,7 +210,7 @@ class Everything:
                 self.kinect.send_raw_depth(DEPTH, 0.0)
             return condition()
 
-        self.ros.spin_until(served, timeout_s=30.0, what=what)
+        self.ros.spin_until(served, what=what)
 
     def goes(self) -> None:
         """Everything sends, with stamps of the clock as it is, and obeys."""

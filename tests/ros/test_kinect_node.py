@@ -18,12 +18,12 @@ from std_msgs.msg import Float64, UInt8, UInt16
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.codec import METRES_OF_RAW, raw_from_metres
+from florence_bt.drivers.kinect.fakenect import FakenectWriter
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
 from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, find_fakenect
 from florence_bt.drivers.kinect.motor.node import KinectMotorNode
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
 from florence_bt.drivers.kinect.node import KinectNode
-from florence_bt.drivers.kinect.recording import RecordingWriter
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer
@@ -194,7 +194,7 @@ def test_a_recording_through_libfreenect(ros: Any, tmp_path: Path, monkeypatch: 
     monkeypatch.setenv(FOLDER_VARIABLE, "")
     raw = np.random.default_rng(1).integers(400, 1000, (480, 640)).astype(np.uint16)
     pixels = np.random.default_rng(2).integers(0, 256, (480, 640, 3)).astype(np.uint8)
-    with RecordingWriter(tmp_path / "recording") as writer:
+    with FakenectWriter(tmp_path / "recording") as writer:
         for count in range(30):
             frame = DepthFrame(640, 480, count / 30, raw, DepthEncoding.RAW, View.DEPTH)
             writer.add(frame, 50.0 + count / 30)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import Odometry
+from florence_bt.core.sensing import LaserScan, Odometry
 from florence_bt.ros.conversions import grid_from_ros, odometry_to_ros, pose_from_ros, scan_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
@@ -59,16 +60,26 @@ class Driver:
         self.diagnoses += [status for status in message.status if status.name.startswith("mapping: Place")]
 
     def sense(self) -> None:
-        """Publish one scan and the odometry around it."""
+        """Publish a scan and the odometry around it until it counts: a new node may not know the frames."""
         self.ros.spin_until(lambda: self._scans.get_subscription_count() and self._odometry_is_heard())
         scan = self.world.scan()  # compiles first
+        told, due = len(self.poses), 0.0
+
+        def is_placed() -> bool:
+            nonlocal due
+            if time.monotonic() > due:
+                due = time.monotonic() + 10.0
+                self._publish(scan)
+            return len(self.poses) > told
+
+        self.ros.spin_until(is_placed)
+
+    def _publish(self, scan: LaserScan) -> None:
         now = self.node.timebase.now()
         for stamp in (now - 0.02, now + 0.05):
             odometry = Odometry(stamp, self.world.odom)
             self._odometry.publish(odometry_to_ros(odometry, "odom", "base_footprint"))
-        told = len(self.poses)
         self._scans.publish(scan_to_ros(replace(scan, stamp=now)))
-        self.ros.spin_until(lambda: len(self.poses) > told)
 
     def _odometry_is_heard(self) -> bool:
         return bool(self._odometry.get_subscription_count())

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+pytest.importorskip("rclpy")
+from std_msgs.msg import String
+
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.ros.qos import RELIABLE
 
 pytestmark = pytest.mark.ros
 
@@ -50,10 +54,15 @@ def test_the_override_stops_everything_and_blocks_until_released(bench_of):
     waiting = bench.run("drive_once", policy="queue").run_id
     bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
     assert bench.status().waiting == [waiting] and bench.status().blocked_by == ""
+    who = bench.node.create_publisher(String, "manual_override_by", RELIABLE)
+    bench.ros.spin_until(who.get_subscription_count, what="the mission server")
+    who.publish(String(data="page (run)"))
+    bench.ros.spin_for(0.2)
     bench.override(True)
     bench.ros.spin_until(lambda: bench.status().blocked_by, what="the override")
     for each in (current, waiting):
-        assert "manual override" in bench.wait("STOPPED", each).reason
+        reason = bench.wait("STOPPED", each).reason
+        assert "manual override" in reason and "page (run)" in reason
     assert bench.drive.runs[0].cancelled
     refused = bench.run("be_quick", policy="preempt", priority=9)
     assert not refused.accepted and "florence release" in refused.message

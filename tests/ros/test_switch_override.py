@@ -55,7 +55,7 @@ def test_it_is_said_again_until_the_driver_obeys(ros: Any, start_process: Any) -
 def test_without_a_driver_it_says_so(ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SIGHT_S", 0.2)
     with pytest.raises(NoBaseDriver, match="switch it off by hand"):
-        switch_override(True)
+        switch_override(True, "a test")
 
 
 def test_a_driver_that_does_not_obey_is_an_error(
@@ -70,7 +70,7 @@ def test_a_driver_that_does_not_obey_is_an_error(
     child.wait_for("up")
     monkeypatch.setattr(module, "SIGHT_S", 5.0)
     with pytest.raises(DeviceTimeout, match="did not confirm"):
-        switch_override(True)
+        switch_override(True, "a test")
 
 
 def test_nothing_else_is_loaded_before_it_publishes(start_process: Any) -> None:

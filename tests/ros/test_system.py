@@ -9,12 +9,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.runtime.journal import JournalReader
+from tests.ros.heard_topics import HeardTopics, recorded_in
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
@@ -108,7 +110,7 @@ def system(ros_domain, tmp_path, patrol):
     """A running ``florence up --sim`` and the file it prints to."""
     output = tmp_path / "up.txt"
     command = [*FLORENCE, "up", "--sim", "--person", "living_room", "--seed", "27", "--speed", SPEED]
-    command += ["--missions", str(patrol)]
+    command += ["--missions", str(patrol), "--record"]
     with output.open("w") as file:
         process = subprocess.Popen(
             [*command, "--out", str(tmp_path / "up")],
@@ -241,7 +243,8 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         wait_for(lambda: state() == "SUCCEEDED", "the way to the kitchen")
         assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "kitchen"
 
-        done = florence("run", "goto_user", "--headless")
+        with HeardTopics() as heard:
+            done = florence("run", "goto_user", "--headless")
         assert done.returncode == 0 and "goto_user: SUCCEEDED" in done.stdout, done.stdout + done.stderr
         assert "[ ]" not in done.stdout, "what was not reached is listed only when asked for"
         assert "goto_user" in florence("runs").stdout, "the folder of the running system is found"
@@ -257,6 +260,23 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         last = journal.runs(1, "patrol")[0]
         assert last.state == "STOPPED"
         assert "stop_asked" in [event.kind for event in journal.events(last.run_id)]
+    check_recording(folder / "recordings", heard)
+
+
+def check_recording(folder: Path, heard: HeardTopics) -> None:
+    """Every message that another subscriber heard is recorded, byte for byte, and none is there twice."""
+    recorded = recorded_in(folder)
+    topics = Counter[str]()
+    for (topic, _), count in heard.messages.items():
+        topics[topic] += count
+    assert {"/scan", "/odom", "/tf", "/tracked_users", "/plan", "/florence_bt/tree", "/rosout"} <= set(topics)
+    lost = Counter[str]()
+    for (topic, _), count in (heard.messages - recorded).items():
+        lost[topic] += count
+    assert not {topic: lost[topic] for topic in lost if topic in heard.reliable}
+    assert all(count <= 0.02 * topics[topic] for topic, count in lost.items()), (lost, topics)
+    for topic in ("/odom", "/filtered_laser_scan"):  # each has a stamp of its own
+        assert max(count for (name, _), count in recorded.items() if name == topic) == 1, topic
 
 
 def test_a_process_that_cannot_be_started_again_ends_the_bring_up_with_its_log(system):

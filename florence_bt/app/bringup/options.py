@@ -53,6 +53,10 @@ class BringUp:
         world_seed: Seed of a generated home in its place.
         seed: Seed of every random generator.
         speed: Simulated seconds per wall second to aim at.
+        record: Whether what is published is recorded.
+        foxglove_port: The TCP port of 127.0.0.1 at which Foxglove finds the robot, 0 for none.
+        page_port: The TCP port of the page in a browser, 0 for none.
+        page_host: The address at which it is served.
         split: Whether each node has a process of its own.
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
         ros_arguments: The ROS arguments of every process (``ros.arguments``); those of this one when not
@@ -78,6 +82,10 @@ class BringUp:
     world_seed: int | None = None
     seed: int = 0
     speed: float = 1.0
+    record: bool = False
+    foxglove_port: int = 0
+    page_port: int = 0
+    page_host: str = "127.0.0.1"
     split: bool = False
     mission_folders: tuple[str, ...] = ()
     ros_arguments: tuple[str, ...] = field(default_factory=ros_arguments)
@@ -126,6 +134,11 @@ class BringUp:
     def in_flat(self) -> bool:
         """Whether the devices are those of the simulated flat."""
         return self.simulated or self.emulated
+
+    @property
+    def has_recorder(self) -> bool:
+        """Whether there is a recorder, for files or for Foxglove."""
+        return self.record or self.foxglove_port > 0
 
     @property
     def own_world(self) -> bool:

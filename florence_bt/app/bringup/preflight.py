@@ -8,7 +8,7 @@ from pathlib import Path
 from florence_bt.app.bringup.config import config_of
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.simulated import flat_of, people_at_home
-from florence_bt.app.bringup.topology import refuse_wrong_parameters
+from florence_bt.app.bringup.topology import recorder_parameters, refuse_wrong_parameters
 from florence_bt.core.paths import find_data
 from florence_bt.ros.arguments import parameters_in
 from florence_bt.simulation.home.build_map import hotspots_yaml
@@ -50,6 +50,14 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
             home.mqtt.password()
     if options.speech is not None:
         command_of(options.speech)
+    if options.has_recorder:
+        from florence_bt.app.recording.node import check_recorder
+
+        check_recorder(recorder_parameters(options))
+    if options.page_port:
+        from florence_bt.app.page.access import check_page, user_access
+
+        check_page(options.page_host, options.page_port, user_access())
     if options.mapping:
         from florence_bt.skills.navigation.mapping.drive import load_drive
         from florence_bt.skills.navigation.mapping.pose_graph import import_gtsam

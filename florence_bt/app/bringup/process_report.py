@@ -52,17 +52,17 @@ class ProcessReport:
         if now < self._due:
             return
         self._due = now + PERIOD_S
-        waiting = self._supervisor.waiting()
         found = {
-            f"process {name}": self._diagnosis(name, pid, starts=name in waiting)
-            for name, pid in self._supervisor.pids().items()
+            f"process {name}": self._diagnosis(name, pid) for name, pid in self._supervisor.pids().items()
         }
         self._topic.publish(diagnostics_to_ros(found, NAME, "", self._node.stamp()))
 
-    def _diagnosis(self, name: str, pid: int, *, starts: bool) -> Diagnosis:
+    def _diagnosis(self, name: str, pid: int) -> Diagnosis:
         restarts = self._supervisor.restarts(name)
         values = {"pid": str(pid), "restarts": str(restarts)}
-        if starts:
+        if name in self._supervisor.given_up():
+            return Diagnosis(Severity.ERROR, "has died too often and is not started again", values)
+        if name in self._supervisor.waiting():
             return Diagnosis(Severity.ERROR, "has died and is about to be started again", values)
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"

@@ -84,6 +84,8 @@ class _Child:
     """What was done after its end; None before."""
     due: float | None = None
     """When it is started again, in steady seconds; None while it runs, or is not started again."""
+    is_given_up: bool = False
+    """Whether it stays as it is, and nobody minds."""
 
     def close(self) -> None:
         self.log.close()
@@ -180,6 +182,14 @@ class Supervisor:
         for each in companions:
             self._child(each).due = self._child(name).due
 
+    def give_up(self, name: str) -> None:
+        """Leave a process that died as it is: :meth:`check` does not mind it any more."""
+        self._child(name).is_given_up = True
+
+    def given_up(self) -> set[str]:
+        """Return the processes that have been given up."""
+        return {child.name for child in self._children if child.is_given_up}
+
     def restarts(self, name: str) -> int:
         """Return how often a process has died within :data:`RESTARTS_PERIOD_S` and was started again."""
         now = self._now()
@@ -237,7 +247,7 @@ class Supervisor:
         """
         self._start_due()
         for child in self._children:
-            if child.due is None and child.process.poll() is not None:
+            if child.due is None and not child.is_given_up and child.process.poll() is not None:
                 how, then = child.how_it_ended(), self._reap(child)
                 raise ProcessDied(child.name, how, child.log_file, then, child.log_begun)
 

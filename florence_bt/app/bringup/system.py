@@ -26,6 +26,7 @@ from florence_bt.app.bringup.topology import (
     MISSIONS,
     companions,
     ended_together,
+    observers,
     own_bindings,
     process_of,
     processes,
@@ -73,6 +74,7 @@ class System:
                 clear_ports(options)
             self.options = options = with_world_files(options)
             self._base, self._missions = process_of(BASE, options), process_of(MISSIONS, options)
+            self._observers = observers(options)
             self._supervisor = Supervisor(
                 options.write(),
                 folder / "logs",
@@ -151,19 +153,20 @@ class System:
     def check(self) -> None:
         """Raise when a process has died; stop the robot while one does not answer. Call it often.
 
-        A process that stays silent is killed, which the next call raises.
+        A process that stays silent is killed, which the next call raises. For an observer nothing stops, and
+        it is started again.
 
         Raises:
             ProcessDied: Names it.
         """
-        self._supervisor.check()
+        self._check_deaths()
         # One that is started again has a budget to come up in, as at the start; the robot is held meanwhile.
         silences = {
             name: silent_s
             for name, silent_s in self._supervisor.silences().items()
             if name not in self._starting_again
         }
-        hung = {name for name, silent_s in silences.items() if silent_s >= SILENT_S}
+        hung = {name for name, s in silences.items() if s >= SILENT_S and name not in self._observers}
         for name in sorted(hung - self._hung):
             self._stop_for(name, hung)
         if self._base in self._hung & hung:
@@ -174,9 +177,24 @@ class System:
         if self._hold.held and not hung and not self._starting_again:
             self._hold.release()
             self._report("the robot may drive again")
-        for name in hung:
-            if silences[name] >= KILLED_AFTER_S:
+        for name, silent_s in silences.items():
+            if silent_s >= KILLED_AFTER_S:
                 self._supervisor.kill(name, f"did not answer for {KILLED_AFTER_S:g} s and was killed")
+
+    def _check_deaths(self) -> None:
+        """Raise when a process has died without which the robot cannot go on."""
+        try:
+            self._supervisor.check()
+        except ProcessDied as death:
+            if death.name not in self._observers:
+                raise
+            pause = self._supervisor.start_again(death.name)
+            if pause is None:
+                self._supervisor.give_up(death.name)
+            again = "not started again, as it died too often"
+            if pause is not None:
+                again = f"started again{f' in {pause:g} s' if pause else ''}"
+            self._report(f"{death.what}, see {death.log_file}; the robot goes on, it is {again}", "ERROR")
 
     def _stop_for(self, name: str, hung: set[str]) -> None:
         """Hold the robot because a process does not answer, then say so."""
@@ -281,7 +299,8 @@ class System:
 
     def _not_up(self) -> list[str]:
         """Return the processes that have not all their nodes yet; an earlier bring-up left other ids."""
-        return [name for name, pid in self.pids().items() if self._id_in(name) != str(pid)]
+        needed = {name: pid for name, pid in self.pids().items() if name not in self._observers}
+        return [name for name, pid in needed.items() if self._id_in(name) != str(pid)]
 
     def _id_in(self, group: str) -> str:
         try:
@@ -291,7 +310,7 @@ class System:
 
     def _check_start(self) -> None:
         """Check what may go wrong before all is ready, also what another user or machine runs."""
-        self._supervisor.check()
+        self._check_deaths()
         self._supervisor.silences()  # taken, not judged: processes that start keep each other waiting
         if self.client.servers() > 1:
             raise ConfigError(

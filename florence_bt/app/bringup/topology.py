@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from florence_bt.simulation.hardware.server import HardwareServer
 
 NODES: dict[str, tuple[str, ...]] = {
+    "recorder": ("recorder",),
     "simulator": ("simulator",),
     "hardware": (
         "turtlebot_node",
@@ -47,12 +48,14 @@ NODES: dict[str, tuple[str, ...]] = {
     "navigation": ("map_server", "localiser", "mapping", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
     "missions": ("speech", "florence_bt"),
+    "page": ("page_server",),
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away. With ``--split`` each node has a process
-that is called as the node."""
+that is called as the node. The recorder is there from the first message to the last."""
 
 NODE_CLASSES = {
+    "recorder": "app.recording.node:RecorderNode",
     "simulator": "simulation.hardware.node:SimulatorNode",
     "turtlebot_node": "drivers.turtlebot.node:TurtlebotNode",
     "hokuyo_node": "drivers.hokuyo.node:HokuyoNode",
@@ -73,11 +76,15 @@ NODE_CLASSES = {
     "home_sensors": "skills.home_sensors.node:HomeSensorsNode",
     "florence_bt": "runtime.node:MissionNode",
     "speech": "skills.speech.node:SpeechNode",
+    "page_server": "app.page.process:PageServerNode",
 }
 """Node -> module (below ``florence_bt``) and class."""
 
-OPTIONAL = ("home_sensors", "speech")
-"""Nodes that are not in every bring-up: they need a file, or another program has their place."""
+OBSERVERS = ("recorder", "page_server")
+"""Nodes that nothing depends on: when one hangs or dies, nothing stops, and nothing waits for it."""
+
+OPTIONAL = ("home_sensors", "speech", *OBSERVERS)
+"""Nodes that are not in every bring-up: they are asked for, or another program has their place."""
 
 MAPPING, WITHOUT_MAPPING = ("mapping",), ("map_server", "localiser")
 """Nodes of a bring-up that makes a map, and those that are there in their place otherwise."""
@@ -93,6 +100,9 @@ REMAPPINGS = (
     "turtlebot_node:manual_cmd_vel:=filtered_manual_cmd_vel",
 )
 """The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
+
+CLOCK_WAIT_S = 600.0
+"""Seconds that the recorder waits for the time of a simulation that is about to come up."""
 
 OWN_CLOCK = "/clock:=clock"
 """Each simulated robot has a time of its own."""
@@ -124,6 +134,8 @@ def remappings(options: BringUp) -> tuple[str, ...]:
 def processes(options: BringUp) -> dict[str, tuple[str, ...]]:
     """Return the processes of a bring-up with their nodes, both in the order of their start."""
     absent = {
+        "recorder": not options.has_recorder,
+        "page": not options.page_port,
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
         "navigation": options.nav == "nav2",
@@ -150,6 +162,11 @@ def ended_together(options: BringUp) -> list[str]:
     """Return the processes that are ended side by side."""
     nodes = {node for group in ENDED_TOGETHER for node in NODES[group]}
     return [name for name, its in processes(options).items() if nodes.issuperset(its)]
+
+
+def observers(options: BringUp) -> set[str]:
+    """Return the processes that have nothing but :data:`OBSERVERS`."""
+    return {name for name, its in processes(options).items() if set(OBSERVERS).issuperset(its)}
 
 
 def companions(process: str, options: BringUp) -> list[str] | None:
@@ -274,6 +291,29 @@ class _Settings:
 
 def _plain(node: str, settings: _Settings, **overrides: Any) -> Factory:
     return partial(node_class(node), parameters=settings.of(node, **overrides))
+
+
+def recorder_parameters(options: BringUp) -> Parameters:
+    """Return the parameters of the recorder; the configuration may say where the recordings go."""
+    given = _Settings(options).of(
+        "recorder",
+        folder=None if options.record else "",
+        foxglove_port=options.foxglove_port or None,
+        clock_wait=CLOCK_WAIT_S if options.simulated else None,
+    )
+    # It takes the time from what it records: to follow the clock besides would be a sixth of its work.
+    given.pop("use_sim_time", None)
+    return {"folder": str(Path(options.folder).resolve() / "recordings")} | given
+
+
+def _recorder(settings: _Settings) -> Factory:
+    return partial(node_class("recorder"), parameters=recorder_parameters(settings.options))
+
+
+def _page(settings: _Settings) -> Factory:
+    options = settings.options
+    where = {"host": options.page_host, "port": options.page_port, "runs_folder": str(options.runs.resolve())}
+    return _plain("page_server", settings, **where)
 
 
 def _simulator(settings: _Settings) -> Factory:
@@ -437,6 +477,7 @@ def _missions(settings: _Settings) -> Factory:
 
 
 _MAKERS: dict[str, Callable[[_Settings], Factory]] = {
+    "recorder": _recorder,
     SIMULATOR: _simulator,
     BASE: _base,
     "hokuyo_node": _laser,
@@ -452,5 +493,6 @@ _MAKERS: dict[str, Callable[[_Settings], Factory]] = {
     "home_sensors": _home_sensors,
     "speech": _speech,
     MISSIONS: _missions,
+    "page_server": _page,
 }
 """Node -> what makes its factory; the others need their part of the configuration only."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from typing import Any
 
 from rich.console import Console
 
@@ -10,6 +12,8 @@ from florence_bt.app.bringup.missing_servers import MissingServers
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.rehearsal import RehearsalPace
 from florence_bt.app.bringup.system import System
+from florence_bt.app.bringup.topology import recorder_parameters
+from florence_bt.app.page.access import address_of
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import DeviceTimeout
@@ -24,6 +28,16 @@ def _findings(client: MissionClient) -> list[str]:
         return list(client.missions().findings)
     except DeviceTimeout as error:
         return [f"whether missions or skills are missing is not known: {error}"]
+
+
+def _told_of_recorder(parameters: Mapping[str, Any]) -> str:
+    """Return where what is published goes, for people."""
+    folder, port = parameters["folder"], parameters.get("foxglove_port")
+    ways = [
+        *([f"recorded into {folder}"] if folder else []),
+        *([f"shown to Foxglove at ws://localhost:{port}"] if port else []),
+    ]
+    return f"what is published is {' and '.join(ways)}"
 
 
 def run_up(options: BringUp) -> None:
@@ -48,6 +62,10 @@ def run_up(options: BringUp) -> None:
         for finding in _findings(system.client):
             say(finding)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
+        if options.has_recorder:
+            say(_told_of_recorder(recorder_parameters(options)))
+        if options.page_port:
+            say(f"the page: {address_of(options.page_host, options.page_port)}")
         for line in outcomes_of(options.runs, left):
             say(line)
         if not options.missions_only and not system.client.knows_pose():

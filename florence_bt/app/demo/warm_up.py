@@ -26,6 +26,7 @@ from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.skills.navigation.localisation.scan_match import spread_around
 from florence_bt.skills.navigation.localisation.submap import Submap
+from florence_bt.skills.navigation.mapping import panes
 from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 
@@ -62,11 +63,13 @@ def _warm_up_kinect() -> None:
 
 
 def _warm_up_mapping() -> None:
-    """Draw a scan into a map, and look round for where it fits."""
+    """Draw a scan into a map, look at what a gap in it is, and look round for where the scan fits."""
     points = np.array([[1.0, 0.0], [0.0, 1.0]])
     ends = points.astype(np.float32)
     scan = KeptScan(0.0, start=np.zeros(2, np.float32), points=ends, clear=ends + 1.0)
-    GridBuilder(0.05, 8.0).add(scan, Pose2())
+    builder = GridBuilder(0.05, 8.0)
+    builder.add(scan, Pose2())
+    panes.View.of(builder.grid(), [scan], [Pose2()]).look(panes.Gap(-0.5, 0.0, 1.0, 1))
     field = Submap(Pose2()).field
     spread_around(field, points, Pose2(), reach=0.1, step=0.1, near=0.1, scale=1.0)
 

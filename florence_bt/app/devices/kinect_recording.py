@@ -1,4 +1,4 @@
-"""Records a Kinect, real or simulated, into a folder that fakenect plays."""
+"""Records a Kinect, real or simulated, and converts recordings from and to folders of libfreenect."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceLost, DeviceTimeout
 from florence_bt.drivers.kinect.driver import KinectParameters
+from florence_bt.drivers.kinect.fakenect import INDEX, FakenectWriter
+from florence_bt.drivers.kinect.fakenect import recorded as recorded_by_fakenect
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
-from florence_bt.drivers.kinect.recording import RecordingWriter
+from florence_bt.drivers.kinect.recording import Reading, RecordingWriter, file_of, recorded
 from florence_bt.drivers.kinect.sources import RECORDING, USB, FrameSource, open_source
 
 LONGEST_S = 3600.0
@@ -88,6 +90,31 @@ def record(
             )
 
 
+def convert(source: Path, target: Path) -> tuple[int, int]:
+    """Make a recording of a folder of libfreenect's ``record``, or the other way round.
+
+    Args:
+        source: A folder of one or the other, or the file of a recording.
+        target: The folder of the other; may be the same.
+
+    Returns:
+        How many depth and colour images.
+
+    Raises:
+        ConfigError: The target holds such a recording already, or cannot be written to.
+        DeviceLost: The source is neither, or damaged.
+    """
+    foreign = (source / INDEX).exists() and not file_of(source).exists()
+    parts = recorded_by_fakenect(source) if foreign else recorded(source)
+    with RecordingWriter(target) if foreign else FakenectWriter(target) as writer:
+        for moment, part in parts:
+            if isinstance(part, Reading):
+                writer.add_reading(part, moment)
+            else:
+                writer.add(part, moment)
+        return writer.depth_images, writer.colour_images
+
+
 def _run(loop: _Loop, seconds: float, writer: RecordingWriter, folder: str, *, copies: bool) -> bool:
     """Record; True when it was interrupted. A recording that is copied ends as it is meant to."""
     try:
@@ -134,7 +161,7 @@ class _Accelerometer:
             self.close()
             return
         if state.half_degrees is not None:
-            writer.add_reading(state.counts, state.half_degrees, state.status, moment)
+            writer.add_reading(Reading(state.counts, state.half_degrees, state.status), moment)
             self.readings += 1
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.options import STARTS
-from florence_bt.app.bringup.topology import MAPPING, NODES, OPTIONAL, WITHOUT_MAPPING
+from florence_bt.app.bringup.topology import MAPPING, NODES, OBSERVERS, OPTIONAL, WITHOUT_MAPPING
 from florence_bt.app.doctor.finding import (
     HealthFinding,
     HealthLevel,
@@ -51,7 +51,8 @@ def has_only_missions(view: GraphView) -> bool:
     """Tell whether nothing is there but the mission server and the places, as with ``--missions-only``."""
     seen = _names(view)
     rest = {name for group, names in NODES.items() if group != "missions" for name in names}
-    return bool(seen & {*NODES["missions"]}) and not seen & (rest - {"florenceLocator", "home_sensors"})
+    beside = {"florenceLocator", "home_sensors", *OBSERVERS}
+    return bool(seen & {*NODES["missions"]}) and not seen & (rest - beside)
 
 
 def absent_groups(view: GraphView) -> set[str]:

@@ -8,6 +8,7 @@ import hmac
 import json
 import os
 import secrets
+import socket
 from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from dataclasses import dataclass
 from http.cookies import SimpleCookie
@@ -89,6 +90,16 @@ def read_tokens(file: Path) -> dict[str, Role]:
         ) from error
 
 
+def user_access() -> Access:
+    """Return who may do what by the tokens of this user.
+
+    Raises:
+        ConfigError: Their file cannot be read, or is none.
+    """
+    file = tokens_file()
+    return Access(read_tokens(file) if file.exists() else {})
+
+
 def _fingerprint(token: str) -> str:
     return hashlib.sha256(token.encode()).hexdigest()
 
@@ -99,6 +110,11 @@ def is_loopback(host: str) -> bool:
         return ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return host == "localhost"
+
+
+def address_of(host: str, port: int) -> str:
+    """Return the address of the page, for people."""
+    return f"http://{'localhost' if is_loopback(host) else host}:{port}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +133,26 @@ class Access:
             return Role.EDIT
         mark = _fingerprint(token)
         return next((role for known, role in self.tokens.items() if hmac.compare_digest(known, mark)), None)
+
+
+def check_page(host: str, port: int, access: Access) -> None:
+    """Check whether the page can be served.
+
+    Raises:
+        ConfigError: Others could reach the page without a token, or the port is taken.
+    """
+    if not is_loopback(host) and not access.tokens:
+        raise ConfigError(
+            f"with the host {host} anybody on the network could drive the robot: the page needs tokens there",
+            valid=["florence page --token run", "the host 127.0.0.1"],
+        )
+    try:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        socket.create_server((host, port), family=family).close()
+    except OSError as error:
+        raise ConfigError(
+            f"the page cannot be served at {host}, port {port}: {error.strerror}", valid=["another port"]
+        ) from error
 
 
 class Guard:

@@ -2,68 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI, Request
-from florence_interfaces.msg import MissionInfo, MissionPort
-from florence_interfaces.srv import (
-    AnswerQuestion,
-    ListMissions,
-    PauseMission,
-    ResumeMission,
-    RunMission,
-    StopMission,
-)
+from florence_interfaces.srv import PauseMission, ResumeMission, StopMission
 from nicegui import ui
-from nicegui.element import Element
-from rcl_interfaces.srv import GetParameters
 
 from florence_bt.app.page.access import ROLE, Role
+from florence_bt.app.page.acting import Actor
+from florence_bt.app.page.components import DrivePad, MapView, StatusView, TreeView
+from florence_bt.app.page.history import add_history
+from florence_bt.app.page.map_menu import MapMenu
+from florence_bt.app.page.mission_form import choose_mission
+from florence_bt.app.page.question import QuestionDialog
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
 from florence_bt.core.errors import FlorenceError
-from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
-from florence_bt.skills.robot_description.room import RoomParameters
-
-_LIVE = {"florence-live": "components/live"}
 
 
-class MapView(Element, component="components/map_view.js", esm=_LIVE):
-    """The map. Emits ``place`` with x and y in metres when somebody clicks.
+def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
+    """Add the page and its history to an application.
 
     Args:
-        footprint: The corners of the robot in its own frame, metres.
+        app: The application.
+        ros: Talks to the robot.
+        runs: The folder of the journal; None for that of the running system.
     """
-
-    def __init__(self, footprint: Sequence[Sequence[float]]) -> None:
-        super().__init__()
-        self._props["footprint"] = [list(corner) for corner in footprint]
-        self._props["places"] = []
-
-    def show_places(self, places: Hotspots) -> None:
-        """Show rooms and objects at the places where the robot stands for them."""
-        self._props["places"] = [
-            {"label": each.label, "x": each.pose.x, "y": each.pose.y, "kind": each.kind} for each in places
-        ]
-        self.update()
-
-
-class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
-    """The tree of the running mission."""
-
-
-class StatusView(Element, component="components/status_view.js", esm=_LIVE):
-    """A line: the mission and its state, the battery, what holds the robot up."""
-
-
-def add_page(app: FastAPI, ros: RosThread) -> None:
-    """Add the page to an application."""
 
     @ui.page("/")
     def page(request: Request) -> None:
-        Page(ros, request.scope.get(ROLE, Role.LOOK))
+        Page(Actor(ros, request.scope.get(ROLE, Role.LOOK)))
 
+    add_history(runs)
     ui.run_with(app, title="Florence", show_welcome_message=False)
 
 
@@ -71,156 +42,69 @@ class Page:
     """The page of one viewer.
 
     Args:
-        ros: Talks to the robot.
-        role: What the viewer may do.
+        actor: Does what the viewer asks for.
     """
 
-    def __init__(self, ros: RosThread, role: Role) -> None:
-        self._ros = ros
-        self._may_run = role >= Role.RUN
-        self._may_edit = role >= Role.EDIT
-        self._caller = f"page ({role.name.lower()})"
-        corners = RoomParameters().make_footprint().corners
+    def __init__(self, actor: Actor) -> None:
+        self._actor = actor
+        self._ros = actor.ros
         ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-screen no-wrap")
         with ui.row().classes("w-full items-center gap-2"):
             StatusView().classes("grow")
-            if self._may_run:
-                self._add_controls()
-            if self._may_edit:
-                edit = ui.button(icon="edit_note", on_click=lambda: ui.navigate.to("/edit/")).props("flat")
-                edit.tooltip("write missions").mark("edit")
+            _icon("history", "recorded runs", lambda: ui.navigate.to("runs"))
+            if actor.may(Role.EDIT):
+                _icon("edit_note", "write missions", lambda: ui.navigate.to("/edit/"))
+            if actor.may(Role.RUN):
+                self._add_controls(actor)
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
-            self._map = MapView(corners).classes("w-full h-full").mark("map")
+            view = MapView().classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")
+        if actor.may(Role.RUN):
+            DrivePad().classes("fixed right-2 bottom-2 z-10 max-w-full")
+        self._menu = MapMenu(view, actor)
+        ui.timer(0.1, self._read_places, once=True)
 
-        ui.timer(0.1, self._show_places, once=True)
-
-    async def _show_places(self) -> None:
+    async def _read_places(self) -> None:
         """Show the rooms and objects of the locator's file; without a locator there are none."""
-        question = GetParameters.Request(names=["hotspots_file"])
         try:
-            answer = await self._ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
-            places = load_hotspots(answer.values[0].string_value)
+            self._menu.places = await self._actor.read_places()
         except FlorenceError as error:
             ui.notify(f"no places are shown: {error}", type="warning", multi_line=True)
-            return
-        self._map.show_places(places)
 
-    def _add_controls(self) -> None:
-        ui.button("Start…", on_click=self._choose_mission, icon="play_arrow").mark("start")
+    def _add_controls(self, actor: Actor) -> None:
+        ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
-        ui.button("Pause", on_click=self._pause).props("outline")
-        ui.button("Go on", on_click=self._resume).props("outline")
-        answer = ui.input("answer").props("dense outlined").classes("w-32")
-        answer.on("keydown.enter", lambda: self._answer(answer))
-        ui.button("STOP THE ROBOT", on_click=lambda: self._override(True), color="negative").mark("override")
-        ui.button("release", on_click=lambda: self._override(False)).props("flat").mark("release")
+        _icon("pause", "pause the mission", self._pause)
+        _icon("resume", "go on with the mission", self._resume)
+        QuestionDialog(actor)
+        ui.button(
+            "STOP THE ROBOT", on_click=lambda: self._ros.override(True, actor.caller), color="negative"
+        ).mark("override")
+        ui.button("release", on_click=lambda: self._ros.override(False, actor.caller)).props("flat").mark(
+            "release"
+        )
 
     # ---- what the buttons do --------------------------------------------------------------------------
 
-    async def _told(self, work: Awaitable[Any], message: Callable[[Any], str]) -> Any:
-        """Wait for an answer and tell it; what went wrong is told, too."""
-        try:
-            answer = await work
-        except FlorenceError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
-            return None
-        text = message(answer)
-        if text:
-            ui.notify(text, multi_line=True)
-        return answer
-
     async def _stop(self) -> None:
-        request = StopMission.Request(reason=f"stopped on the {self._caller}")
-        await self._told(
+        request = StopMission.Request(reason=f"stopped on the {self._actor.caller}")
+        await self._actor.told(
             self._ros.ask(StopMission, "florence_bt/stop", request), lambda answer: answer.message
         )
 
     async def _pause(self) -> None:
-        request = PauseMission.Request(reason=f"paused on the {self._caller}")
-        await self._told(
+        request = PauseMission.Request(reason=f"paused on the {self._actor.caller}")
+        await self._actor.told(
             self._ros.ask(PauseMission, "florence_bt/pause", request), lambda answer: answer.message
         )
 
     async def _resume(self) -> None:
         request = ResumeMission.Request()
-        await self._told(
+        await self._actor.told(
             self._ros.ask(ResumeMission, "florence_bt/resume", request), lambda answer: answer.message
         )
 
-    async def _answer(self, field: ui.input) -> None:
-        request = AnswerQuestion.Request(text=field.value or "")
-        done = await self._told(
-            self._ros.ask(AnswerQuestion, "florence_bt/answer", request), lambda answer: answer.message
-        )
-        if done is not None and done.accepted:
-            field.value = ""
 
-    def _override(self, on: bool) -> None:
-        self._ros.override(on)
-
-    async def _choose_mission(self) -> None:
-        request = ListMissions.Request()
-        found = await self._told(
-            self._ros.ask(ListMissions, "florence_bt/list_missions", request), lambda answer: ""
-        )
-        if found is None:
-            return
-        missions = {each.name: each for each in found.missions}
-        with ui.dialog() as dialog, ui.card().classes("w-96"):
-            chosen = (
-                ui.select(sorted(missions), label="mission", with_input=True)
-                .classes("w-full")
-                .mark("mission")
-            )
-            form = ui.column().classes("w-full gap-1")
-            fields: dict[str, Any] = {}
-            chosen.on_value_change(lambda event: _fill(form, fields, missions.get(event.value)))
-            with ui.row():
-                ui.button("Start", on_click=lambda: dialog.submit(chosen.value)).mark("go")
-                ui.button("Cancel", on_click=dialog.close).props("flat")
-        name = await dialog
-        if name:
-            await self._start(name, {key: field.value for key, field in fields.items()})
-
-    async def _start(self, mission: str, values: dict[str, Any]) -> None:
-        given = {name: str(value).strip() for name, value in values.items() if str(value or "").strip()}
-        request = RunMission.Request(
-            mission=mission,
-            input_names=list(given),
-            input_values=list(given.values()),
-            caller=self._caller,
-        )
-        await self._told(
-            self._ros.ask(RunMission, RUN_MISSION, request),
-            lambda answer: "" if answer.accepted else answer.message,
-        )
-
-
-def _fill(form: ui.column, fields: dict[str, Any], mission: MissionInfo | None) -> None:
-    """Show a field for each input of a mission."""
-    form.clear()
-    fields.clear()
-    if mission is None:
-        return
-    with form:
-        ui.label(mission.problem or mission.description).classes("text-sm")
-        for port in mission.inputs:
-            fields[port.name] = _field(port)
-
-
-def _field(port: MissionPort) -> Any:
-    limits = " to ".join(text for text in (port.minimum, port.maximum) if text)
-    words = (
-        port.description,
-        limits and f"({limits})",
-        "" if port.required else f"default {port.default_value}",
-    )
-    if port.type == "boolean":
-        return ui.checkbox(port.name, value=port.default_value == "true").tooltip(" ".join(words))
-    field = (
-        ui.input(f"{port.name} ({port.type})", placeholder=port.default_value)
-        .classes("w-full")
-        .mark(port.name)
-    )
-    return field.props(f'hint="{" ".join(filter(None, words))}"'.replace("\n", " "))
+def _icon(icon: str, title: str, do: Callable[[], Any]) -> None:
+    """Add a button that has no words: on a phone there is little room."""
+    ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)

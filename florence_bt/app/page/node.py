@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import RunState, StopReason, Zones
+from florence_interfaces.srv import AnswerQuestion
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
 from py_trees_ros_interfaces.msg import BehaviourTree
-from sensor_msgs.msg import BatteryState
+from sensor_msgs.msg import BatteryState, Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import MarkerArray
 
 from florence_bt.app.page.parts import LiveParts, ShownNode, tree_parts
-from florence_bt.app.page.pictures import map_picture
-from florence_bt.core.geometry import Pose2
+from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
+from florence_bt.app.runs.client import ACTIVE_STATES
+from florence_bt.core.errors import FrameError
+from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.message_skills import OPEN_QUESTION
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
-from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, scan_from_ros
+from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
+from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 
@@ -33,6 +38,17 @@ FOLLOW_S = 0.1
 """How often the robot's pose is looked up."""
 MOST_POINTS = 240
 """Points of a scan that are shown: one in 1.5 degrees of a whole circle."""
+SCENE, CAMERA = "scene", "camera"
+LAYERS = {
+    "global_costmap": "global_costmap/costmap",
+    "local_costmap": "local_costmap/costmap",
+    CAMERA: "camera/rgb/image_color",
+}
+"""What is shown on request -> its topic."""
+WANTS = frozenset({SCENE, *LAYERS})
+"""What a viewer can want to see; what comes seldom is always there."""
+CAMERA_S = 0.5
+"""Seconds between two pictures of the camera, at least."""
 LOCALISER = "Place in the map"
 """End of the name of the diagnosis that tells how sure the localiser is."""
 
@@ -45,7 +61,8 @@ class PageNode(FlorenceNode):
 
     Attributes:
         parts: What viewers are sent.
-        pictures: PNG by name, ``map`` and the costmaps.
+        pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
+        question: What a mission waits to be answered; empty when none does.
     """
 
     def __init__(self, *, context: Any = None) -> None:
@@ -59,6 +76,9 @@ class PageNode(FlorenceNode):
             "said": "",
             "sure": None,
         }
+        self.question = ""
+        self._run_state = ""
+        self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
         self._subscribe_to_states()
         self._put()
 
@@ -66,6 +86,27 @@ class PageNode(FlorenceNode):
     def simulated(self) -> bool:
         """Whether a simulation says what time it is."""
         return self.count_publishers("clock") + self.count_publishers("/clock") > 0
+
+    @property
+    def overridden(self) -> bool:
+        """Whether the manual override is on."""
+        return bool(self._state["override"])
+
+    def show_speeds(self, speeds: Twist2) -> None:
+        """Show how fast a hand drives the robot: metres and radians a second."""
+        self._put(speeds=[round(speeds.linear, 2), round(speeds.angular, 2)])
+
+    def look_for_questions(self) -> None:
+        """Ask the mission server whether a mission waits for an answer, unless none runs."""
+        if self._run_state not in ACTIVE_STATES:
+            self.question = ""
+        elif self._answers.service_is_ready():
+            asked = self._answers.call_async(AnswerQuestion.Request())
+            asked.add_done_callback(self.guarded(self._on_question))
+
+    def _on_question(self, asked: Any) -> None:
+        answer = asked.result()
+        self.question = answer.message.removeprefix(OPEN_QUESTION) if answer.accepted else ""
 
     # ---- what comes seldom ----------------------------------------------------------------------------
 
@@ -104,6 +145,7 @@ class PageNode(FlorenceNode):
 
     def _on_run(self, message: RunState) -> None:
         run = {name: getattr(message, name) for name in ("run_id", "mission", "state", "code", "reason")}
+        self._run_state = message.state
         self.parts.put("run", run)
 
     def _on_goal(self, message: PoseStamped) -> None:
@@ -132,30 +174,75 @@ class SceneNode(FlorenceNode):
     """Gathers what comes often: it exists while somebody looks.
 
     Args:
-        parts: What viewers are sent.
+        page: Has what viewers are sent.
         simulated: Whether the stamps of messages are those of a simulation.
         context: The ROS context.
     """
 
-    def __init__(self, parts: LiveParts, *, simulated: bool, context: Any = None) -> None:
+    def __init__(self, page: PageNode, *, simulated: bool, context: Any = None) -> None:
         super().__init__("page_scene", parameters={"use_sim_time": simulated}, context=context)
         self.simulated = simulated
-        self._parts = parts
+        self.wanted: frozenset[str] = frozenset()
+        self._page = page
+        self._parts = page.parts
+        self._layers: dict[str, Any] = {}
+        self._next_picture = -math.inf
         self._scene: dict[str, Any] = {"pose": None, "scan": [], "people": []}
         self._scan: LaserScan | None = None
         self._tf = TransformListener(self)
-        newest: dict[str, Any] = {"newest_only": True}
+        brief: dict[str, Any] = {"event_callbacks": NO_EVENTS}
+        newest: dict[str, Any] = {"newest_only": True, **brief}
         self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
-        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE)
+        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
         self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
         self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED, **newest)
-        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED)
+        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
+
+    def want(self, wanted: frozenset[str]) -> None:
+        """Listen to the layers that somebody wants to see, and to no others."""
+        self.wanted = wanted
+        for name in wanted & LAYERS.keys() - self._layers.keys():
+            self._layers[name] = self._listen_to(name)
+        for name in self._layers.keys() - wanted:
+            self.retire(self._layers.pop(name))
+            self._parts.put(name, None)
+
+    def _listen_to(self, name: str) -> Any:
+        if name == CAMERA:
+            return self.create_subscription(Image, LAYERS[name], self._on_camera, SENSOR, newest_only=True)
+        take = partial(self._on_costmap, name)
+        return self.create_subscription(OccupancyGridMsg, LAYERS[name], take, LATCHED)
+
+    def _on_costmap(self, name: str, message: OccupancyGridMsg) -> None:
+        grid = grid_from_ros(message)
+        try:
+            frame = self._tf.buffer.lookup_pose(MAP_FRAME, message.header.frame_id)
+        except TransformUnavailable:
+            return
+        self._page.pictures[name] = costmap_picture(grid)
+        placed = _placed(grid, message.header.stamp.sec, message.header.stamp.nanosec)
+        self._parts.put(name, placed | {"origin": _pose(frame @ grid.origin)})
+
+    def _on_camera(self, message: Image) -> None:
+        now = self.steady.now()
+        if now < self._next_picture:
+            return
+        self._next_picture = now + CAMERA_S
+        try:
+            colours = colours_from_ros(message)
+        except FrameError as error:
+            self.get_logger().warning(f"no picture of the camera: {error}", throttle_duration_sec=60.0)
+            return
+        self._page.pictures[CAMERA] = camera_picture(colours)
+        self._parts.put(CAMERA, {"version": [message.header.stamp.sec, message.header.stamp.nanosec]})
 
     def close(self) -> None:
         """Take what is not heard any more out of the picture."""
         self._scene = {}
         self._show(pose=None, scan=[], people=[])
+        for name in self._layers:
+            self._parts.put(name, None)
 
     def _show(self, **changes: Any) -> None:
         self._scene |= changes

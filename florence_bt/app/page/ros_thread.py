@@ -9,15 +9,19 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from std_msgs.msg import Bool
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from std_msgs.msg import Bool, String
 
-from florence_bt.app.page.node import PageNode, SceneNode
+from florence_bt.app.page.driving import HandDriving
+from florence_bt.app.page.node import MAP_FRAME, PageNode, SceneNode
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.core.geometry import Pose2
 from florence_bt.ros.arguments import start_ros
+from florence_bt.ros.conversions import pose_with_covariance_to_ros, twist_to_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topics import SWITCH_OVERRIDE
+from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, SWITCH_OVERRIDE
 
 ANSWER_S = 5.0
 """Wall seconds to wait for the answer of a service."""
@@ -35,9 +39,18 @@ class RosThread(Closing):
         self.node = PageNode(context=self._context)
         self._loop = SpinLoop(self._context, keep_going=True)
         self._loop.add(self.node)
+        self._override_by = self.node.create_publisher(String, OVERRIDE_BY, RELIABLE)
         self._override = self.node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
+        self._initial_pose = self.node.create_publisher(PoseWithCovarianceStamped, INITIAL_POSE, RELIABLE)
+        velocity = self.node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        self.driving = HandDriving(
+            self.node.steady,
+            lambda: self.node.overridden,
+            lambda twist: velocity.publish(twist_to_ros(twist)),
+            self.node.show_speeds,
+        )
         self._scene: SceneNode | None = None
-        self._looked_at = False
+        self._wanted: frozenset[str] = frozenset()
         self._next_look = 0.0
         self._clients: dict[str, Any] = {}
         self._closing = False
@@ -55,43 +68,62 @@ class RosThread(Closing):
             self._loop.spin_once(_SPIN_S)
             # Between two events: the executor of the nodes may not lose one amid a callback.
             self._keep_scene()
-        self._looked_at = False
+        self._wanted = frozenset()
         self._keep_scene()
         self.node.shut_down()
         self._loop.close()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
 
-    def look(self, on: bool) -> None:
-        """Begin to hear what comes often, or cease, soon."""
-        self._looked_at = on
+    def look(self, wanted: frozenset[str]) -> None:
+        """Begin to hear what somebody wants to see (:data:`WANTS`), and cease to hear the rest, soon."""
+        self._wanted = wanted
         self._loop.interrupt()
 
     def _keep_scene(self) -> None:
         """Have the node of what comes often while somebody looks; a new one when the time is another."""
-        scene = self._scene
+        scene, wanted = self._scene, self._wanted
         now = time.monotonic()
-        if now < self._next_look and (scene is not None) == self._looked_at:
+        if now < self._next_look and wanted == (scene.wanted if scene is not None else frozenset()):
             return
         self._next_look = now + LOOK_S
+        if wanted:
+            self.node.look_for_questions()
         simulated = self.node.simulated
-        if scene is not None and not (self._looked_at and scene.simulated == simulated):
+        if scene is not None and not (wanted and scene.simulated == simulated):
             scene.shut_down()
             self._loop.remove(scene)
             scene.destroy_node()
             scene = None
-        if scene is None and self._looked_at:
-            scene = SceneNode(self.node.parts, simulated=simulated, context=self._context)
+        if scene is None and wanted:
+            scene = SceneNode(self.node, simulated=simulated, context=self._context)
             self._loop.add(scene)
+        if scene is not None:
+            scene.want(wanted)
         self._scene = scene
 
     def on_thread(self, work: Callable[[], None]) -> None:
         """Run something on the thread of the node, soon."""
         self.node.call_soon(work)
 
-    def override(self, on: bool) -> None:
-        """Switch the manual override: on, it stops the base at once."""
-        self.on_thread(lambda: self._override.publish(Bool(data=on)))
+    def override(self, on: bool, by: str) -> None:
+        """Switch the manual override: on, it stops the base at once. The journal is told who did it."""
+
+        def publish() -> None:
+            self._override_by.publish(String(data=by))
+            self._override.publish(Bool(data=on))
+
+        self.on_thread(publish)
+
+    def tell_pose(self, pose: Pose2) -> None:
+        """Tell the localiser where the robot stands in the map, as sure as it takes a pose by default."""
+
+        def publish() -> None:
+            now = (self._scene or self.node).timebase.now()  # the scene's node knows the time of a simulation
+            message = pose_with_covariance_to_ros(pose, [0.0] * 36, MAP_FRAME, now)
+            self._initial_pose.publish(message)
+
+        self.on_thread(publish)
 
     async def ask(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service and return its answer.

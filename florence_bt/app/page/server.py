@@ -9,77 +9,134 @@ from typing import Any
 import uvicorn
 from fastapi import FastAPI, HTTPException, Response, WebSocket
 
-from florence_bt.app.page.access import LARGEST_REQUEST, Access, Guard, is_loopback
+from florence_bt.app.page.access import LARGEST_REQUEST, ROLE, Access, Guard, Role, address_of, check_page
 from florence_bt.app.page.editor.routes import add_editor
 from florence_bt.app.page.layout import add_page
+from florence_bt.app.page.node import CAMERA, SCENE, WANTS
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.app.page.viewers import Viewers
-from florence_bt.core.errors import ConfigError
+from florence_bt.app.page.viewers import LONGEST_WORDS, Viewers
 
 SHUT_DOWN_S = 2
 """Seconds that viewers get to leave when the page ends."""
 
 
-def make_app(ros: RosThread, access: Access, missions: Sequence[Path] = ()) -> Any:
-    """Make the ASGI application.
+class RobotViewers(Viewers):
+    """Those who look at the robot: the node hears what comes often only while one of them wants to see it.
 
     Args:
         ros: Talks to the robot.
-        access: Who may do what.
-        missions: Folders of missions for the editor, the last one to be written to; empty takes those of
-            the robot.
     """
+
+    def __init__(self, ros: RosThread) -> None:
+        super().__init__(ros.node.parts, ros.node.get_logger().info)
+        self._ros = ros
+        self._wants: dict[WebSocket, frozenset[str]] = {}
+
+    def joined(self, socket: WebSocket) -> None:
+        """Show a viewer what comes often."""
+        self._set_wants(socket, frozenset({SCENE}))
+
+    def left(self, socket: WebSocket) -> None:
+        """Hear less, and let go of the robot."""
+        del self._wants[socket]
+        self._look()
+        self._ros.on_thread(lambda: self._ros.driving.let_go(socket))
+
+    def heed(self, socket: WebSocket, words: list[str]) -> None:
+        """Do what a viewer says; what is none of these, or not its to say, is passed over."""
+        driving = self._ros.driving
+        match words:
+            case ["want", *names]:
+                self._set_wants(socket, WANTS.intersection(names))
+            case ["drive", forward, left] if (
+                _may_drive(socket) and (push := _push(forward, left)) is not None
+            ):
+                self._ros.on_thread(lambda: driving.push(socket, *push))
+            case ["speed", key] if _may_drive(socket):
+                self._ros.on_thread(lambda: driving.step(socket, key))
+
+    def _set_wants(self, socket: WebSocket, wants: frozenset[str]) -> None:
+        self._wants[socket] = wants
+        self._look()
+
+    def _look(self) -> None:
+        self._ros.look(frozenset().union(*self._wants.values()))
+
+
+def _may_drive(socket: WebSocket) -> bool:
+    return bool(socket.scope.get(ROLE, Role.LOOK) >= Role.RUN)
+
+
+def _push(forward: str, left: str) -> tuple[float, float] | None:
+    """Return where a hand is, -1 to 1 each; None when that is not what the texts say."""
+    try:
+        values = float(forward), float(left)
+    except ValueError:
+        return None
+    return values if all(-1.0 <= value <= 1.0 for value in values) else None
+
+
+def make_app(ros: RosThread, access: Access, runs: Path | None = None, missions: Sequence[Path] = ()) -> Any:
+    """Make the ASGI application; see :func:`serve_page`."""
     app = FastAPI(title="Florence", docs_url=None, redoc_url=None, openapi_url=None)
-    viewers = Viewers(ros.node.parts, ros.look, ros.node.get_logger().info)
+    viewers = RobotViewers(ros)
 
     @app.websocket("/live")
     async def live(socket: WebSocket) -> None:
         await viewers.serve(socket)
 
-    @app.get("/picture/{name}.png")
+    @app.get("/picture/{name}")
     async def picture(name: str) -> Response:
         data = ros.node.pictures.get(name)
         if data is None:
-            raise HTTPException(404, f"no picture {name!r} has come yet")
-        return Response(data, media_type="image/png", headers={"cache-control": "private, max-age=3600"})
+            raise HTTPException(404, f"no picture {name[:LONGEST_WORDS]!r} has come yet")
+        kind = "image/jpeg" if name == CAMERA else "image/png"
+        return Response(data, media_type=kind, headers={"cache-control": "private, max-age=3600"})
 
     add_editor(app, ros, missions)
-    add_page(app, ros)
+    add_page(app, ros, runs)
     return Guard(app, access)
 
 
-def serve_page(host: str, port: int, access: Access, missions: Sequence[Path] = ()) -> None:
-    """Serve the page until Ctrl-C.
-
-    Args:
-        host: The address to be bound.
-        port: The TCP port.
-        access: Who may do what.
-        missions: Folders of missions for the editor.
-
-    Raises:
-        ConfigError: Others could reach the page without a token, or the port is taken.
-    """
-    if not is_loopback(host) and not access.tokens:
-        raise ConfigError(
-            f"with --host {host} anybody on the network could drive the robot: the page needs tokens there",
-            valid=["florence page --token run", "--host 127.0.0.1"],
-        )
-    with RosThread() as ros:
-        settings = uvicorn.Config(
-            make_app(ros, access, missions),
+def make_server(
+    ros: RosThread,
+    host: str,
+    port: int,
+    access: Access,
+    runs: Path | None,
+    missions: Sequence[Path] = (),
+) -> uvicorn.Server:
+    """Make the server of the page; see :func:`serve_page`."""
+    return uvicorn.Server(
+        uvicorn.Config(
+            make_app(ros, access, runs, missions),
             host=host,
             port=port,
             log_level="warning",
             ws_max_size=LARGEST_REQUEST,
             timeout_graceful_shutdown=SHUT_DOWN_S,
         )
-        server = uvicorn.Server(settings)
-        print(
-            f"the page: http://{'localhost' if is_loopback(host) else host}:{port}; Ctrl-C ends it",
-            flush=True,
-        )
-        try:
-            server.run()
-        except SystemExit:
-            raise ConfigError(f"the port {port} cannot be used", valid=["another one, with --port"]) from None
+    )
+
+
+def serve_page(
+    host: str, port: int, access: Access, runs: Path | None = None, missions: Sequence[Path] = ()
+) -> None:
+    """Serve the page until Ctrl-C.
+
+    Args:
+        host: The address to be bound.
+        port: The TCP port.
+        access: Who may do what.
+        runs: The folder of the journal; None for that of the running system.
+        missions: Folders of missions for the editor, the last one to be written to; empty takes those of
+            the robot.
+
+    Raises:
+        ConfigError: Others could reach the page without a token, or the port is taken.
+    """
+    check_page(host, port, access)
+    with RosThread() as ros:
+        server = make_server(ros, host, port, access, runs, missions)
+        print(f"the page: {address_of(host, port)}; Ctrl-C ends it", flush=True)
+        server.run()

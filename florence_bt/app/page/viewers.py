@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable
 
 from fastapi import WebSocket, WebSocketDisconnect
@@ -14,6 +15,10 @@ FRAME_S = 0.1
 ANSWER_S = 20.0
 """A viewer that has not taken a frame for so long is left alone."""
 MOST_VIEWERS = 50
+MOST_MESSAGES = 100
+"""Messages of a viewer in a second; one that sends more is left alone."""
+LONGEST_WORDS = 200
+"""Characters of a message that are read."""
 
 
 class Viewers:
@@ -21,34 +26,45 @@ class Viewers:
 
     Args:
         parts: What they are sent.
-        look: Called with whether there is a viewer when that changes.
         note: Called with a sentence about a viewer that is gone.
     """
 
-    def __init__(self, parts: LiveParts, look: Callable[[bool], None], note: Callable[[str], None]) -> None:
+    def __init__(self, parts: LiveParts, note: Callable[[str], object]) -> None:
         self._parts = parts
-        self._look = look
         self._note = note
         self._count = 0
+
+    def joined(self, socket: WebSocket) -> None:
+        """Take note of a viewer."""
+
+    def left(self, socket: WebSocket) -> None:
+        """Take note that a viewer has left."""
+
+    def heed(self, socket: WebSocket, words: list[str]) -> None:
+        """Hear what a viewer says beside that it has taken a frame."""
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one viewer until it leaves."""
         if self._count >= MOST_VIEWERS:
             await socket.close(1013, f"{MOST_VIEWERS} viewers are here already")
             return
-        await socket.accept()
-        self._add(1)
+        self._count += 1
         try:
-            await self._send_all(socket)
+            await socket.accept()
+            self.joined(socket)
+            try:
+                await self._send_all(socket)
+            finally:
+                self.left(socket)
         except (WebSocketDisconnect, TimeoutError, RuntimeError) as error:
             # It has left, maybe amid a frame, or takes nothing: others are not concerned.
             self._note(f"a viewer is gone: {error!r}")
         finally:
-            self._add(-1)
+            self._count -= 1
 
     async def _send_all(self, socket: WebSocket) -> None:
         taken = asyncio.Event()
-        listening = asyncio.create_task(_listen(socket, taken))
+        listening = asyncio.create_task(self._listen(socket, taken))
         seen: dict[str, int] = {}
         try:
             while not listening.done():
@@ -68,13 +84,15 @@ class Viewers:
             listening.cancel()
             await asyncio.gather(listening, return_exceptions=True)
 
-    def _add(self, more: int) -> None:
-        self._count += more
-        self._look(self._count > 0)
-
-
-async def _listen(socket: WebSocket, taken: asyncio.Event) -> None:
-    """Note that a viewer has taken its frame, until it leaves."""
-    while True:
-        await socket.receive_text()
-        taken.set()
+    async def _listen(self, socket: WebSocket, taken: asyncio.Event) -> None:
+        """Note that a viewer has taken a frame, and heed what else it says, until it leaves or floods us."""
+        begun, count = time.monotonic(), 0
+        while count < MOST_MESSAGES:
+            text = await socket.receive_text()
+            if time.monotonic() >= begun + 1.0:
+                begun, count = time.monotonic(), 0
+            count += 1
+            if text == "ok":
+                taken.set()
+            else:
+                self.heed(socket, text[:LONGEST_WORDS].split())

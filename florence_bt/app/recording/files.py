@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from collections.abc import Callable, Iterable
@@ -58,7 +59,7 @@ class RecordingFiles:
         free_mb: The megabytes that are free on the disk of a folder.
 
     Raises:
-        ConfigError: The folder cannot be written to.
+        ConfigError: The folder cannot be written to, or its disk is nearly full.
     """
 
     def __init__(
@@ -78,15 +79,11 @@ class RecordingFiles:
         self._begun: list[float] = []
         self._free_mb = free_mb
         self._flushed = steady()
+        self._writer: MCAPWriter | None = None
         self.written: list[Path] = []
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._writer: MCAPWriter | None = self._open()
-        except OSError as error:
-            raise ConfigError(
-                f"the folder {str(folder)!r} cannot be written to: {error.strerror or error}",
-                valid=["another folder"],
-            ) from error
+        make_folder(folder)
+        self._keep_free()
+        self._writer = self._open()
 
     @property
     def size_mb(self) -> float:
@@ -107,13 +104,7 @@ class RecordingFiles:
         if self._steady() - self._flushed >= FLUSH_S:
             self._writer.flush()
             self._flushed = self._steady()
-        free = self._free_mb(self._folder)
-        if free < FREE_MB:
-            self.close()
-            raise ConfigError(
-                f"the recording ends: {free:.0f} MB are free on the disk of {str(self._folder)!r}",
-                valid=[f"{FREE_MB:g} MB free", "another folder"],
-            )
+        self._keep_free()
         full = _size_mb(self.written[-1:]) >= self._limits.file_size
         if full:
             self._writer.close()
@@ -127,11 +118,21 @@ class RecordingFiles:
             self._writer.close()
             self._writer = None
 
+    def _keep_free(self) -> None:
+        free = self._free_mb(self._folder)
+        if free < FREE_MB:
+            self.close()
+            raise ConfigError(
+                f"nothing is recorded: {free:.0f} MB are free on the disk of {str(self._folder)!r}",
+                valid=[f"{FREE_MB:g} MB free", "another folder"],
+            )
+
     def _open(self) -> MCAPWriter:
         begun = time.strftime("%Y-%m-%d_%H-%M-%S", time.localtime(self._now()))
         names = (f"recording_{begun}{suffix}.mcap" for suffix in ("", *(f"_{i}" for i in range(2, 1000))))
         file = next(path for name in names if not (path := self._folder / name).exists())
-        options = MCAPWriteOptions(profile="ros2", compression_threads=0)
+        # The fastest level: a third of the work of the default one, for a tenth more bytes.
+        options = MCAPWriteOptions(profile="ros2", compression_level=1, compression_threads=0)
         writer = foxglove.open_mcap(file, context=self._context, writer_options=options)
         self.written.append(file)
         self._begun.append(self._steady())
@@ -156,6 +157,24 @@ class RecordingFiles:
             _size_mb(files) > self._limits.total_size or ages[files[0]] > self._limits.max_age * DAY_S
         ):
             files.pop(0).unlink()
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for recordings, unless it is there.
+
+    Raises:
+        ConfigError: It cannot be written to.
+    """
+    problem = ""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = error.strerror or str(error)
+    if problem or not os.access(folder, os.W_OK | os.X_OK):
+        raise ConfigError(
+            f"the folder {str(folder)!r} cannot be written to{problem and f': {problem}'}",
+            valid=["another folder"],
+        )
 
 
 def _size_mb(files: Iterable[Path]) -> float:

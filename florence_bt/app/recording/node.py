@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import struct
 import time
 from collections import Counter
@@ -16,18 +17,21 @@ import foxglove
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from florence_bt.app.recording.files import RecordingFiles, RecordingLimits
+from florence_bt.app.recording.files import RecordingFiles, RecordingLimits, make_folder
 from florence_bt.app.recording.schemas import message_schema
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import load_interface
-from florence_bt.core.limits import CheckedParameters, Limits
+from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import NO_EVENTS
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
-CLOCK_WAIT_S = 2.0
-"""What comes in the beginning waits for so long for the time of a simulation, by which it is written."""
+LOOKS_AT_ALL = 10
+"""Every so many looks the offers of all publishers are looked at, which takes up to 1 ms a topic; else where
+their number has changed."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
@@ -49,6 +53,7 @@ class RecorderParameters(CheckedParameters):
             pictures.
         exclude: Patterns of topics that are left out.
         pictures: Whether images and clouds of points are recorded.
+        clock_wait: Seconds that what comes first waits for the time of a simulation, by which it is written.
         foxglove_port: The TCP port of 127.0.0.1 at which Foxglove finds the robot; 0 for none.
     """
 
@@ -56,6 +61,7 @@ class RecorderParameters(CheckedParameters):
     topics: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
     pictures: bool = False
+    clock_wait: Positive = 2.0
     foxglove_port: Annotated[int, Limits(0, 65535)] = 0
 
 
@@ -64,6 +70,7 @@ class _Topic:
 
     Attributes:
         count: Messages that were written.
+        publishers: How many offered it when that was looked at.
         viewers: How many clients of Foxglove look at it.
         recorded: Whether it goes into the files.
     """
@@ -78,6 +85,7 @@ class _Topic:
         self.turn = 0
         self.subscription: Subscription | None = None
         self.qos: QoSProfile | None = None
+        self.publishers = 0
 
     @property
     def is_latched(self) -> bool:
@@ -108,6 +116,7 @@ class RecorderNode(FlorenceNode):
         self._logged = foxglove.Context()
         self._topics: dict[str, _Topic] = {}
         self._refused: set[str] = set()
+        self._looks = 0
         self._simulated_ns: int | None = None
         self._held: list[tuple[_Topic, bytes]] | None = []
         self._files = RecordingFiles(Path(params.folder), limits, self._logged) if params.folder else None
@@ -116,8 +125,8 @@ class RecorderNode(FlorenceNode):
         self.on_close(self._write_held)
         if params.foxglove_port:
             self._serve_foxglove(params.foxglove_port)
-        self.create_timer(LOOK_S, self._look)
-        self.steady.call_at(self.steady.now() + CLOCK_WAIT_S, self._end_wait_for_clock)
+        call_every(self.steady, LOOK_S, self._look)
+        self.steady.call_at(self.steady.now() + params.clock_wait, self._end_wait_for_clock)
         self._look()
 
     @property
@@ -142,6 +151,7 @@ class RecorderNode(FlorenceNode):
         for name, (type_name, *_) in self.get_topic_names_and_types():
             if name not in self._refused and self._is_ours(name):
                 self._follow(name, type_name)
+        self._looks += 1
         if self._files is None:
             return
         try:
@@ -161,14 +171,17 @@ class RecorderNode(FlorenceNode):
         return below and "/_" not in name
 
     def _follow(self, name: str, type_name: str) -> None:
+        topic, count = self._topics.get(name), self.count_publishers(name)
+        if topic is not None and topic.publishers == count and self._looks % LOOKS_AT_ALL:
+            return
         publishers = self.get_publishers_info_by_topic(name)
         if not publishers:
             return
-        topic = self._topics.get(name)
         if topic is None:
             topic = self._new_topic(name, type_name)
             if topic is None:
                 return
+        topic.publishers = count
         qos = _qos_of([each.qos_profile for each in publishers])
         if topic.qos != qos:
             topic.qos = qos
@@ -204,13 +217,18 @@ class RecorderNode(FlorenceNode):
     def _subscribe(self, topic: _Topic) -> None:
         """Subscribe to a topic that is recorded or looked at, once more if need be; else end that."""
         if topic.subscription is not None:
-            self.retire(topic.subscription)
+            self.destroy_subscription(topic.subscription)
             topic.subscription = None
         topic.turn += 1
         if topic.qos is None or not (topic.recorded or topic.viewers):
             return
         topic.subscription = self.create_subscription(
-            load_interface(topic.type_name), topic.name, self._receiver(topic), topic.qos, raw=True
+            load_interface(topic.type_name),
+            topic.name,
+            self._receiver(topic),
+            topic.qos,
+            raw=True,
+            event_callbacks=NO_EVENTS,
         )
 
     def _receiver(self, topic: _Topic) -> Callable[[bytes], None]:
@@ -258,9 +276,7 @@ class RecorderNode(FlorenceNode):
                 context=self._logged,
             )
         except RuntimeError as error:
-            raise ConfigError(
-                f"Foxglove's port {port} cannot be used: {error}", valid=["another port"]
-            ) from error
+            raise _port_error(port, error) from error
         self.on_close(server.stop)
         self.get_logger().info(f"Foxglove finds the robot at ws://127.0.0.1:{port}")
 
@@ -284,6 +300,26 @@ class _Viewers(foxglove.ServerListener):
 
     def on_unsubscribe(self, client: Any, channel: Any) -> None:
         self._node.call_soon(partial(self._node.add_viewers, channel.topic, -1))
+
+
+def check_recorder(parameters: Mapping[str, Any]) -> None:
+    """Refuse what a recorder would not start with, before anything starts.
+
+    Raises:
+        ConfigError: Its folder cannot be written to, or the port for Foxglove is taken.
+    """
+    with socket.socket() as server:
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            server.bind(("127.0.0.1", parameters.get("foxglove_port", 0)))
+        except OSError as error:
+            raise _port_error(parameters["foxglove_port"], error.strerror) from error
+    if parameters["folder"]:
+        make_folder(Path(parameters["folder"]))
+
+
+def _port_error(port: int, problem: object) -> ConfigError:
+    return ConfigError(f"Foxglove's port {port} cannot be used: {problem}", valid=["another port"])
 
 
 def _qos_of(offers: Sequence[QoSProfile]) -> QoSProfile:

@@ -11,12 +11,12 @@ from collections.abc import Callable
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.ros.topics import MANUAL_OVERRIDE, OVERRIDE_BY, SWITCH_OVERRIDE
 
 SIGHT_S = 5.0
 """Wall seconds in which the base's driver must be discovered, and in which it must answer."""
@@ -30,8 +30,12 @@ class NoBaseDriver(FlorenceError):
     """No process that could stop the base was found."""
 
 
-def switch_override(on: bool) -> str:
+def switch_override(on: bool, by: str) -> str:
     """Switch the manual override and wait until the base's driver confirms it.
+
+    Args:
+        on: Whether it is switched on.
+        by: Who does it, in a few words for the journal.
 
     Returns:
         The state now, for people.
@@ -43,7 +47,7 @@ def switch_override(on: bool) -> str:
     context = rclpy.Context()
     start_ros(context)
     try:
-        _OverrideSwitch(context).set(on)
+        _OverrideSwitch(context, by).set(on)
     finally:
         rclpy.shutdown(context=context)
     if on:
@@ -53,13 +57,15 @@ def switch_override(on: bool) -> str:
 
 
 class _OverrideSwitch:
-    def __init__(self, context: rclpy.Context) -> None:
+    def __init__(self, context: rclpy.Context, by: str) -> None:
         self._node = rclpy.create_node(
             "florence_override", context=context, enable_rosout=False, start_parameter_services=False
         )
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self._node)
         self._publisher = self._node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
+        self._by = String(data=by)
+        self._by_publisher = self._node.create_publisher(String, OVERRIDE_BY, RELIABLE)
         self._node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self._is_on: bool | None = None
 
@@ -75,6 +81,7 @@ class _OverrideSwitch:
             now = time.monotonic()
             if now >= published + REPEAT_S:
                 published = now
+                self._by_publisher.publish(self._by)
                 self._publisher.publish(Bool(data=on))
             return self._is_on is on
 

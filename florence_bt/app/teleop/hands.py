@@ -98,6 +98,15 @@ class Hand(Protocol):
         """Return the velocity that is wanted at a moment in seconds."""
 
 
+def stepped(speeds: Twist2, key: str) -> Twist2:
+    """Return the speeds after a key of :data:`STEPS`."""
+    linear, angular = STEPS[key]
+    return Twist2(
+        _within(speeds.linear * linear, LEAST_LINEAR_MPS, MAX_LINEAR_MPS),
+        _within(speeds.angular * angular, LEAST_ANGULAR_RADPS, MAX_ANGULAR_RADPS),
+    )
+
+
 class Keys:
     """A hand on the keys of a terminal.
 
@@ -114,11 +123,7 @@ class Keys:
     def press(self, key: str, now: float) -> None:
         """Take a key; one that means nothing stops the robot."""
         if key in STEPS:
-            linear, angular = STEPS[key]
-            self.speeds = Twist2(
-                _within(self.speeds.linear * linear, LEAST_LINEAR_MPS, MAX_LINEAR_MPS),
-                _within(self.speeds.angular * angular, LEAST_ANGULAR_RADPS, MAX_ANGULAR_RADPS),
-            )
+            self.speeds = stepped(self.speeds, key)
             return
         self._direction, self._pressed_at = DIRECTIONS.get(key, (0, 0)), now
 

@@ -42,7 +42,8 @@ FRAME_S = 0.1
 """Seconds between two pictures."""
 STOP_RUN_S = 1.0
 """Seconds that the mission server gets to stop its run with our reason; the override stops it in any case."""
-REASON = "florence teleop: a person drives by hand"
+BY = "florence teleop"
+REASON = f"{BY}: a person drives by hand"
 
 
 class TakenBack(FlorenceError):
@@ -177,7 +178,7 @@ class _Teleop:
         ours = not self._overridden
         if ours:
             self._stop_run()
-            switch_override(True)
+            switch_override(True, BY)
             self._client.spin_until(lambda: bool(self._overridden), ANSWER_BUDGET_S)
         try:
             self._say(
@@ -203,7 +204,7 @@ class _Teleop:
     def _give_back(self) -> None:
         if not self._overridden:
             return
-        switch_override(False)
+        switch_override(False, BY)
         self._say("the robot is given back: missions may start again; what was stopped stays stopped")
 
     def _step(self, live: Live | None) -> None:

@@ -30,7 +30,8 @@ class KinectParameters(CheckedParameters):
 
     Attributes:
         source: Where frames come from: ``usb`` (the first Kinect), ``usb:1`` (the second) or ``usb:SERIAL``;
-            ``recording:FOLDER`` (played by fakenect); or the path of a Unix socket (simulated hardware).
+            ``recording:FOLDER`` or ``recording:FILE.mcap``; or the path of a Unix socket (simulated
+            hardware).
         library: The file of libfreenect, or of fakenect; the usual ones when empty.
         width: Columns of the images that are published, 640, 320 or 160: of larger ones every second or
             fourth pixel is taken.

@@ -11,9 +11,9 @@ import numpy as np
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.camera import View
+from florence_bt.drivers.kinect.fakenect import check_recording, recorded_view
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.kinect.freenect_library import DepthFormat, FrameMode, FreenectLibrary, VideoFormat
-from florence_bt.drivers.kinect.recording import check_recording, recorded_view
 
 WIDTH, HEIGHT = 640, 480
 TICKS_PER_SECOND = 60e6

@@ -1,38 +1,81 @@
-"""Recordings in the format of libfreenect's ``record``, which fakenect plays.
+"""Recordings of a Kinect: one MCAP file in a folder, of messages of ROS 2, read and written without ROS.
 
-A folder with one file per image and per reading of the accelerometer, and ``INDEX.txt`` with their names in
-order. A name is the kind (``d`` depth, ``r`` colour, ``a`` accelerometer), the moment in seconds and the
-device's own time. Images have 640 x 480 pixels; smaller ones are written with each pixel repeated. Depth is
-raw, 16 bits little-endian (against PGM's rule; fakenect wants it so).
+Depth images are ``sensor_msgs/msg/Image`` with the raw values of the device (``mono16``), or with millimetres
+(``16UC1``) where the library has converted them. The frame is the :class:`View`, the stamp the device's time;
+a message's own time is when it came. Readings of accelerometer and motor are JSON. Source of the layout: CDR
+of the OMG (DDS-XTypes 1.3, 7.4), as ROS 2 uses it.
 """
 
 from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.closing import Closing
-from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
+from florence_bt.core.errors import ConfigError, DeviceLost
+from florence_bt.core.installation import how_to_get
 from florence_bt.drivers.kinect.camera import View
-from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
+from florence_bt.drivers.kinect.frames import (
+    LARGEST_SIDE,
+    DepthEncoding,
+    DepthFrame,
+    Frame,
+    VideoFrame,
+)
 
-INDEX = "INDEX.txt"
-NOTES = "florence.json"
-"""What the format has no place for; other programs pass over it."""
-WIDTH, HEIGHT = 640, 480
-DEPTH_HEAD, COLOUR_HEAD = b"P5 640 480 65535\n", b"P6 640 480 255\n"
-TICKS_PER_SECOND = 60e6
-_READING = struct.Struct("<hhhbxi")
-"""Accelerations x, y, z (819 a g), tilt in half degrees, status: the C structure of libfreenect."""
+FILE = "kinect.mcap"
+DEPTH, COLOUR, READING = "/kinect/depth", "/kinect/colour", "/kinect/reading"
+"""The topics."""
+RAW, MILLIMETRES, RGB = "mono16", "16UC1", "rgb8"
+"""Encodings of ROS (sensor_msgs/image_encodings.hpp)."""
+LARGEST_RECORD = 1 << 27
+IMAGE_SCHEMA = f"""\
+std_msgs/Header header
+uint32 height
+uint32 width
+string encoding
+uint8 is_bigendian
+uint32 step
+uint8[] data
+{"=" * 80}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{"=" * 80}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+_CDR = b"\0\1\0\0"
+"""Little-endian."""
+_TIME, _PAIR, _LENGTH = struct.Struct("<iI"), struct.Struct("<II"), struct.Struct("<I")
+_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A reading of accelerometer and motor.
+
+    Attributes:
+        acceleration: x, y, z; 819 a g.
+        tilt: Half degrees.
+        status: 0 stopped, 1 at the limit, 4 moving.
+    """
+
+    acceleration: tuple[int, int, int]
+    tilt: int
+    status: int
 
 
 class RecordingWriter(Closing):
-    """Writes a recording; use it in a ``with``. Whenever it ends, what was written can be played.
+    """Writes a recording; use it in a ``with``. Whatever ends it, what was written can be played.
 
     Args:
         folder: Is made; may exist, but not with a recording in it.
@@ -46,16 +89,24 @@ class RecordingWriter(Closing):
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        from mcap.writer import Writer
+
+        self._file = folder / FILE
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # A line at a time: what stands in the index is whole on the disk, whatever ends this program.
-            self._index = (folder / INDEX).open("x", encoding="ascii", buffering=1)
+            self._stream = self._file.open("xb")
         except FileExistsError as error:
             raise ConfigError(f"{folder} holds a recording already", valid=["another folder"]) from error
         except OSError as error:
             raise ConfigError(f"{folder} cannot be written to: {error}", valid=["another folder"]) from error
-        self._ticks = 0
+        # Each message is a chunk of its own, which is whole on the disk at once.
+        self._writer = Writer(self._stream, chunk_size=1)
+        self._writer.start(profile="ros2", library="florence")
+        image = self._writer.register_schema("sensor_msgs/msg/Image", "ros2msg", IMAGE_SCHEMA.encode())
+        self._channels = {
+            topic: self._writer.register_channel(topic, "cdr", image) for topic in (DEPTH, COLOUR)
+        }
+        self._channels[READING] = self._writer.register_channel(READING, "json", 0)
         self.depth_images = self.colour_images = 0
 
     def add(self, frame: Frame, moment: float) -> None:
@@ -63,127 +114,249 @@ class RecordingWriter(Closing):
 
         Args:
             frame: The image.
-            moment: When it came, seconds; never earlier than the one before.
-
-        Raises:
-            FrameError: Its size does not go into 640 x 480.
+            moment: When it came, seconds since 1970.
         """
-        self._ticks = int(frame.timestamp * TICKS_PER_SECOND) & 0xFFFFFFFF
         if isinstance(frame, DepthFrame):
-            if not self.depth_images:
-                self._write_notes(frame.view)
             self.depth_images += 1
-            self._write("d", "pgm", moment, DEPTH_HEAD + _enlarged(frame.raw()).astype("<u2").tobytes())
-        elif isinstance(frame, VideoFrame):
+            self._write(DEPTH, moment, _depth_to_cdr(frame))
+        else:
             self.colour_images += 1
-            self._write("r", "ppm", moment, COLOUR_HEAD + _enlarged(frame.pixels()).tobytes())
+            pixels = frame.pixels()
+            self._write(
+                COLOUR, moment, _image_to_cdr(frame.timestamp, "colour", RGB, pixels, 3 * frame.width)
+            )
 
-    def add_reading(self, acceleration: tuple[int, int, int], tilt: int, status: int, moment: float) -> None:
-        """Write a reading of accelerometer and motor.
-
-        Args:
-            acceleration: 819 a g.
-            tilt: Half degrees.
-            status: 0 stopped, 1 at the limit, 4 moving.
-            moment: When it came, seconds.
-        """
-        self._write("a", "dump", moment, _READING.pack(*acceleration, tilt, status))
+    def add_reading(self, reading: Reading, moment: float) -> None:
+        """Write a reading of accelerometer and motor; the moment is as in :meth:`add`."""
+        self._write(READING, moment, json.dumps(asdict(reading)).encode())
 
     def close(self) -> None:
-        """End the recording; one without images leaves no index, so that the folder may be used again."""
-        self._index.close()
+        """End the recording; one without images leaves no file, so that the folder may be used again."""
+        if self._stream.closed:
+            return
+        self._writer.finish()
+        self._stream.close()
         if not self.depth_images and not self.colour_images:
-            (self._folder / INDEX).unlink(missing_ok=True)
+            self._file.unlink(missing_ok=True)
 
-    def _write(self, kind: str, ending: str, moment: float, content: bytes) -> None:
-        name = f"{kind}-{moment:.6f}-{self._ticks}.{ending}"
-        (self._folder / name).write_bytes(content)
-        self._index.write(name + "\n")
-
-    def _write_notes(self, view: View) -> None:
-        (self._folder / NOTES).write_text(json.dumps({"view": view.value}) + "\n", encoding="ascii")
+    def _write(self, topic: str, moment: float, data: bytes) -> None:
+        ns = round(moment * _NS)
+        self._writer.add_message(self._channels[topic], log_time=ns, publish_time=ns, data=data)
+        self._stream.flush()
 
 
-def recorded_view(folder: Path) -> View:
-    """Return where a recording's depth images were taken: at the depth camera if other programs made it.
+def file_of(place: Path) -> Path:
+    """Return the file of a recording, which is named by its folder, or itself."""
+    return place if place.suffix == ".mcap" else place / FILE
+
+
+def recorded(place: Path) -> Iterator[tuple[float, Frame | Reading]]:
+    """Yield what a recording holds in order, each with the moment when it came, seconds since 1970.
+
+    A recording whose program was killed has no end, which is as good as one.
+
+    Args:
+        place: Its folder or file.
 
     Raises:
-        DeviceLost: The folder's notes are damaged.
+        DeviceLost: It is no recording, or damaged.
     """
     try:
-        return View(json.loads((folder / NOTES).read_text(encoding="utf-8"))["view"])
-    except FileNotFoundError:
-        return View.DEPTH
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise DeviceLost(f"{folder / NOTES} is damaged ({error}): delete it or record again") from error
+        from mcap.exceptions import EndOfFile
+        from mcap.records import Channel, Message
+        from mcap.stream_reader import StreamReader
+    except ModuleNotFoundError as error:
+        raise DeviceLost(f"recordings need {error.name!r}: {how_to_get('mcap')}") from error
+    file = file_of(place)
+    topics: dict[int, str] = {}
+    try:
+        with file.open("rb") as stream:
+            reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
+            for record in reader.records:
+                if isinstance(record, Channel):
+                    topics[record.id] = record.topic
+                elif isinstance(record, Message) and topics.get(record.channel_id) in _READERS:
+                    yield record.log_time / _NS, _READERS[topics[record.channel_id]](record.data)
+    except EndOfFile:
+        return
+    except OSError as error:
+        raise DeviceLost(
+            f"{place} is not a recording of a Kinect ({error.strerror}); make one with `florence kinect "
+            "record`, or of a folder of libfreenect's record with `florence kinect convert`"
+        ) from error
+    except Exception as error:
+        # Damaged files raise whatever their first wrong byte leads to.
+        raise DeviceLost(f"the recording {file} is damaged: {error}") from error
 
 
-def recorded_depth(folder: Path) -> Iterator[tuple[float, DepthFrame]]:
+def recorded_depth(place: Path) -> Iterator[tuple[float, DepthFrame]]:
     """Yield the depth images of a recording in order, each with its moment in seconds after the first.
 
     Raises:
-        DeviceLost: The folder is not a recording, or damaged; names the file.
+        DeviceLost: As :func:`recorded`, or it has no depth image.
     """
-    view = recorded_view(folder)
     first = None
-    for name in check_recording(folder):
-        if not name.startswith("d-"):
-            continue
-        try:
-            moment, ticks = (float(part) for part in name.removesuffix(".pgm").split("-")[1:])
-        except ValueError as error:
-            raise DeviceLost(f"the recording {folder} is damaged: {name!r} has no moment") from error
-        first = moment if first is None else first
-        values = (folder / name).read_bytes().partition(b"\n")[2][: 2 * WIDTH * HEIGHT]
-        raw = np.frombuffer(values, "<u2")
-        yield (
-            moment - first,
-            DepthFrame(WIDTH, HEIGHT, ticks / TICKS_PER_SECOND, raw, DepthEncoding.RAW, view),
-        )
+    for moment, part in recorded(place):
+        if isinstance(part, DepthFrame):
+            first = moment if first is None else first
+            yield moment - first, part
+    if first is None:
+        raise DeviceLost(f"the recording {place} holds no depth image")
 
 
-def check_recording(folder: Path) -> list[str]:
-    """Make sure that fakenect can play a folder: it trusts the files and reads beyond the end of short ones.
+class RecordingSource:
+    """Plays a recording as fast as it was made; a :class:`~florence_bt.drivers.kinect.sources.FrameSource`.
 
-    Returns:
-        The names of the files in order.
+    Args:
+        place: Its folder or file.
+        now: Steady seconds.
+        sleep: Waits for some seconds.
 
     Raises:
-        DeviceLost: It cannot; names the file.
+        DeviceLost: It is no recording, or damaged; names the file.
     """
-    try:
-        names = (folder / INDEX).read_text(encoding="ascii").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise DeviceLost(
-            f"{folder} is not a recording of a Kinect ({error}); make one with `florence kinect record`"
-        ) from error
-    if not any(name.startswith("d-") for name in names):
-        raise DeviceLost(f"the recording {folder} holds no depth image")
-    for name in names:
-        _check_file(folder, name)
-    return names
+
+    def __init__(
+        self,
+        place: Path,
+        now: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._place = place
+        self._now = now
+        self._sleep = sleep
+        self._colour = True
+        self._parts: Iterator[tuple[float, Frame | Reading]] | None = recorded(place)
+        self._first, self._begun = recorded_first(place), now()
+        self._next: tuple[float, Frame] | None = None
+
+    def read(self, timeout_s: float) -> Frame | None:
+        """Wait for the next frame; see :class:`~florence_bt.drivers.kinect.sources.FrameSource`."""
+        if self._next is None:
+            self._next = self._advance()
+        moment, frame = self._next
+        wait = moment - self._first - (self._now() - self._begun)
+        self._sleep(max(0.0, min(wait, timeout_s)))
+        if wait > timeout_s:
+            return None
+        self._next = None
+        return frame
+
+    def _advance(self) -> tuple[float, Frame]:
+        if self._parts is None:
+            raise DeviceLost(f"the recording {self._place} is closed")
+        for moment, part in self._parts:
+            if isinstance(part, DepthFrame) or (isinstance(part, VideoFrame) and self._colour):
+                return moment, part
+        raise DeviceLost(f"the recording {self._place} is over; it starts again")
+
+    def request(self, *, colour: bool) -> None:
+        """Tell whether colour images are wanted besides the depth images."""
+        self._colour = colour
+
+    def close(self) -> None:
+        """Let go of the file; harmless when called twice."""
+        self._parts = None
 
 
-def _check_file(folder: Path, name: str) -> None:
-    kind, least = name[:1], {"d": 2 * WIDTH * HEIGHT, "r": 3 * WIDTH * HEIGHT, "a": 0}
-    try:
-        with (folder / name).open("rb") as file:
-            head = file.read(64).partition(b"\n")[0]
-            size = file.seek(0, 2)
-    except (OSError, ValueError) as error:
-        raise DeviceLost(f"the recording {folder} is damaged: {name}: {error}") from error
-    if kind not in least or "/" in name or not size:
-        raise DeviceLost(f"the recording {folder} is damaged: what is {name!r}?")
-    if kind == "a":
-        return
-    if b"640 480" not in head or size - len(head) - 1 < least[kind]:
-        raise DeviceLost(f"the recording {folder} is damaged: {name} is not a whole image of 640 x 480")
+def recorded_first(place: Path) -> float:
+    """Return the moment of the first depth image of a recording.
+
+    Raises:
+        DeviceLost: As :func:`recorded_depth`.
+    """
+    for moment, part in recorded(place):
+        if isinstance(part, DepthFrame):
+            return moment
+    raise DeviceLost(f"the recording {place} holds no depth image")
 
 
-def _enlarged(image: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the image with each pixel repeated as often as 640 x 480 needs."""
-    rows, columns = image.shape[:2]
-    times = WIDTH // columns
-    if (columns * times, rows * times) != (WIDTH, HEIGHT):
-        raise FrameError(f"an image of {columns} x {rows} does not go into 640 x 480 (320 x 240 would)")
-    return image.repeat(times, axis=0).repeat(times, axis=1)
+# ---- messages --------------------------------------------------------------------------------------------
+
+
+def _depth_to_cdr(frame: DepthFrame) -> bytes:
+    if frame.encoding is DepthEncoding.MILLIMETRES:
+        values = np.frombuffer(frame.payload, np.uint16).reshape(frame.height, frame.width)
+        encoding = MILLIMETRES
+    else:
+        values, encoding = frame.raw(), RAW
+    return _image_to_cdr(frame.timestamp, frame.view.value, encoding, values.astype("<u2"), 2 * frame.width)
+
+
+def _image_to_cdr(stamp: float, frame_id: str, encoding: str, image: NDArray[np.generic], step: int) -> bytes:
+    height, width = image.shape[:2]
+    data = image.tobytes()
+    return b"".join(
+        (
+            _CDR,
+            _TIME.pack(*divmod(round(stamp * _NS), _NS)),
+            _padded(_text(frame_id)),
+            _PAIR.pack(height, width),
+            _padded(_text(encoding) + b"\0"),  # and whether it is big-endian: no
+            _PAIR.pack(step, len(data)),
+            data,
+        )
+    )
+
+
+def _image_from_cdr(data: bytes) -> tuple[float, str, str, int, int, bytes]:
+    """Return the stamp, the frame, the encoding, width, height and the values of an image.
+
+    Raises:
+        ValueError: It is not one, or too large.
+    """
+    seconds, nanoseconds = _TIME.unpack_from(data, 4)
+    frame_id, at = _text_at(data, 12)
+    height, width = _PAIR.unpack_from(data, at)
+    encoding, at = _text_at(data, at + _PAIR.size, more=1)
+    _, size = _PAIR.unpack_from(data, at)
+    values = data[at + _PAIR.size :]
+    pixel = 3 if encoding == RGB else 2
+    if not (
+        0 < width <= LARGEST_SIDE
+        and 0 < height <= LARGEST_SIDE
+        and len(values) == size == pixel * width * height
+    ):
+        raise ValueError(f"an image of {width} x {height} pixels with {len(values)} bytes")
+    return seconds + nanoseconds / _NS, frame_id, encoding, width, height, values
+
+
+def _depth_from_cdr(data: bytes) -> DepthFrame:
+    stamp, frame_id, encoding, width, height, values = _image_from_cdr(data)
+    depth_encoding = {RAW: DepthEncoding.RAW, MILLIMETRES: DepthEncoding.MILLIMETRES}[encoding]
+    return DepthFrame(width, height, stamp, np.frombuffer(values, "<u2"), depth_encoding, View(frame_id))
+
+
+def _colour_from_cdr(data: bytes) -> VideoFrame:
+    stamp, _, encoding, width, height, values = _image_from_cdr(data)
+    if encoding != RGB:
+        raise ValueError(f"colours as {encoding}")
+    return VideoFrame(width, height, stamp, values)
+
+
+def _reading_from_json(data: bytes) -> Reading:
+    values = json.loads(data)
+    return Reading(tuple(values["acceleration"]), values["tilt"], values["status"])
+
+
+_READERS: dict[str, Callable[[bytes], Frame | Reading]] = {
+    DEPTH: _depth_from_cdr,
+    COLOUR: _colour_from_cdr,
+    READING: _reading_from_json,
+}
+
+
+def _padded(data: bytes) -> bytes:
+    return data + bytes(-len(data) % 4)
+
+
+def _text(text: str) -> bytes:
+    written = text.encode() + b"\0"
+    return _LENGTH.pack(len(written)) + written
+
+
+def _text_at(data: bytes, at: int, more: int = 0) -> tuple[str, int]:
+    """Return a text, and where the next part begins after some bytes more."""
+    (length,) = _LENGTH.unpack_from(data, at)
+    end = at + _LENGTH.size + length
+    return data[at + _LENGTH.size : end - 1].decode(), end + more + -(end + more) % 4

@@ -5,13 +5,16 @@ from __future__ import annotations
 import select
 import socket
 from collections import deque
+from pathlib import Path
 from typing import Protocol
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.core.socket_paths import short_path
 from florence_bt.drivers.kinect.driver import KinectParameters
+from florence_bt.drivers.kinect.fakenect import INDEX
 from florence_bt.drivers.kinect.frames import Frame, FrameKind, FrameParser
 from florence_bt.drivers.kinect.freenect_source import FreenectSource
+from florence_bt.drivers.kinect.recording import RecordingSource, file_of
 
 USB, RECORDING = "usb", "recording"
 
@@ -28,7 +31,9 @@ def open_source(parameters: KinectParameters) -> FrameSource:
             rest or "0", registered=parameters.depth_registration, library=parameters.library
         )
     if kind == RECORDING:
-        return FreenectSource(library=parameters.library, folder=rest)
+        if (Path(rest) / INDEX).exists() and not file_of(Path(rest)).exists():
+            return FreenectSource(library=parameters.library, folder=rest)
+        return RecordingSource(Path(rest))
     return SocketFrameSource(parameters.source)
 
 

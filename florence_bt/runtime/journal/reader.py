@@ -72,19 +72,22 @@ class JournalReader(Closing):
         """Close the file."""
         self._connection.close()
 
-    def runs(self, limit: int = 20, mission: str = "", state: str = "") -> list[JournaledRun]:
+    def runs(
+        self, limit: int = 20, mission: str = "", state: str = "", *, skip: int = 0
+    ) -> list[JournaledRun]:
         """Return runs, the latest first.
 
         Args:
             limit: At most this many.
             mission: Only runs of this mission, of all when empty.
             state: Only runs in this state (a name of :class:`RunStatus`), in all when empty.
+            skip: Not the latest so many of them.
         """
         wanted = {"mission": mission, "state": state.upper()}
         filters = [f"{name} = :{name}" for name, value in wanted.items() if value]
         where = f"WHERE {' AND '.join(filters)} " if filters else ""
-        query = f"SELECT {RUN_COLUMNS} FROM runs {where}ORDER BY id DESC LIMIT :limit"
-        return self._made(run_from_row, query, {**wanted, "limit": limit})
+        query = f"SELECT {RUN_COLUMNS} FROM runs {where}ORDER BY id DESC LIMIT :limit OFFSET :skip"
+        return self._made(run_from_row, query, {**wanted, "limit": limit, "skip": skip})
 
     def unfinished(self) -> list[JournaledRun]:
         """Return the runs without an end, the earliest first."""
@@ -101,13 +104,18 @@ class JournalReader(Closing):
         query = f"SELECT {RUN_COLUMNS} FROM runs WHERE run_id = :run_id"
         return next(iter(self._made(run_from_row, query, {"run_id": run_id})), None)
 
-    def events(self, run_id: str) -> list[JournaledEvent]:
-        """Return everything that happened in a run, in order."""
+    def events(self, run_id: str, limit: int = -1) -> list[JournaledEvent]:
+        """Return what happened in a run, in order.
+
+        Args:
+            run_id: The run.
+            limit: At most so many events, the first ones; all when negative.
+        """
         query = (
             f"SELECT {EVENT_COLUMNS} FROM events WHERE run = (SELECT id FROM runs WHERE run_id = :run_id) "
-            "ORDER BY seq"
+            "ORDER BY seq LIMIT :limit"
         )
-        return self._made(event_from_row, query, {"run_id": run_id})
+        return self._made(event_from_row, query, {"run_id": run_id, "limit": limit})
 
     def last_entry(self) -> str:
         """Return the date and time (UTC) of the last entry, empty when unknown."""

@@ -171,18 +171,52 @@ def tree_from_events(events: Iterable[JournaledEvent]) -> str:
     Returns:
         One line per node that was reached: a mark, the name and what it said last; empty without events.
     """
+    return "\n".join(
+        f"{'    ' * node.path.count('/')}{node.mark} {node.name}{f' -- {node.said}' if node.said else ''}"
+        for node in reached_nodes(events)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class ReachedNode:
+    """A node that a run has reached.
+
+    Attributes:
+        path: Its path.
+        parent: The path of the nearest node above that was reached; empty without one.
+        mark: How it stands, as the drawing of a tree has it.
+        said: What it said last.
+    """
+
+    path: str
+    parent: str
+    mark: str
+    said: str
+
+    @property
+    def name(self) -> str:
+        """Its own name."""
+        return self.path.rpartition("/")[2]
+
+
+def reached_nodes(events: Iterable[JournaledEvent]) -> list[ReachedNode]:
+    """Return what the events of a run say about its nodes, a parent before its children.
+
+    Args:
+        events: The events in order, of the whole run or of its beginning.
+    """
     latest: dict[str, JournaledEvent] = {}
     stopped: set[str] = set()
     order: dict[str, int] = {}
     for event in events:
         if event.kind == EventKind.NODE.value:
             _note(event, latest, stopped)
+            order.setdefault(event.node, len(order))
         elif event.kind == EventKind.STOP_ASKED.value:
             stopped.update(path for path, last in latest.items() if last.new == Status.RUNNING.name)
-        if event.node:
-            order.setdefault(event.node, len(order))
     paths = _parents_first([path for path in order if path in latest], order)
-    return "\n".join(_line(path, latest[path], path in stopped) for path in paths)
+    known = set(paths)
+    return [_reached(path, _parent(path, known), latest[path], path in stopped) for path in paths]
 
 
 def _note(event: JournaledEvent, latest: dict[str, JournaledEvent], stopped: set[str]) -> None:
@@ -218,8 +252,6 @@ def _parent(path: str, known: set[str]) -> str:
     return ""
 
 
-def _line(path: str, event: JournaledEvent, stopped: bool) -> str:
-    depth = path.count("/")
-    reason = f" -- {' '.join(event.reason.split())}" if event.reason else ""
-    mark = STOPPED if stopped else MARKS[Status[event.new]]
-    return f"{'    ' * depth}{mark} {path.rpartition('/')[2]}{reason}"
+def _reached(path: str, parent: str, last: JournaledEvent, stopped: bool) -> ReachedNode:
+    mark = STOPPED if stopped else MARKS[Status[last.new]]
+    return ReachedNode(path, parent, mark, " ".join(last.reason.split()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from datetime import UTC, datetime
 
@@ -11,16 +12,19 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.message_skills import NOBODY_ASKS, AnswerWait
+from florence_bt.core.message_skills import NOBODY_ASKS, OPEN_QUESTION, AnswerWait
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
-from florence_bt.ros.topics import DOCK, LAST_OVERRIDE, MANUAL_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.topics import DOCK, LAST_OVERRIDE, MANUAL_OVERRIDE, OVERRIDE_BY, SWITCH_OVERRIDE
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import MAX_VALUE, checked_text
 from florence_bt.runtime.run import RunStatus
+
+OVERRIDE_BY_S = 5.0
+"""Wall seconds within which the word of who switches the override belongs to its switch."""
 
 
 class Controls:
@@ -57,6 +61,8 @@ class Controls:
         if answers is not None:
             self._answers = answers
             node.create_service(AnswerQuestion, "florence_bt/answer", self._on_answer)
+        self._switched_by, self._switched_at = "", -math.inf
+        node.create_subscription(String, OVERRIDE_BY, self._on_override_by, RELIABLE)
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.last_override: datetime | None = None
         self._override_heard = False
@@ -129,7 +135,7 @@ class Controls:
         else:
             question = self._answers.question
             response.accepted = bool(question)
-            response.message = f"open: {question}" if question else NOBODY_ASKS
+            response.message = f"{OPEN_QUESTION}{question}" if question else NOBODY_ASKS
         return response
 
     def _on_override(self, message: Bool) -> None:
@@ -138,11 +144,21 @@ class Controls:
         The base itself obeys without us: its driver says what is so.
         """
         if message.data:
-            self._missions.override(f"true on {SWITCH_OVERRIDE}")
+            recent = self._node.steady.now() - self._switched_at < OVERRIDE_BY_S
+            by = f", by {self._switched_by}" if recent and self._switched_by else ""
+            self._missions.override(f"true on {SWITCH_OVERRIDE}{by}")
             self._goals.cancel_all()
             self._node.get_logger().warning("manual override: everything stops, missions are refused")
         elif self._missions.release():
             self._node.get_logger().info("manual override released: missions may start again")
+
+    def _on_override_by(self, message: String) -> None:
+        try:
+            self._switched_by = checked_text("who switches the manual override", message.data)
+        except FlorenceError as error:
+            self._node.get_logger().warning(str(error))
+            return
+        self._switched_at = self._node.steady.now()
 
     def missing_override(self) -> list[str]:
         """Return what is not known of the override yet, for people; empty if the driver never tells."""

@@ -135,6 +135,7 @@ class RigRobot:
         )
         self._laser_filter = LaserFilter(parameters_of(LaserFilterParameters, config, "laser_filter"))
         self._mapping, self._on_map = mapping, on_map
+        self._touching = False
         self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
         self._localiser.set_pose(start, (0.05, 0.05, 0.03))
         self._localiser.believe(Pose2())
@@ -192,6 +193,9 @@ class RigRobot:
             wheels_stopped=self._twist.is_zero(),
         )
         self.odometry = motion.odometry
+        before, self._touching = self._touching, bool(self.stop[0])
+        if self._mapping is not None and self._touching and not before:
+            self._mapping.touched(self.odometry.pose)
         if not motion.at_rest or self._driving():
             self._moved = now
             self._next_scan = self._next_kinect_scan = now

@@ -1,4 +1,4 @@
-"""The commands that this package adds to ``florence``: import and export. They need no ROS and no robot."""
+"""The commands that this package adds to ``florence``: import and export, which need no ROS, and groot."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.installation import in_checkout
 
 if TYPE_CHECKING:
     from florence_btcpp.exchange import Exchanged
@@ -66,6 +68,26 @@ def export(
 
     exported = export_file(mission, out, folders or [], form, strict=strict)
     _print_exchange(exported, form if out is not None else "text")
+
+
+@app.command(
+    cls=RosVerb,
+    rich_help_panel="Runs",
+    epilog=f"Example: florence groot --port 1667\n\n{EXIT_CODES}",
+)
+def groot(
+    port: Annotated[int, typer.Option(min=1, max=65535, help="The TCP port, on this machine only.")] = 1667,
+) -> None:
+    """Show the running mission in Groot2, or another program with its monitor protocol, until Ctrl-C."""
+    try:
+        from florence_btcpp.groot.node import serve_groot
+    except ModuleNotFoundError as error:
+        if error.name not in ("zmq", "msgpack") or in_checkout():
+            raise
+        problem = f"this command needs {error.name!r}, which is not installed"
+        raise ConfigError(problem, valid=["pip install 'florence-btcpp[groot]'"]) from error
+
+    raise typer.Exit(serve_groot(port))
 
 
 def _print_exchange(exchanged: Exchanged, form: str) -> None:

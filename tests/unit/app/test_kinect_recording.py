@@ -13,7 +13,7 @@ from florence_bt.core.errors import ConfigError, DeviceError, DeviceLost
 from florence_bt.drivers.kinect.driver import KinectParameters
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.kinect.motor.codec import MotorState
-from florence_bt.drivers.kinect.recording import INDEX, check_recording
+from florence_bt.drivers.kinect.recording import FILE, recorded, recorded_depth
 
 RAW = np.full((240, 320), 800, np.uint16)
 
@@ -91,7 +91,7 @@ def test_a_second_of_a_kinect_on_usb(tmp_path: Path) -> None:
     assert made.seconds == 1.0
     assert (made.without_motor, made.interrupted, asked) == ("", False, [0])
     assert (camera.colour, camera.closed) == (True, True)
-    check_recording(tmp_path / "new")
+    assert len(list(recorded(tmp_path / "new"))) == 14
 
 
 def test_the_accelerometer_is_that_of_the_kinect(tmp_path: Path) -> None:
@@ -108,22 +108,22 @@ def test_an_interrupted_recording_can_be_played(tmp_path: Path) -> None:
     made, _ = run(Camera(5, KeyboardInterrupt()), tmp_path / "part", seconds=60.0)
     assert made.interrupted
     assert made.depth_images == 3
-    check_recording(tmp_path / "part")
+    assert len(list(recorded_depth(tmp_path / "part"))) == 3
 
 
-def test_every_image_is_in_the_index_at_once(tmp_path: Path) -> None:
+def test_every_image_is_on_the_disk_at_once(tmp_path: Path) -> None:
     """Also a recording whose program was killed can be played."""
     folder = tmp_path / "killed"
     seen: list[int] = []
 
     class Watched(Camera):
         def read(self, timeout_s: float) -> Frame | None:
-            if (folder / INDEX).exists():
-                seen.append(len((folder / INDEX).read_text().splitlines()))
+            if len(seen) < 4 and (folder / FILE).exists():
+                seen.append(len(list(recorded(folder))))
             return super().read(timeout_s)
 
     run(Watched(100), folder)
-    assert seen[:4] == [0, 2, 3, 5]  # a depth image comes with a reading
+    assert seen == [0, 2, 3, 5]  # a depth image comes with a reading
 
 
 def test_an_unplugged_kinect_leaves_what_came_before(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_an_unplugged_kinect_leaves_what_came_before(tmp_path: Path) -> None:
     with pytest.raises(DeviceLost, match=r"went away; .*part holds the 3 depth images"):
         run(camera, tmp_path / "part", seconds=60.0)
     assert camera.closed
-    check_recording(tmp_path / "part")
+    assert len(list(recorded_depth(tmp_path / "part"))) == 3
 
 
 def test_a_copied_recording_ends_with_its_source(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from dataclasses import replace
 
 import pytest
@@ -40,6 +41,16 @@ def test_a_password_that_is_not_set_is_told(tmp_path, monkeypatch):
     monkeypatch.delenv("NO_SUCH_PASSWORD", raising=False)
     text = "mqtt: {host: h, username: u, password_env: NO_SUCH_PASSWORD}\nsensors: {pir: {room: kitchen}}\n"
     refused("NO_SUCH_PASSWORD is not set", tmp_path, home_file=write(tmp_path, "home.yaml", text))
+
+
+def test_a_recorder_that_could_not_start_is_told(tmp_path):
+    pytest.importorskip("foxglove", reason="foxglove-sdk is not here (extra record)")
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        server.listen()
+        refused("another port", tmp_path, foxglove_port=server.getsockname()[1])
+    config = write(tmp_path, "robot.yaml", f"recorder: {{folder: {write(tmp_path, 'file', '')}}}\n")
+    refused("cannot be written to: File exists", tmp_path, record=True, config_file=config)
 
 
 def test_the_home_sensors_are_started_when_their_file_is_given(tmp_path):
@@ -146,7 +157,7 @@ def test_a_folder_may_lie_deeper_than_the_path_of_a_socket(tmp_path):
 
 
 def test_the_processes_of_a_bring_up():
-    assert list(processes(BringUp(folder="x"))) == list(NODES)
+    assert list(processes(BringUp(folder="x", record=True))) == list(NODES)
     assert "simulator" not in processes(BringUp(folder="x", simulated=False))
     with pytest.raises(ConfigError, match=r"'navigatio'.*navigation"):
         factories("navigatio", BringUp(folder="x"))

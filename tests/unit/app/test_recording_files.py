@@ -132,6 +132,12 @@ def test_it_ends_whole_before_the_disk_is_full(tmp_path: Path) -> None:
     assert messages_in(recording.files.written[0]) == 6
 
 
+def test_nothing_begins_on_a_disk_that_is_nearly_full(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="free on the disk"):
+        RecordingFiles(tmp_path, RecordingLimits(), foxglove.Context(), free_mb=lambda folder: FREE_MB - 1.0)
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_was_flushed_can_be_read_when_the_power_went(tmp_path: Path) -> None:
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader

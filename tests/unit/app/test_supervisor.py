@@ -184,6 +184,16 @@ def test_a_child_that_died_is_started_again_later_and_later_but_not_for_ever(tmp
     assert (tmp_path / "told").read_text().split()[0] == "two"
 
 
+def test_a_process_that_is_given_up_is_not_minded_any_more(tmp_path, supervisor_of):
+    supervisor = supervisor_of({"recorder": DYING, "missions": OBEDIENT})
+    wait_up(tmp_path, "missions")
+    assert death_in(supervisor).name == "recorder"
+    supervisor.give_up("recorder")
+    supervisor.check()
+    assert supervisor.given_up() == {"recorder"} and supervisor.waiting() == set()
+    assert supervisor.stop() == []
+
+
 def test_companions_are_ended_and_start_again_with_the_one_that_died(tmp_path, supervisor_of):
     now = [0.0]
     scripts = {"hardware": OBEDIENT, "navigation": OBEDIENT, "people": OBEDIENT}

@@ -11,9 +11,11 @@ from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.app.bringup.topology import (
     NODES,
+    OBSERVERS,
     companions,
     ended_together,
     factories,
+    observers,
     own_bindings,
     process_of,
     processes,
@@ -162,7 +164,10 @@ def test_split_gives_each_node_a_process_in_the_same_order(tmp_path):
     split = processes(options)
     whole = processes(BringUp(folder=str(tmp_path)))
     assert list(split.values()) == [(node,) for nodes in whole.values() for node in nodes]
-    assert list(whole) == list(NODES) and "home_sensors" not in split
+    assert (
+        list(whole) == [name for name in NODES if not {*NODES[name]} & {*OBSERVERS}]
+        and "home_sensors" not in split
+    )
     assert process_of("velocity_filter", options) == "velocity_filter"
     assert set(ended_together(options)) == {*whole["navigation"], *whole["people"]}
     quiet = BringUp(folder=str(tmp_path), split=True, speech="none", simulated=False)
@@ -175,6 +180,52 @@ def test_every_process_of_a_split_bring_up_has_its_one_node(tmp_path):
     options = BringUp(folder=str(tmp_path), split=True)
     for process in processes(options):
         assert len(factories(process, options)) == 1, process
+
+
+RECORDED = {"record": True}, {"foxglove_port": 8765}, {"record": True, "split": True, "missions_only": True}
+
+
+@pytest.mark.parametrize("asked", RECORDED)
+def test_a_recorder_is_there_from_the_first_message_to_the_last_and_nothing_depends_on_it(tmp_path, asked):
+    alone = {"nav": "nav2", "base": "running", "simulated": False} if "missions_only" in asked else {}
+    options = BringUp(folder=str(tmp_path), **asked, **alone)
+    assert next(iter(processes(options))) == "recorder" and observers(options) == {"recorder"}
+    without = BringUp(folder=str(tmp_path))
+    assert "recorder" not in processes(without) and observers(without) == set()
+
+
+def test_the_page_is_there_when_it_is_asked_for_and_nothing_depends_on_it(tmp_path):
+    options = BringUp(folder=str(tmp_path), page_port=8080)
+    assert list(processes(options))[-1] == "page" and observers(options) == {"page"}
+    assert "page" not in processes(BringUp(folder=str(tmp_path)))
+
+
+@pytest.mark.ros
+def test_the_page_is_served_where_the_bring_up_says_and_shows_its_runs(tmp_path):
+    pytest.importorskip("nicegui")
+    options = BringUp(folder=str(tmp_path), page_port=8123, page_host="::1")
+    (made,) = factories("page", options)
+    given = made.keywords["parameters"]
+    assert (given["host"], given["port"], given["runs_folder"]) == ("::1", 8123, str(tmp_path / "runs"))
+
+
+@pytest.mark.ros
+def test_the_configuration_says_where_recordings_go_when_something_is_recorded(tmp_path):
+    pytest.importorskip("foxglove")
+    file = tmp_path / "robot.yaml"
+    file.write_text("recorder: {folder: /disk, max_age: 3}\n")
+
+    def of_recorder(**options):
+        (made,) = factories("recorder", BringUp(folder=str(tmp_path), **options))
+        return made.keywords["parameters"]
+
+    usual = of_recorder(record=True)
+    assert usual["folder"] == str(tmp_path / "recordings") and usual["clock_wait"] > 60.0
+    assert "clock_wait" not in of_recorder(record=True, simulated=False), "there is no clock to wait for"
+    given = of_recorder(record=True, config_file=str(file))
+    assert (given["folder"], given["max_age"]) == ("/disk", 3)
+    shown = of_recorder(foxglove_port=8765, config_file=str(file))
+    assert (shown["folder"], shown["foxglove_port"]) == ("", 8765)
 
 
 def test_what_starts_again_when_a_process_dies(tmp_path):

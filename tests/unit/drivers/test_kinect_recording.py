@@ -1,119 +1,174 @@
-"""The format of recordings, against hand-written files, and what is refused."""
+"""Recordings of a Kinect as MCAP: what goes in comes out, other people's readers agree, damage is told."""
 
-import struct
+from __future__ import annotations
+
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
-from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
+pytest.importorskip("mcap", reason="mcap is not here (extra record)")
+
+from florence_bt.app.devices.kinect_recording import convert
+from florence_bt.core.errors import ConfigError, DeviceLost
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.codec import pack_11_bit
-from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
+from florence_bt.drivers.kinect.fakenect import INDEX
+from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.kinect.recording import (
-    INDEX,
-    NOTES,
+    COLOUR,
+    DEPTH,
+    FILE,
+    IMAGE_SCHEMA,
+    Reading,
+    RecordingSource,
     RecordingWriter,
-    check_recording,
+    recorded,
     recorded_depth,
-    recorded_view,
 )
 
 RAW = (np.arange(240 * 320, dtype=np.uint32) % 2048).astype(np.uint16).reshape(240, 320)
+PIXELS = (np.arange(240 * 320 * 3) % 251).astype(np.uint8).reshape(240, 320, 3)
+READING = Reading((-1, 819, 2), -62, 4)
 
 
-def test_names_heads_and_contents(tmp_path: Path) -> None:
-    with RecordingWriter(tmp_path / "new" / "folder") as writer:
-        writer.add(DepthFrame(320, 240, 100.0, pack_11_bit(RAW)), 12.5)
-        writer.add(VideoFrame(640, 480, 100.5, bytes(640 * 480 * 3)), 12.75)
-        writer.add_reading((-1, 819, 2), -62, 4, 13.0)
-    folder = tmp_path / "new" / "folder"
-    names = (folder / INDEX).read_text().splitlines()
-    ticks = [6_000_000_000 % 2**32, 6_030_000_000 % 2**32]
-    assert names == [
-        f"d-12.500000-{ticks[0]}.pgm",
-        f"r-12.750000-{ticks[1]}.ppm",
-        f"a-13.000000-{ticks[1]}.dump",
+def write(folder: Path) -> Path:
+    with RecordingWriter(folder) as writer:
+        writer.add(DepthFrame(320, 240, 100.5, pack_11_bit(RAW)), 1_800_000_012.5)
+        writer.add(VideoFrame(320, 240, 100.75, PIXELS), 1_800_000_012.75)
+        writer.add_reading(READING, 1_800_000_013.0)
+        raw = DepthFrame(320, 240, 101.0, RAW, DepthEncoding.RAW, View.DEPTH)
+        writer.add(raw, 1_800_000_013.5)
+        writer.add(DepthFrame(320, 240, 102.0, RAW, DepthEncoding.MILLIMETRES, View.COLOUR), 1_800_000_014.5)
+    return folder
+
+
+def test_what_goes_in_comes_out(tmp_path: Path) -> None:
+    moments, parts = zip(*recorded(write(tmp_path / "new" / "folder")), strict=True)
+    assert [moment - 1_800_000_000 for moment in moments] == pytest.approx([12.5, 12.75, 13.0, 13.5, 14.5])
+    first, colour, reading, second, third = parts
+    assert (first.timestamp, first.view, first.encoding) == (100.5, View.SHARED, DepthEncoding.RAW)
+    assert (second.view, third.view, third.encoding) == (View.DEPTH, View.COLOUR, DepthEncoding.MILLIMETRES)
+    for depth in (first, second):
+        np.testing.assert_array_equal(depth.raw(), RAW)
+    np.testing.assert_array_equal(
+        third.metres(), DepthFrame(320, 240, 0.0, RAW, DepthEncoding.MILLIMETRES).metres()
+    )
+    np.testing.assert_array_equal(colour.pixels(), PIXELS)
+    assert (colour.timestamp, reading) == (100.75, READING)
+    assert [moment for moment, _ in recorded_depth(tmp_path / "new" / "folder" / FILE)] == [0.0, 1.0, 2.0]
+
+
+def test_rosbags_reads_the_images(tmp_path: Path) -> None:
+    rosbags = pytest.importorskip("rosbags.highlevel")
+    with rosbags.AnyReader([write(tmp_path) / FILE]) as reader:
+        wanted = [each for each in reader.connections if each.topic in (DEPTH, COLOUR)]
+        found: list[Any] = [
+            reader.deserialize(data, each.msgtype) for each, _, data in reader.messages(connections=wanted)
+        ]
+    assert [(each.encoding, each.header.frame_id) for each in found] == [
+        ("mono16", "shared"),
+        ("rgb8", "colour"),
+        ("mono16", "depth"),
+        ("16UC1", "colour"),
     ]
-    depth = (folder / names[0]).read_bytes()
-    head = b"P5 640 480 65535\n"
-    assert depth.startswith(head) and len(depth) == len(head) + 640 * 480 * 2
-    stored = np.frombuffer(depth[len(head) :], "<u2").reshape(480, 640)
-    for down in (0, 1):
-        for across in (0, 1):
-            np.testing.assert_array_equal(stored[down::2, across::2], RAW)
-    assert (folder / names[1]).read_bytes() == b"P6 640 480 255\n" + bytes(640 * 480 * 3)
-    assert (folder / names[2]).read_bytes() == struct.pack("<hhhbxi", -1, 819, 2, -62, 4)
-    check_recording(folder)
-    assert recorded_view(folder) is View.SHARED
+    np.testing.assert_array_equal(found[0].data.view("<u2").reshape(240, 320), RAW)
+    assert (found[1].width, found[1].height, found[1].step, found[1].header.stamp.sec) == (320, 240, 960, 100)
 
 
-def test_the_depth_images_come_back_with_their_moments(tmp_path: Path) -> None:
-    with RecordingWriter(tmp_path) as writer:
-        for number in range(3):
-            writer.add(
-                DepthFrame(320, 240, 100.0 + number, pack_11_bit(RAW + np.uint16(number) & 2047)), 12.5
-            )
-            writer.add(VideoFrame(640, 480, 100.5, bytes(640 * 480 * 3)), 12.5 + 0.25 * number)
-        writer.add(DepthFrame(320, 240, 0.0, pack_11_bit(RAW)), 13.5)
-    moments, frames = zip(*recorded_depth(tmp_path), strict=True)
-    assert moments == (0.0, 0.0, 0.0, 1.0)
-    assert [frame.view for frame in frames] == [View.SHARED] * 4
-    np.testing.assert_array_equal(frames[1].raw()[::2, ::2], RAW + 1 & 2047)
-    np.testing.assert_array_equal(frames[3].raw()[1::2, 1::2], RAW)
-    (tmp_path / "d-good.pgm").write_bytes(b"P5 640 480 65535\n" + bytes(640 * 480 * 2))
-    (tmp_path / INDEX).write_text("d-good.pgm\n")
-    with pytest.raises(DeviceLost, match=r"d-good\.pgm"):
-        list(recorded_depth(tmp_path))
+def test_the_schema_is_that_of_ros() -> None:
+    typesys = pytest.importorskip("rosbags.typesys")
+    ours = typesys.get_types_from_msg(IMAGE_SCHEMA, "sensor_msgs/msg/Image")
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    for name, (constants, fields) in ours.items():
+        assert (constants, fields) == tuple(store.fielddefs[name]), name
 
 
-def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
-    with RecordingWriter(tmp_path) as writer:
-        writer.add(DepthFrame(320, 240, 100.0, pack_11_bit(RAW)), 12.5)
+def test_a_recording_is_never_overwritten_and_one_without_images_leaves_nothing(tmp_path: Path) -> None:
+    write(tmp_path)
     with pytest.raises(ConfigError, match="already"):
         RecordingWriter(tmp_path)
+    with RecordingWriter(tmp_path / "empty"):
+        pass
+    assert not list((tmp_path / "empty").iterdir())
     (tmp_path / "file").write_text("")
     with pytest.raises(ConfigError, match=r"cannot be written|already"):
         RecordingWriter(tmp_path / "file" / "below")
 
 
-def test_odd_sizes_are_refused(tmp_path: Path) -> None:
-    with RecordingWriter(tmp_path) as writer, pytest.raises(FrameError, match="640 x 480"):
-        writer.add(DepthFrame(300, 200, 0.0, np.zeros((200, 300), np.uint16), DepthEncoding.RAW), 1.0)
+def played(source: RecordingSource) -> list[Frame]:
+    frames = []
+    with pytest.raises(DeviceLost, match="is over; it starts again"):
+        while True:
+            if (frame := source.read(0.3)) is not None:
+                frames.append(frame)
+    return frames
 
 
-@pytest.mark.parametrize(
-    ("index", "said"),
-    [
-        (None, "florence kinect record"),
-        ("", "no depth image"),
-        ("r-1.0-1.ppm\n", "no depth image"),
-        ("d-1.0-1.pgm\n", "d-1.0-1.pgm"),
-        ("d-good.pgm\n\nd-good.pgm\n", "damaged"),
-        ("d-good.pgm\nx-1.0-1.pgm\n", "damaged"),
-        ("d-good.pgm\nd-short.pgm\n", "d-short.pgm"),
-        ("d-good.pgm\nd-small.pgm\n", "d-small.pgm"),
-        ("d-good.pgm\nr-good.pgm\n", "r-good.pgm"),
-        ("d-good.pgm\nd-empty.pgm\n", "d-empty.pgm"),
-        ("d-good.pgm\nd-\x00.pgm\n", "damaged"),
-    ],
+def test_it_is_played_as_fast_as_it_was_made(tmp_path: Path) -> None:
+    now = [50.0]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds
+
+    write(tmp_path)
+    source = RecordingSource(tmp_path, lambda: now[0], sleep)
+    assert len(played(source)) == 4 and now[0] == pytest.approx(52.0)
+    source.close()
+    with pytest.raises(DeviceLost, match="closed"):
+        source.read(0.0)
+    source = RecordingSource(tmp_path, lambda: now[0], sleep)
+    source.request(colour=False)
+    assert len(played(source)) == 3
+
+
+def test_a_folder_of_libfreenect_and_a_recording_become_each_other(tmp_path: Path) -> None:
+    ours = write(tmp_path / "ours")
+    assert convert(ours, tmp_path / "theirs") == (3, 1)
+    assert (tmp_path / "theirs" / INDEX).exists()
+    assert convert(tmp_path / "theirs", tmp_path / "theirs") == (3, 1)
+    before, after = list(recorded(ours)), list(recorded(tmp_path / "theirs"))
+    assert [moment for moment, _ in after] == pytest.approx([moment for moment, _ in before], abs=1e-6)
+    for (_, one), (_, other) in zip(before[:4], after[:4], strict=True):
+        if isinstance(one, DepthFrame) and isinstance(other, DepthFrame):
+            np.testing.assert_array_equal(other.raw()[::2, ::2], one.raw())
+        elif isinstance(one, VideoFrame) and isinstance(other, VideoFrame):
+            np.testing.assert_array_equal(other.pixels()[::2, ::2], one.pixels())
+        else:
+            assert one == other == READING
+    with pytest.raises(ConfigError, match="already"):
+        convert(ours, tmp_path / "theirs")
+
+
+def test_what_is_no_recording_says_how_to_make_one(tmp_path: Path) -> None:
+    for place in (tmp_path, tmp_path / "none.mcap"):
+        with pytest.raises(DeviceLost, match=r"kinect record.*kinect convert"):
+            RecordingSource(place)
+    with RecordingWriter(tmp_path) as writer:
+        writer.add(VideoFrame(320, 240, 100.75, PIXELS), 12.75)
+    with pytest.raises(DeviceLost, match="no depth image"):
+        RecordingSource(tmp_path)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(
+    places=st.lists(st.tuples(st.floats(0.0, 1.0), st.integers(0, 255)), min_size=1, max_size=5),
+    cut=st.floats(0.0, 1.0),
 )
-def test_what_fakenect_cannot_play_is_refused(tmp_path: Path, index: str | None, said: str) -> None:
-    image = b"P5 640 480 65535\n" + bytes(640 * 480 * 2)
-    (tmp_path / "d-good.pgm").write_bytes(image)
-    (tmp_path / "r-good.pgm").write_bytes(image)  # too short for colour
-    (tmp_path / "x-1.0-1.pgm").write_bytes(image)
-    (tmp_path / "d-short.pgm").write_bytes(image[:-1])
-    (tmp_path / "d-small.pgm").write_bytes(image.replace(b"640", b"320", 1))
-    (tmp_path / "d-empty.pgm").write_bytes(b"")
-    if index is not None:
-        (tmp_path / INDEX).write_text(index)
-    with pytest.raises(DeviceLost, match=said):
-        check_recording(tmp_path)
-
-
-@pytest.mark.parametrize("notes", ["", "{", "[]", '{"view": "moon"}', '{"eye": 1}'])
-def test_damaged_notes(tmp_path: Path, notes: str) -> None:
-    (tmp_path / NOTES).write_text(notes)
-    with pytest.raises(DeviceLost, match=r"florence\.json"):
-        recorded_view(tmp_path)
+def test_a_damaged_file_ends_early_or_is_told(
+    tmp_path: Path, places: list[tuple[float, int]], cut: float
+) -> None:
+    if not (tmp_path / FILE).exists():
+        write(tmp_path)
+    data = bytearray((tmp_path / FILE).read_bytes())
+    for share, value in places:
+        data[min(int(share * len(data)), len(data) - 1)] = value
+    damaged = tmp_path / "damaged.mcap"
+    damaged.write_bytes(data[: int(cut * len(data)) or None])
+    try:
+        assert len(list(recorded(damaged))) <= 5
+    except DeviceLost as error:
+        assert "damaged" in str(error)

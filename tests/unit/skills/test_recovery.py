@@ -142,3 +142,30 @@ def test_progress_brings_the_recovery_behaviours_back() -> None:
     result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), each)
     assert result.succeeded
     assert min(left) < len(RECOVERY_BEHAVIOURS) == left[-1]
+
+
+@pytest.mark.slow
+def test_a_robot_backs_out_of_a_gap_in_which_it_cannot_turn() -> None:
+    sides: tuple[Box, ...] = ((0.0, 0.6, 2.0, 1.0), (0.0, 1.42, 2.0, 1.8))
+    trip = Trip(Pose2(3.0, 1.21, math.pi), boxes=(*WALLS, *sides), on_map=(*WALLS, *sides))
+    assert trip.go(Pose2(0.7, 1.21, math.pi)).succeeded
+    assert trip.go(Pose2(3.0, 3.0, 0.0)).succeeded
+    assert trip.world.hits == 0
+
+
+def test_what_is_marked_under_the_nose_does_not_hold_a_robot_that_backs_off() -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    for costmap, pose in (
+        (trip.navigator.local_costmap, trip.world.odom),
+        (trip.navigator.global_costmap, trip.world.pose),
+    ):
+        costmap.add_contact(pose, 0.0)
+    touching = [True]
+
+    def each(world: World) -> None:
+        touching[0] = touching[0] and world.pose.x > 1.97
+        trip.navigator.base_stop = BUMPER if touching[0] else BaseStop()
+
+    trip.navigator.start(Pose2(1.0, 3.6, 0.0), trip.world.now)
+    result, _ = until_over(trip, Pose2(1.0, 3.6, 0.0), each)
+    assert result.succeeded, result.reason

@@ -7,7 +7,7 @@ const WORDS = { SUCCEEDED: "succeeded", ABORTED: "failed", PREEMPTED: "was stopp
 export default {
   template: `<div style="font:14px/1.4 sans-serif" role="status">
     <span v-if="!there" style="color:#b3261e;font-weight:bold">no connection; trying again… </span>
-    <span v-else-if="run.mission"><b>{{ run.mission }}</b> <span :style="{color}">{{ word }}</span>
+    <span v-else-if="run.mission"><a :href="'run?id=' + encodeURIComponent(run.run_id)" title="look at this run"><b>{{ run.mission }}</b></a> <span :style="{color}">{{ word }}</span>
       <span v-if="run.reason && run.state !== 'SUCCEEDED'"> — {{ run.reason }}</span></span>
     <span v-else>no mission has run yet</span>
     <span style="color:#666"> · battery {{ state.battery === null ? '?' : state.battery + ' %' }}</span>

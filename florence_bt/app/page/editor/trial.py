@@ -22,7 +22,7 @@ from py_trees.common import Status
 
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.app.page.editor.trial_request import TrialRequest
-from florence_bt.app.page.parts import ShownNode, tree_parts
+from florence_bt.app.page.parts import ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import map_picture
 from florence_bt.app.runs.journal_view import run_text
 from florence_bt.core.errors import FlorenceError
@@ -130,6 +130,7 @@ class Trial:
                 "version": [time.time_ns() // 1_000_000, 0],
                 "cells": [columns, rows],
             },
+            "places": places_part(self.rig.locator.hotspots),
             "picture": base64.b64encode(map_picture(grid)).decode(),
         }
 

@@ -38,6 +38,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import INITIAL_POSE
 from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.quality import diagnosis_of
@@ -45,7 +46,6 @@ from florence_bt.skills.navigation.localisation.saved_pose import load_pose, sav
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 DIAGNOSTICS_PERIOD_S = 1.0
-INITIAL_POSE = "initialpose"
 INITIAL_SLACK_M = 1.0
 """So near to something that the map knows the robot may be believed (chosen: it was put down by a mouse)."""
 

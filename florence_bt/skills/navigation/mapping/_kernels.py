@@ -8,6 +8,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+_NEAREST_M, _FARTHEST_M = 0.25, 5.0
+"""From so near to so far a scan tells what a gap is."""
+_ON_M, _BEHIND_M = 0.07, 0.15
+"""A beam that ends so near to a gap ends at it, and one that ends so far behind it goes through."""
+_SQUARE, _SQUARER = math.tan(math.radians(8.0)), math.tan(math.radians(6.0))
+"""Glass is seen where beams meet it within 8 degrees of a right angle; within 6 it must be."""
+_GRAZING = 1.0
+"""Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
+
 
 @njit(cache=True)
 def draw_beams(
@@ -57,3 +66,85 @@ def draw_beams(
             if 0 <= row < rows and 0 <= column < columns and marks[row, column] != mark:
                 marks[row, column] = mark
                 passes[row, column] += 1
+
+
+@njit(cache=True)
+def look_through(
+    cells: NDArray[np.int8],
+    origin: tuple[float, float],
+    resolution: float,
+    gap: tuple[float, float, float],
+    side: int,
+    starts: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    first: NDArray[np.int64],
+) -> tuple[int, int, int, int, float, float, int]:
+    """Tell what beams say that met a gap: whether they were folded there, or ended, or went through.
+
+    Args:
+        cells: Shape (rows, columns) of the map; 0 free, 100 occupied, below 0 not known.
+        origin: Of cell [0, 0], metres along the gap and across.
+        resolution: Metres per cell.
+        gap: Where it lies across, where it begins and ends along, metres.
+        side: 1 where it is looked at from greater values across, else -1.
+        starts: Shape (n, 2): where the beams of each scan start, metres along and across.
+        ends: Shape (m, 2): where they end.
+        first: Shape (n + 1,): the first beam of each scan.
+
+    Returns:
+        The beams that end behind it, and folded at something, on free floor, or where nothing is known; the
+        scans with some of the first; the parts of the gap that have ended a beam that met it squarely, or let
+        it through; the beams that came through it from behind.
+    """
+    rows, columns = cells.shape
+    across, low, high = gap
+    margin = resolution
+    size = max(1, round((high - low) / resolution))
+    stopped, passed = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
+    folded = not_folded = unknown = scans = behind = 0
+    for scan in range(len(starts)):
+        height = side * (starts[scan, 1] - across)
+        u0 = starts[scan, 0]
+        if abs(height) < _NEAREST_M or math.hypot(height, max(0.0, max(low - u0, u0 - high))) > _FARTHEST_M:
+            continue
+        if height < 0.0:
+            for k in range(first[scan], first[scan + 1]):
+                beyond = side * (ends[k, 1] - across)
+                if beyond > _BEHIND_M:
+                    u = u0 + (ends[k, 0] - u0) * height / (height - beyond)
+                    behind += low + margin < u < high - margin
+            continue
+        before = folded
+        for k in range(first[scan], first[scan + 1]):
+            depth = side * (across - ends[k, 1])
+            if depth < -_ON_M:
+                continue
+            u = u0 + (ends[k, 0] - u0) * height / (height + depth)
+            if not low < u < high:
+                continue
+            slope = abs(ends[k, 0] - u0) / (height + depth)
+            if slope < _SQUARE:
+                place = min(size - 1, int((u - low) / resolution))
+                if depth <= _ON_M:
+                    stopped[place] = True
+                elif slope < _SQUARER:
+                    passed[place] = True
+            if depth < _BEHIND_M or slope > _GRAZING or not low + margin < u < high - margin:
+                continue
+            column = math.floor((ends[k, 0] - origin[0]) / resolution)
+            row = math.floor((across + side * depth - origin[1]) / resolution)
+            if not (1 <= row < rows - 1 and 1 <= column < columns - 1):
+                unknown += 1
+                continue
+            most = 0
+            for v in range(row - 1, row + 2):
+                for w in range(column - 1, column + 2):
+                    most = max(most, cells[v, w])
+            if most > 50:
+                folded += 1
+            elif cells[row, column] == 0:
+                not_folded += 1
+            else:
+                unknown += 1
+        scans += folded > before
+    return folded, not_folded, unknown, scans, stopped.mean(), passed.mean(), behind

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, MAX_MAP_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.skills.navigation.mapping._kernels import draw_beams
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
+from florence_bt.skills.navigation.mapping.panes import Pane
 
 _GROW_M = 5.0
 """The grid grows by so much more than is needed."""
@@ -26,10 +28,16 @@ _FEW, _SPECK_M = 2, 0.5
 
 
 class GridBuilder:
-    """Counts in how many scans each cell was a surface, and in how many free."""
+    """Counts in how many scans each cell was a surface, and in how many free.
 
-    def __init__(self, resolution: float, longest: float) -> None:
-        self._resolution, self._longest = resolution, longest
+    Args:
+        resolution: Metres per cell.
+        longest: Beams count up to here, metres.
+        panes: What every beam ends at.
+    """
+
+    def __init__(self, resolution: float, longest: float, panes: Sequence[Pane] = ()) -> None:
+        self._resolution, self._longest, self._panes = resolution, longest, panes
         # The place of cell [0, 0], in cells, so that a cell is always at the same place.
         self._low = np.zeros(2, int)
         self._hits: NDArray[np.uint16] = np.zeros((0, 0), np.uint16)
@@ -49,13 +57,16 @@ class GridBuilder:
         """
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         local = np.concatenate([scan.start[None, :], scan.points, scan.clear]).astype(float)
-        there = (local @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)) / self._resolution
+        there = local @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
+        met = np.arange(len(there) - 1) < len(scan.points)
+        for pane in self._panes:
+            met |= pane.cut(there[0], there[1:])
+        there /= self._resolution
         start, ends = there[0], there[1:]
         longest = self._longest / self._resolution
         near = np.abs(there - start).max(axis=1) <= longest
         self._make_room(np.floor(there[near].min(axis=0)), np.floor(there[near].max(axis=0)) + 1.0)
         u, v = start - self._low
-        met = np.arange(len(ends)) < len(scan.points)
         self._scans += 1
         draw_beams(self._hits, self._passes, self._marks, self._scans, u, v, ends - self._low, met, longest)
 
@@ -98,6 +109,7 @@ class GridBuilder:
         hits, reached = self._hits[part], reached[part]
         surface = hits > _SHARE * reached
         surface &= ~self._specks(surface, hits)
+        surface |= self._at_panes()[part]
         cells = np.where(surface, OCCUPIED, np.where(reached > 0, FREE, UNKNOWN)).astype(np.int8)
         # What somebody was seen at, and nobody has looked through, is not known.
         cells[(reached == hits) & (reached > 0) & ~surface] = UNKNOWN
@@ -107,6 +119,18 @@ class GridBuilder:
             Pose2(*corner.tolist()),
             np.pad(cells, _MARGIN_CELLS, constant_values=UNKNOWN),
         )
+
+    def _at_panes(self) -> NDArray[np.bool_]:
+        """Tell where panes are."""
+        there = np.zeros(self._hits.shape, bool)
+        for pane in self._panes:
+            steps = 2 + math.ceil(2.0 * math.dist(pane.start, pane.end) / self._resolution)
+            points = np.linspace(pane.start, pane.end, steps) / self._resolution
+            cells = np.floor(points).astype(int) - self._low
+            column, row = cells[:, 0], cells[:, 1]
+            inside = (row >= 0) & (row < there.shape[0]) & (column >= 0) & (column < there.shape[1])
+            there[row[inside], column[inside]] = True
+        return there
 
     def _specks(self, surface: NDArray[np.bool_], hits: NDArray[np.uint16]) -> NDArray[np.bool_]:
         """Tell which surfaces are small and were hardly ever seen."""

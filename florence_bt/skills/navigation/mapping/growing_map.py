@@ -36,6 +36,9 @@ class MapMaker(Protocol):
     def update(self, scan: LaserScan, laser_in_base: Transform3, odom_pose: Pose2) -> bool:
         """Take a scan; tell whether the map has more in it than before."""
 
+    def touched(self, odom_pose: Pose2) -> None:
+        """Note that the bumper met something where the robot is, odometry frame."""
+
     @property
     def drive(self) -> Drive:
         """All that is known, to go on with another day."""
@@ -90,6 +93,16 @@ class GrowingMap:
         self.map_from_odom: Pose2 | None = None
         self.pose: Pose2 | None = None
         self.progress = Progress()
+
+    def touched(self, odom_pose: Pose2) -> None:
+        """Note that the bumper met something: the next map has a wall there.
+
+        Args:
+            odom_pose: base_footprint in the odometry frame.
+        """
+        if odom_pose.is_finite():
+            self._maker.touched(odom_pose)
+            self._grew = True
 
     def update(
         self, scan: LaserScan, laser_in_base: Transform3, odom_pose: Pose2, now: float

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import StopReason
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import LaserScan as LaserScanMsg
@@ -80,6 +81,13 @@ class _Work:
     now: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """What a bumper has met, for the thread."""
+
+    odom_pose: Pose2
+
+
 class MappingNode(FlorenceNode):
     """Feeds what makes the map on a thread of its own: closing a loop must not hold up the drive.
 
@@ -116,10 +124,12 @@ class MappingNode(FlorenceNode):
         self._publisher = self.create_publisher(OccupancyGridMsg, "map", LATCHED)
         self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
+        self._touches = False
+        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
-        self._work: queue.Queue[_Work | None] = queue.Queue()
+        self._work: queue.Queue[_Work | _Touch | None] = queue.Queue()
         self._thread = threading.Thread(target=self._make_map, name="mapping", daemon=True)
         self._thread.start()
         self.on_close(self._end_thread)
@@ -137,6 +147,12 @@ class MappingNode(FlorenceNode):
         self._queue.add_odometry(self.timed(odometry_from_ros(message)))
         self._hand_over()
 
+    def _on_base_stop(self, message: StopReason) -> None:
+        """Note what a bumper meets."""
+        before, self._touches = self._touches, message.code == "bumper"
+        if self._touches and not before and self._queue.odometry is not None:
+            self._work.put(_Touch(self._queue.odometry.pose))
+
     def _hand_over(self) -> None:
         for _, scan, odom_pose in self._queue.take_ready():
             try:
@@ -149,6 +165,9 @@ class MappingNode(FlorenceNode):
 
     def _make_map(self) -> None:
         while (work := self._work.get()) is not None:
+            if isinstance(work, _Touch):
+                self._map.touched(work.odom_pose)
+                continue
             try:
                 grid = self._map.update(work.scan, work.laser_in_base, work.odom_pose, work.now)
                 place = self._map.map_from_odom, self._map.pose

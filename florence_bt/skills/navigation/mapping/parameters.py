@@ -25,6 +25,8 @@ class SlamParameters(CheckedParameters):
         close_loops: Whether places are recognised that the robot comes back to.
         loop_least_way: Only places that it has left for so long are looked for, metres driven.
         loop_fit: The part of the beams that has to fit there.
+        find_panes: Whether mirrors, glass and what the robot has touched become walls of the map, with
+            nothing behind them.
     """
 
     resolution: Annotated[float, Limits(MIN_RESOLUTION_M, MAX_RESOLUTION_M)] = 0.05
@@ -37,6 +39,7 @@ class SlamParameters(CheckedParameters):
     close_loops: bool = True
     loop_least_way: Positive = 8.0
     loop_fit: Annotated[float, Limits(0.0, 1.0)] = 0.6
+    find_panes: bool = True
 
     def _check(self) -> None:
         check_order(self, ("laser_min_range", "map_range"))

@@ -17,9 +17,9 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
 from florence_bt.skills.navigation.mapping.drive import Drive
-from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan, keep_scan
 from florence_bt.skills.navigation.mapping.loop_finder import LoopFinder
+from florence_bt.skills.navigation.mapping.map_drawer import MapDrawer
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.pose_graph import PoseGraph, Tie
 
@@ -71,8 +71,8 @@ class Slam:
         self._mended = Pose2()
         self._odom: Pose2 | None = None
         self._waiting = 0
-        self._builder = GridBuilder(p.resolution, p.map_range)
-        self._drawn = self._drawn_revision = 0
+        self._drawer = MapDrawer(p)
+        self._touches: list[tuple[int, Pose2]] = []
         self.revision = self.loops = self.torn = 0
 
     @property
@@ -184,6 +184,17 @@ class Slam:
         if far or self._waiting >= _MOST_WAITING:
             self.settle()
 
+    def touched(self, odom_pose: Pose2) -> None:
+        """Note that the bumper met something; where the map shows nothing, a wall is drawn.
+
+        Args:
+            odom_pose: base_footprint in the odometry frame.
+        """
+        if self._scans:
+            number = len(self._scans) - 1
+            here = self._graph.poses[number].inverse() @ self.map_from_odom @ odom_pose
+            self._touches.append((number, here))
+
     def settle(self) -> None:
         """Correct the past by all that is known; at the end of a drive, and by itself when it matters."""
         if self._waiting:
@@ -223,18 +234,13 @@ class Slam:
         )
 
     def grid(self) -> OccupancyGrid:
-        """Draw the map of all kept scans: free, occupied and unknown cells.
+        """Draw the map of all kept scans: free, occupied and unknown cells; mirrors and glass are walls.
 
         Raises:
             ConfigError: It would become too large.
         """
-        if self._drawn_revision != self.revision:
-            self._builder = GridBuilder(self._parameters.resolution, self._parameters.map_range)
-            self._drawn, self._drawn_revision = 0, self.revision
-        for number in range(self._drawn, len(self._scans)):
-            self._builder.add(self._scans[number], self._graph.poses[number])
-            self._drawn = number + 1
-        return self._builder.grid()
+        touches = [self._graph.poses[number] @ pose for number, pose in self._touches]
+        return self._drawer.draw(self._scans, self._graph.poses, self.revision, touches)
 
 
 def _moved(start: Pose2, end: Pose2, distance: float, angle: float) -> bool:

@@ -54,6 +54,11 @@ class Clearance:
         return np.array([self._local.origin_x, self._local.origin_y, self._local.resolution])
 
     @property
+    def of_sensors(self) -> Clearance:
+        """The same without the map: where the robot came from is free, whatever the map knows there."""
+        return Clearance(self._local, self._pose, None, None)
+
+    @property
     def is_wedged(self) -> bool:
         """Whether the robot, with its padding, stands in something already."""
         if _touches(self._local.master, self._frame, self._pose, self._outline):
@@ -89,6 +94,10 @@ def _free_part(
     turn: float,
     outline: NDArray[np.float64],
 ) -> float:
+    if way < 0.0 and turn == 0.0:
+        # Straight back only the rear can meet anything. The front sweeps over what the robot has touched, and
+        # is marked under it: it would never get away from there.
+        outline = outline[outline[:, 0] < 0.0]
     steps = max(1, math.ceil(max(abs(way) / _STEP_M, abs(turn) / _STEP_RAD)))
     start = np.array([pose.x, pose.y, pose.yaw])
     return float(free_motion(cells, frame, start, way, turn, steps, outline))

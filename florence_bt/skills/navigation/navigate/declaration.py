@@ -24,6 +24,7 @@ from florence_bt.skills.navigation.navigate.results import (
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
     NO_POSE,
+    OUT_OF_REACH,
     PERSON_GROUPS,
     PLAN_CODES_BY_NUMBER,
     PLAN_FAILURES,
@@ -234,7 +235,8 @@ def _frontier_result(message: Any) -> Result:
     if message.valid:
         return success(pose=Pose2(message.x, message.y, message.phi))
     codes = {NO_POSE: "no_pose", MAP_IS_FIXED: "map_is_fixed"}
-    return failure(codes.get(message.message, "nothing_left"), message.message)
+    other = "out_of_reach" if message.message.startswith(OUT_OF_REACH) else "nothing_left"
+    return failure(codes.get(message.message, other), message.message)
 
 
 def _plan_result(message: Any, outcome: Outcome) -> Result:

@@ -6,7 +6,7 @@ Source: Yamauchi, A frontier-based approach for autonomous exploration, 1997.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,10 +16,10 @@ from scipy import ndimage
 from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, Cells
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.planner import ways_from
-from florence_bt.skills.navigation.navigate.results import MAP_IS_FIXED
+from florence_bt.skills.navigation.navigate.results import MAP_IS_FIXED, OUT_OF_REACH
 from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
 _PIECE_M = 1.0
@@ -34,6 +34,8 @@ _MOST_CANDIDATES = 60
 _NEAR_M = 1.0
 """A place within the inflation radius of an obstacle is as bad as one this much further from the frontier:
 the camera may find more of it, and then there is no room to turn."""
+_DOOR_M = 0.7
+"""A frontier of this length may be a way to somewhere."""
 _TURN_M_PER_RAD, _LENGTH_M, _LONGEST_M = 0.3, 0.5, 3.0
 """The metres of way that a turn is worth, that a metre of frontier is, and the length from which on a longer
 frontier is not better. Chosen."""
@@ -67,34 +69,38 @@ class Frontier:
         x: Its middle, map frame, metres.
         y: Metres.
         length: Metres.
-        view: Where the robot is to stand, towards it.
-        way: Metres that it drives there.
+        view: Where the robot is to stand, towards it; None when there is no such place that it gets to.
+        way: Metres that it drives there, infinite when there is none.
     """
 
     x: float
     y: float
     length: float
-    view: Pose2
+    view: Pose2 | None
     way: float
 
 
-def frontiers(costmap: Costmap, robot: Pose2, parameters: ExplorationParameters) -> Iterator[Frontier]:
-    """Yield what can be looked at from where the robot gets to.
+def frontiers(
+    costmap: Costmap, robot: Pose2, parameters: ExplorationParameters, costs: Cells | None = None
+) -> Iterator[Frontier]:
+    """Yield the pieces of all frontiers, and whence to look at them.
 
     Args:
         costmap: The global costmap: its map grows, and what the sensors have marked is in the way.
         robot: base_footprint in its frame.
         parameters: What counts.
+        costs: Costs to use in place of the costmap's own (the static layer alone), same shape.
     """
-    ways = _ways(costmap, robot)
+    costs = costmap.master if costs is None else costs
+    ways = _ways(costmap, costs, robot)
     unknown = _large(costmap.unknown, round(parameters.frontier_area / costmap.resolution**2))
-    for cells, length in _pieces(costmap, unknown, parameters.frontier_length):
+    for cells, length in _pieces(costmap, costs, unknown, parameters.frontier_length):
         middle = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))]
         x, y = _places(costmap, middle[None])[0].tolist()
-        view = _view(costmap, ways, middle, _behind(costmap, unknown, middle), parameters.frontier_distance)
-        if view is not None:
-            row, column = view[1]
-            yield Frontier(x, y, length, view[0], float(ways[row, column]))
+        behind = _behind(costmap, unknown, middle)
+        view = _view(costmap, costs, ways, middle, behind, parameters.frontier_distance)
+        way = math.inf if view is None else float(ways[view[1]])
+        yield Frontier(x, y, length, view and view[0], way)
 
 
 class Exploration:
@@ -116,18 +122,20 @@ class Exploration:
             number: 1 begins anew: nothing counts as looked at.
 
         Returns:
-            With the output ``pose``; or ``nothing_left``.
+            With the output ``pose``; or ``nothing_left``, or ``out_of_reach`` where the map stays open.
         """
         if not self._p.map_grows:
             return failure("map_is_fixed", MAP_IS_FIXED)
         if number <= 1:
             self._looked.clear()
-        found = [(self._times(each), each) for each in frontiers(self._costmap, robot, self._p)]
-        open_ones = [each for each in found if each[0] < 2]
-        if not open_ones:
-            count = "1 place" if len(found) == 1 else f"{len(found)} places"
-            aside = f"; {count} cannot be seen better" if found else ""
-            return failure("nothing_left", f"the robot has seen all that it can get to{aside}")
+        # What the sensors have marked in a door may be gone by the time that the robot is there.
+        for costs in (self._costmap.master, self._costmap.static_master()):
+            found = [(self._times(each), each) for each in frontiers(self._costmap, robot, self._p, costs)]
+            open_ones = [each for each in found if each[0] < 2 and each[1].view is not None]
+            if open_ones:
+                break
+        else:
+            return _end([each for _, each in found])
         _, best = min(open_ones, key=lambda each: (each[0], _price(each[1], robot)))
         self._looked.append(((best.x, best.y), self._times(best) + 1))
         return success(pose=best.view)
@@ -138,29 +146,44 @@ class Exploration:
         return max((times for place, times in self._looked if math.dist(place, here) < _SAME_M), default=0)
 
 
+def _end(left: Sequence[Frontier]) -> Result:
+    """Tell what the robot has not seen, when it can look at nothing more."""
+    large = [each for each in left if each.length >= _DOOR_M]
+    if large:
+        most = max(large, key=lambda each: each.length)
+        where = f"the largest is {most.length:.1f} m wide, at ({most.x:.1f}, {most.y:.1f})"
+        return failure("out_of_reach", f"{OUT_OF_REACH}: {_places_text(len(large))}; {where}")
+    aside = f"; {_places_text(len(left))} cannot be seen better" if left else ""
+    return failure("nothing_left", f"the robot has seen all that it can get to{aside}")
+
+
+def _places_text(count: int) -> str:
+    return "1 place" if count == 1 else f"{count} places"
+
+
 def _price(frontier: Frontier, robot: Pose2) -> float:
     turn = abs(math.remainder(robot.bearing_to(frontier.x, frontier.y), math.tau))
     gain = _LENGTH_M * min(frontier.length, _LONGEST_M)
     return frontier.way + _TURN_M_PER_RAD * turn - gain
 
 
-def _ways(costmap: Costmap, robot: Pose2) -> NDArray[np.float64]:
+def _ways(costmap: Costmap, costs: Cells, robot: Pose2) -> NDArray[np.float64]:
     """Return the metres from the robot to each cell over floor that is known, infinite elsewhere."""
-    floor = costmap.master < INSCRIBED
+    floor = costs < INSCRIBED
     start = costmap.cell_of(robot.x, robot.y)
     if start is None:
         return np.full(floor.shape, math.inf)
     # It may stand on what its laser has not seen yet, or too near to something.
-    floor |= (costmap.distances_to(robot.x, robot.y) <= START_CLEARANCE_M) & (costmap.master != LETHAL)
+    floor |= (costmap.distances_to(robot.x, robot.y) <= START_CLEARANCE_M) & (costs != LETHAL)
     return ways_from(start, floor, costmap.resolution)
 
 
 def _pieces(
-    costmap: Costmap, unknown: NDArray[np.bool_], shortest: float
+    costmap: Costmap, costs: Cells, unknown: NDArray[np.bool_], shortest: float
 ) -> Iterator[tuple[NDArray[np.int64], float]]:
     """Yield the cells (row, column) of each piece of a frontier, shape (n, 2), and its length in metres."""
     beside = ndimage.binary_dilation(unknown, _NEITHER)
-    frontier = beside & ~costmap.unknown & (costmap.master < LETHAL)
+    frontier = beside & ~costmap.unknown & (costs < LETHAL)
     labels, count = ndimage.label(frontier, _TOUCHING)
     least = shortest / costmap.resolution
     size = max(1, round(_PIECE_M / costmap.resolution))
@@ -194,7 +217,12 @@ def _behind(costmap: Costmap, unknown: NDArray[np.bool_], middle: NDArray[np.int
 
 
 def _view(
-    costmap: Costmap, ways: NDArray[np.float64], middle: NDArray[np.int64], behind: Point2, reach_m: float
+    costmap: Costmap,
+    costs: Cells,
+    ways: NDArray[np.float64],
+    middle: NDArray[np.int64],
+    behind: Point2,
+    reach_m: float,
 ) -> tuple[Pose2, tuple[int, int]] | None:
     """Return the best pose to look past a cell from, and its cell; None when there is none.
 
@@ -205,22 +233,22 @@ def _view(
     window = ways[low[0] : middle[0] + reach + 1, low[1] : middle[1] + reach + 1]
     cells = np.argwhere(np.isfinite(window)) + low
     away = np.hypot(*(cells - middle).T) * costmap.resolution
-    roomy = costmap.master[cells[:, 0], cells[:, 1]] < costmap.harmless_below
+    roomy = costs[cells[:, 0], cells[:, 1]] < costmap.harmless_below
     cells, away = cells[roomy & (away <= reach_m)], away[roomy & (away <= reach_m)]
-    badness = np.abs(away - _CLOSE_M) + _NEAR_M * (costmap.master[cells[:, 0], cells[:, 1]] > 0)
+    badness = np.abs(away - _CLOSE_M) + _NEAR_M * (costs[cells[:, 0], cells[:, 1]] > 0)
     for cell in cells[np.argsort(badness, kind="stable")[:_MOST_CANDIDATES]]:
         x, y = _places(costmap, cell[None])[0].tolist()
         view = Pose2(x, y, math.atan2(behind[1] - y, behind[0] - x))
-        if _sees(costmap, cell, middle):
+        if _sees(costs, cell, middle):
             return view, (int(cell[0]), int(cell[1]))
     return None
 
 
-def _sees(costmap: Costmap, eye: NDArray[np.int64], there: NDArray[np.int64]) -> bool:
+def _sees(costs: Cells, eye: NDArray[np.int64], there: NDArray[np.int64]) -> bool:
     """Tell whether nothing stands between two cells."""
     steps = 1 + 2 * int(np.abs(there - eye).max())
     between = np.rint(np.linspace(eye, there, steps)).astype(np.int64)
-    return bool((costmap.master[between[:, 0], between[:, 1]] != LETHAL).all())
+    return bool((costs[between[:, 0], between[:, 1]] != LETHAL).all())
 
 
 def _places(costmap: Costmap, cells: NDArray[np.int64]) -> NDArray[np.float64]:

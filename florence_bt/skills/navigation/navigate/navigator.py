@@ -37,6 +37,7 @@ from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
+from florence_bt.skills.navigation.navigate.trail import Trail
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 from florence_bt.skills.robot_description.room import START_CLEARANCE_M
@@ -143,6 +144,7 @@ class Navigator:
         self._unmapped = MapDifference(self._costmaps)
         self._people = PeopleTracks(self._p.people)
         self._trails = VacatedCells()
+        self._trail = Trail()
         self._left: list[Point2] = []
         self._goal: Goal | None = None
         self._end: Result | None = None
@@ -190,8 +192,10 @@ class Navigator:
             self._newer_map = grid
             return
         self._newer_map = None
-        seen = grid if self._glass is None else self._glass.added_to(grid)
-        self.global_costmap.replace_static(self._furnished(seen), forget=LASER)
+        # Glass is no leg of a table.
+        furnished = self._furnished(grid)
+        seen = furnished if self._glass is None else self._glass.added_to(furnished)
+        self.global_costmap.replace_static(seen, forget=LASER)
         zones, costmaps = self._zones.zones, self._costmaps
         costmaps.static, costmaps.walls, costmaps.zones = self._map_parts()
         self._zones.set(zones)
@@ -623,7 +627,10 @@ class Navigator:
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
         place = map_from_odom or Pose2()
-        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
+        self._trail.remember(pose, odometry.twist)
+        return RobotState(
+            now, pose, odometry.twist, place, clearance, self.base_stop, people, localised, self._trail
+        )
 
     def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
         """Find the robot's place: nobody knows it, and the goal needs it."""

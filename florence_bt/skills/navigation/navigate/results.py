@@ -95,8 +95,10 @@ NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 MAP_IS_FIXED = (
     "the map does not grow, so there is nothing to explore (would have worked: florence up --mapping)"
 )
+OUT_OF_REACH = "the map ends, as wide as a door, where the robot neither gets to nor sees more"
 FRONTIER_FAILURES = {
     "nothing_left": "the robot has seen all that it can get to",
+    "out_of_reach": "as nothing_left, but the map ends somewhere as wide as a door: a room may be missing",
     "no_pose": NAVIGATE_FAILURES["no_pose"],
     "map_is_fixed": "the map is not being made: the system runs without --mapping",
 }

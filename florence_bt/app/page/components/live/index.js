@@ -6,7 +6,7 @@ const states = new Set();
 
 function connect() {
   socket = new WebSocket(new URL("live", location.href.replace(/^http/, "ws").replace(/[?#].*$/, "")));
-  socket.onopen = () => states.forEach((each) => each(true));
+  socket.onopen = () => { tell_wants(); states.forEach((each) => each(true)); };
   socket.onmessage = (event) => {
     const news = JSON.parse(event.data);
     Object.assign(parts, news);
@@ -20,7 +20,22 @@ function connect() {
   };
 }
 
+// What the map, the tree and others want to see of what comes often; how many of them.
+const wants = new Map();
+
+function tell_wants() { live.send(`want ${[...wants.keys()].join(" ")}`); }
+
 export const live = {
+  // Say something to the robot; lost when the stream is not there.
+  send(text) { if (socket && socket.readyState === WebSocket.OPEN) socket.send(text); },
+  // Ask for what is shown on request; gives what ends it.
+  want(name) {
+    wants.set(name, (wants.get(name) || 0) + 1); tell_wants();
+    return () => {
+      if (wants.get(name) > 1) wants.set(name, wants.get(name) - 1); else wants.delete(name);
+      tell_wants();
+    };
+  },
   // Call back with the parts that changed, at first with all that are known; gives what ends it.
   listen(take) {
     listeners.add(take);

@@ -1,0 +1,114 @@
+"""What a viewer may do to the robot, and the words in which the page asks and tells."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any
+
+from florence_interfaces.srv import RunMission, SetHotspot
+from nicegui import ui
+from rcl_interfaces.srv import GetParameters
+
+from florence_bt.app.page.access import Role
+from florence_bt.app.page.parts import places_part
+from florence_bt.app.page.ros_thread import RosThread
+from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
+
+
+class Actor:
+    """Does what a viewer asks for, and tells the viewer what came of it.
+
+    Args:
+        ros: Talks to the robot.
+        role: What the viewer may do.
+
+    Attributes:
+        caller: Who asks, for the journal.
+    """
+
+    def __init__(self, ros: RosThread, role: Role) -> None:
+        self.ros = ros
+        self.role = role
+        self.caller = f"page ({role.name.lower()})"
+
+    def may(self, role: Role) -> bool:
+        """Tell whether the viewer has a role, or one that includes it."""
+        return self.role >= role
+
+    async def told(self, work: Awaitable[Any], message: Callable[[Any], str]) -> Any:
+        """Wait for an answer and tell it; what went wrong is told, too, and gives None."""
+        try:
+            answer = await work
+        except FlorenceError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return None
+        text = message(answer)
+        if text:
+            ui.notify(text, multi_line=True)
+        return answer
+
+    async def start(self, mission: str, inputs: Mapping[str, str]) -> bool:
+        """Start a mission with the inputs that were given; without a text an input has its default.
+
+        Returns:
+            Whether it was accepted; why not is told.
+        """
+        given = {name: text.strip() for name, text in inputs.items() if text.strip()}
+        request = RunMission.Request(
+            mission=mission,
+            input_names=list(given),
+            input_values=list(given.values()),
+            caller=self.caller,
+        )
+        answer = await self.told(
+            self.ros.ask(RunMission, RUN_MISSION, request),
+            lambda answer: "" if answer.accepted else answer.message,
+        )
+        return answer is not None and bool(answer.accepted)
+
+    def tell_pose(self, pose: Pose2) -> None:
+        """Tell the localiser where the robot stands."""
+        self.ros.tell_pose(pose)
+        self.ros.node.get_logger().info(f"{self.caller} told the localiser that the robot is at {pose}")
+
+    async def read_places(self) -> Hotspots:
+        """Read the hotspots of the running system and show them on every map.
+
+        Raises:
+            FlorenceError: There is no locator, or its file is not on this machine.
+        """
+        question = GetParameters.Request(names=["hotspots_file"])
+        answer = await self.ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
+        places = load_hotspots(answer.values[0].string_value)
+        self.ros.node.parts.put("places", places_part(places))
+        return places
+
+    async def set_hotspot(self, label: str, pose: Pose2) -> Hotspots | None:
+        """Add a hotspot at a pose, or move the one with that label there; every map shows it.
+
+        Returns:
+            The hotspots then; None when that did not work.
+        """
+        request = SetHotspot.Request(label=label, x=pose.x, y=pose.y, phi=pose.yaw)
+        work = self.ros.ask(SetHotspot, f"{LOCATOR}/setHotspot", request)
+        answer = await self.told(work, lambda answer: f"{label}: {answer.message}")
+        if answer is None or not answer.success:
+            return None
+        self.ros.node.get_logger().info(f"{self.caller} put the hotspot {label!r} at {pose}")
+        places: Hotspots | None = await self.told(self.read_places(), lambda _: "")
+        return places
+
+
+async def confirmed(question: str, yes: str) -> bool:
+    """Ask the viewer whether something shall be done."""
+    with ui.dialog() as dialog, ui.card():
+        ui.label(question).mark("question")
+        with ui.row():
+            ui.button(yes, on_click=lambda: dialog.submit(True)).mark("yes")
+            ui.button("Cancel", on_click=dialog.close).props("flat")
+    agreed = await dialog
+    dialog.delete()
+    return bool(agreed)

@@ -1,0 +1,358 @@
+"""Mirrors and panes of glass on a map that is made: the laser looks through, and the map has a room behind.
+
+A *gap* is a stretch along the walls between two surfaces that face the robot: a doorway, or a mirror or a
+pane. What was seen through a gap tells which of them it is:
+
+- A mirror shows what is before it. What seems to stand behind it stands, folded over the gap, where the map
+  has something.
+- Glass ends the beams that meet it squarely, and none goes through; a doorway lets them through.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Point2, Pose2
+from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
+from florence_bt.skills.navigation.mapping._kernels import look_through
+from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
+from florence_bt.skills.navigation.mapping.wall_direction import turned, wall_direction
+
+_WIDTH_M = 0.45, 2.4
+"""Of a gap."""
+_END_CELLS, _OPEN = 2, 0.75
+"""The surface on one side of a gap is so wide at least, on the other a cell less; and so much of the
+gap shows free floor."""
+_BEFORE_CELLS = 3
+"""So far before a surface that faces the robot the floor is free."""
+_FROM_M = 5.0
+"""The robot looks at a gap from so far away at most."""
+_EVERY, _BEAMS, _SCANS = 2, 150, 4
+"""Of so many beams one is looked at; so many of these, in so many scans, tell that a gap is a mirror."""
+_NOT_FOLDED = 0.03
+"""Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
+behind."""
+_STOPPED, _PASSED = 0.5, 0.1
+"""Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
+through."""
+_DOUBT = 3.0
+"""So much of that is allowed where a pane is known."""
+_OFFSETS_M = (-0.025, 0.025, -0.05, 0.05)
+"""Where in its cell, or beside it, a gap may lie."""
+_NOT_IN_IT_M = 0.05
+"""A scan from so near says nothing of a pane: the pose is not as exact."""
+_BESIDE_M = 0.15
+"""So much of what is beside a gap belongs to the pane: poses are not as exact as its ends."""
+_SAME_M = 0.3
+"""Gaps so near to each other are one."""
+_TOUCH_M, _TOUCHED_M, _FRONT_M = 0.12, 0.2, 0.2
+"""How near to a gap a touch belongs to it; half of the width of what was touched elsewhere; how far before
+the middle of the robot its bumper is."""
+_ACROSS_RAD = math.radians(35.0)
+"""What was touched stands along the walls when the robot met it less askew than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pane:
+    """A mirror or a pane of glass: nothing was seen behind it.
+
+    Attributes:
+        start: Where it begins, map frame, metres.
+        end: Where it ends.
+    """
+
+    start: Point2
+    end: Point2
+
+    @property
+    def middle(self) -> Point2:
+        """Its middle, metres."""
+        return (self.start[0] + self.end[0]) / 2.0, (self.start[1] + self.end[1]) / 2.0
+
+    def is_near(self, other: Pane, metres: float) -> bool:
+        """Tell whether both ends are so near to those of another."""
+        return math.dist(self.start, other.start) <= metres and math.dist(self.end, other.end) <= metres
+
+    def is_at(self, place: Point2) -> bool:
+        """Tell whether what was touched at a place may be this."""
+        (x, y), (end_x, end_y) = self.start, self.end
+        along = Pose2(x, y, math.atan2(end_y - y, end_x - x))
+        u, v = along.inverse().apply(*place)
+        return -_TOUCH_M <= u <= math.dist(self.start, self.end) + _TOUCH_M and abs(v) <= _TOUCH_M
+
+    def cut(self, start: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Let beams that go through it end at it, in place.
+
+        Args:
+            start: Shape (2,): where they start, map frame, metres.
+            ends: Shape (n, 2): where they end.
+
+        Returns:
+            Which beams these are, shape (n,).
+        """
+        low = np.array(self.start)
+        along = np.array(self.end) - low
+        across = np.array([-along[1], along[0]]) / np.hypot(*along)
+        before, behind = float((start - low) @ across), (ends - low) @ across
+        through = (before * behind < 0.0) & (abs(before) > _NOT_IN_IT_M)
+        share = before / np.where(through, before - behind, 1.0)
+        points = start + share[:, None] * (ends - start)
+        where = (points - low) @ along / (along @ along)
+        through &= (where >= 0.0) & (where <= 1.0)
+        ends[through] = points[through]
+        return through
+
+    def turned(self, angle: float) -> Pane:
+        """Return it turned about the origin, radians."""
+        turn = Pose2(0.0, 0.0, angle)
+        return Pane(turn.apply(*self.start), turn.apply(*self.end))
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A gap along the rows of a map whose walls run along its axes, metres.
+
+    Attributes:
+        across: Where it lies.
+        low: Where it begins along the rows.
+        high: Where it ends.
+        side: 1 when it is looked at from greater values of ``across``, else -1.
+    """
+
+    across: float
+    low: float
+    high: float
+    side: int
+
+    def is_at(self, place: Point2) -> bool:
+        """Tell whether what was touched at a place, along and across, may be in this gap."""
+        u, v = place
+        return self.low - _TOUCH_M <= u <= self.high + _TOUCH_M and abs(v - self.across) <= _TOUCH_M
+
+    def overlaps(self, other: Gap) -> bool:
+        """Tell whether another one is the same, or in part."""
+        beside = self.high < other.low or other.high < self.low
+        return not beside and abs(self.across - other.across) <= _SAME_M
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What was seen through a gap.
+
+    Attributes:
+        folded: Beams whose folded end is at something of the map.
+        not_folded: Beams whose folded end is on free floor.
+        unknown: Beams whose folded end is where the map knows nothing.
+        scans: In how many scans there were some of the first.
+        stopped: The part of the gap that has ended beams that met it squarely.
+        passed: The part that has let such beams through.
+        behind: Beams that came through it from behind.
+    """
+
+    folded: int
+    not_folded: int
+    unknown: int
+    scans: int
+    stopped: float
+    passed: float
+    behind: int
+
+    @property
+    def surplus(self) -> float:
+        """How much more than is needed says that a mirror is there."""
+        return self.folded - self.not_folded / _NOT_FOLDED
+
+    @property
+    def may_be_mirror(self) -> bool:
+        """Whether a mirror may be there, or within a cell of there."""
+        return self.folded >= _BEAMS // 2 and self.not_folded <= self.folded
+
+    def is_pane(self, *, known: bool) -> bool:
+        """Tell whether a mirror or a pane of glass is there.
+
+        Args:
+            known: Whether it was one before: then it takes more to say that it is none.
+        """
+        enough = self.folded >= max(_BEAMS, self.unknown) and self.scans >= _SCANS
+        doubt = _DOUBT if known else 1.0
+        is_mirror = enough and max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
+        return is_mirror or (self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A map whose walls run along its axes, and the beams of which it consists; perhaps with x and y swapped.
+
+    Attributes:
+        cells: Shape (rows, columns), of the map.
+        origin: Of cell [0, 0], metres along a row and across.
+        resolution: Metres per cell.
+        starts: Shape (n, 2): where the beams of each scan start, metres along a row and across.
+        ends: Shape (m, 2): where those end that met something.
+        first: Shape (n + 1,): the first beam of each scan.
+    """
+
+    cells: NDArray[np.int8]
+    origin: Point2
+    resolution: float
+    starts: NDArray[np.float64]
+    ends: NDArray[np.float64]
+    first: NDArray[np.int64]
+
+    @staticmethod
+    def of(grid: OccupancyGrid, scans: Sequence[KeptScan], poses: Sequence[Pose2]) -> View:
+        """Move scans to the map.
+
+        Args:
+            grid: The map.
+            scans: The scans.
+            poses: base_footprint in the map at each.
+        """
+        starts, first = np.zeros((len(scans), 2)), np.zeros(len(scans) + 1, np.int64)
+        ends = [np.zeros((0, 2))]
+        for number, (scan, pose) in enumerate(zip(scans, poses, strict=True)):
+            c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+            turn, place = np.array([[c, s], [-s, c]]), (pose.x, pose.y)
+            starts[number] = scan.start.astype(float) @ turn + place
+            ends.append(scan.points[::_EVERY].astype(float) @ turn + place)
+            first[number + 1] = first[number] + len(ends[-1])
+        place = grid.origin.x, grid.origin.y
+        return View(grid.cells, place, grid.resolution, starts, np.concatenate(ends), first)
+
+    def swapped(self) -> View:
+        """Return the same with x and y swapped."""
+        cells, x, y = np.ascontiguousarray(self.cells.T), *self.origin
+        starts, ends = (np.ascontiguousarray(each[:, ::-1]) for each in (self.starts, self.ends))
+        return View(cells, (y, x), self.resolution, starts, ends, self.first)
+
+    def look(self, gap: Gap) -> Evidence:
+        """Tell what was seen through a gap."""
+        place = gap.across, gap.low, gap.high
+        seen = self.starts, self.ends, self.first
+        return Evidence(*look_through(self.cells, self.origin, self.resolution, place, gap.side, *seen))
+
+    def gaps(self) -> Iterator[Gap]:
+        """Yield the gaps along the rows."""
+        least, most = (round(width / self.resolution) for width in _WIDTH_M)
+        something, free = self.cells > OCCUPIED // 2, self.cells == FREE
+        near = something | _further(something, 1) | _further(something, -1)
+        opened = np.cumsum(np.pad(free & ~near, ((0, 0), (1, 0))), axis=1)
+        for side in (-1, 1):
+            faces = near & _further(free, side * _BEFORE_CELLS) & _further(free, side * (_BEFORE_CELLS + 1))
+            edges = np.diff(np.pad(faces.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+            # Row, first column and end of each surface.
+            rows, starts = np.nonzero(edges > 0)
+            _, ends = np.nonzero(edges < 0)
+            low, high, row = ends[:-1], starts[1:], rows[:-1]
+            wide = np.minimum(ends - starts, _END_CELLS)
+            fits = (rows[1:] == row) & (wide[1:] + wide[:-1] >= 2 * _END_CELLS - 1)
+            fits &= (high - low >= least) & (high - low <= most)
+            low, high, row = low[fits], high[fits], row[fits]
+            is_open = opened[row, high] - opened[row, low] >= _OPEN * (high - low)
+            for place in np.flatnonzero(is_open).tolist():
+                yield Gap(
+                    self.origin[1] + (row[place] + 0.5) * self.resolution,
+                    self.origin[0] + low[place] * self.resolution,
+                    self.origin[0] + high[place] * self.resolution,
+                    side,
+                )
+
+
+def find_panes(
+    grid: OccupancyGrid,
+    scans: Sequence[KeptScan],
+    poses: Sequence[Pose2],
+    touches: Sequence[Pose2] = (),
+    known: Sequence[Pane] = (),
+) -> list[Pane]:
+    """Find the mirrors and panes of a map.
+
+    Args:
+        grid: The map as it was seen, with rooms behind mirrors.
+        scans: Of which it consists.
+        poses: base_footprint at each of them, map frame.
+        touches: base_footprint where the bumper met something.
+        known: Panes that were found before.
+
+    Returns:
+        The panes; what was touched is one where the map shows nothing.
+    """
+    angle = -wall_direction(grid)
+    straight, turn = turned(grid, angle), Pose2(0.0, 0.0, angle)
+    view = View.of(straight, scans, [turn @ pose for pose in poses])
+    felt = [turn @ touch for touch in touches]
+    panes = []
+    for swap in (False, True):
+        felt_at = [_swapped(_front(touch), swap=swap) for touch in felt]
+        known_at = [_swapped(pane.turned(angle).middle, swap=swap) for pane in known]
+        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at):
+            ends = gap.low - _BESIDE_M, gap.high + _BESIDE_M
+            low, high = (_swapped((each, gap.across), swap=swap) for each in ends)
+            panes.append(Pane(low, high))
+    for touch in felt:
+        front = _front(touch)
+        if not any(pane.is_at(front) for pane in panes) and not _is_known(straight, front):
+            panes.append(_touched(touch))
+    return [pane.turned(-angle) for pane in panes]
+
+
+def _panes_in(view: View, felt: Sequence[Point2], known: Sequence[Point2]) -> list[Gap]:
+    """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
+    found = []
+    for gap in view.gaps():
+        evidence = view.look(gap)
+        touched = any(gap.is_at(place) for place in felt)
+        was_one = any(gap.is_at(place) for place in known)
+        if evidence.may_be_mirror:
+            others = (replace(gap, across=gap.across + by) for by in _OFFSETS_M)
+            looks = [(evidence, gap), *((view.look(other), other) for other in others)]
+            evidence, gap = max(looks, key=lambda each: each[0].surplus)
+        if touched or evidence.is_pane(known=was_one):
+            found.append((evidence.surplus, gap))
+    kept: list[Gap] = []
+    for _, gap in sorted(found, key=lambda each: -each[0]):
+        if not any(gap.overlaps(other) for other in kept):
+            kept.append(gap)
+    return kept
+
+
+def _swapped(place: Point2, *, swap: bool) -> Point2:
+    return (place[1], place[0]) if swap else place
+
+
+def _front(touch: Pose2) -> Point2:
+    """Return where the bumper is of a robot at a pose."""
+    return touch.apply(_FRONT_M, 0.0)
+
+
+def _is_known(grid: OccupancyGrid, place: Point2) -> bool:
+    """Tell whether the map shows something at a place."""
+    row, column = grid.cell_of(*place)
+    near = round(_TOUCH_M / grid.resolution)
+    window = grid.cells[max(0, row - near) : row + near + 1, max(0, column - near) : column + near + 1]
+    return bool((window > OCCUPIED // 2).any())
+
+
+def _touched(touch: Pose2) -> Pane:
+    """Return what a robot touched, along the walls when it met it nearly squarely."""
+    yaw = touch.yaw
+    along_walls = math.pi / 2.0 * round(yaw / (math.pi / 2.0))
+    if abs(math.remainder(yaw - along_walls, math.tau)) < _ACROSS_RAD:
+        yaw = along_walls
+    there = Pose2(*_front(touch), yaw)
+    return Pane(there.apply(0.0, -_TOUCHED_M), there.apply(0.0, _TOUCHED_M))
+
+
+def _further(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
+    """Return whether it is so as many rows further on."""
+    moved = np.zeros_like(cells)
+    if by > 0:
+        moved[:-by] = cells[by:]
+    else:
+        moved[-by:] = cells[:by]
+    return moved

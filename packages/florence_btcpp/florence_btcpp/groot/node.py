@@ -1,0 +1,96 @@
+"""The node ``groot``: listens to the running tree, and answers Groot2 at a port of this machine."""
+
+from __future__ import annotations
+
+import time
+
+import zmq
+from py_trees_ros_interfaces.msg import Behaviour, BehaviourTree
+
+from florence_bt.core.clock import call_every
+from florence_bt.core.errors import ConfigError
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.process import run_nodes
+from florence_bt.ros.qos import LATCHED
+from florence_btcpp.groot.protocol import Monitor
+from florence_btcpp.groot.tree import FAILURE, IDLE, RUNNING, SUCCESS, WatchedNode
+
+LOOK_S = 0.02
+"""Seconds between two looks for requests; clients ask some ten times a second."""
+LARGEST_REQUEST = 65_536
+_STATUSES = {Behaviour.RUNNING: RUNNING, Behaviour.SUCCESS: SUCCESS, Behaviour.FAILURE: FAILURE}
+_CATEGORIES = {Behaviour.BEHAVIOUR: "Action", Behaviour.DECORATOR: "Decorator"}
+
+
+class GrootNode(FlorenceNode):
+    """Shows Groot2 what the mission server tells the watchers of the py_trees ecosystem.
+
+    Args:
+        port: The TCP port of 127.0.0.1.
+
+    Raises:
+        ConfigError: The port is taken.
+    """
+
+    def __init__(self, port: int) -> None:
+        sockets, self._socket = _bound(port)
+        super().__init__("groot")
+        self._monitor = Monitor(lambda: time.time_ns() // 1000)
+        self.on_close(sockets.destroy)
+        self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED)
+        self.on_close(call_every(self.steady, LOOK_S, self._answer_all).cancel)
+
+    def _on_tree(self, message: BehaviourTree) -> None:
+        nodes = [_watched(each) for each in message.behaviours]
+        if nodes:
+            keys = {each.key: each.value for each in message.blackboard_on_visited_path}
+            self._monitor.show(nodes, keys)
+
+    def _answer_all(self) -> None:
+        while self._socket.poll(0):
+            self._socket.send_multipart(self._monitor.answer(self._socket.recv_multipart()))
+
+
+def _bound(port: int) -> tuple[zmq.Context[zmq.Socket[bytes]], zmq.Socket[bytes]]:
+    context = zmq.Context()
+    answers = context.socket(zmq.REP)
+    answers.setsockopt(zmq.LINGER, 0)
+    answers.setsockopt(zmq.MAXMSGSIZE, LARGEST_REQUEST)
+    try:
+        answers.bind(f"tcp://127.0.0.1:{port}")
+    except zmq.ZMQError as error:
+        context.destroy()
+        raise ConfigError(
+            f"the port {port} cannot be used: {error}", valid=["another one, with --port"]
+        ) from error
+    return context, answers
+
+
+def _watched(node: Behaviour) -> WatchedNode:
+    return WatchedNode(
+        bytes(node.own_id.uuid),
+        node.name,
+        node.class_name.rpartition(".")[2],
+        _CATEGORIES.get(node.type, "Control"),
+        node.additional_detail == "WithMemory",
+        tuple(bytes(each.uuid) for each in node.child_ids),
+        _STATUSES.get(node.status, IDLE),
+    )
+
+
+def serve_groot(port: int) -> int:
+    """Answer Groot2 until Ctrl-C.
+
+    Args:
+        port: The TCP port of 127.0.0.1.
+
+    Returns:
+        The exit code.
+    """
+
+    def make() -> GrootNode:
+        node = GrootNode(port)
+        print(f"connect Groot2 to localhost, port {port}; Ctrl-C ends it", flush=True)
+        return node
+
+    return run_nodes([make])

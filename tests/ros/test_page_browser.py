@@ -1,0 +1,197 @@
+"""The page in a real browser, before one simulated system that all tests here share, in their order."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import socket
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui")
+pytest.importorskip("rclpy")
+pytest.importorskip("playwright", reason="a browser is driven by playwright")
+
+from playwright import sync_api as playwright
+
+from tests.ros.conftest import GENEROUS_S, Child, own_domain
+
+CHROMIUM = shutil.which("chromium")
+pytestmark = [
+    pytest.mark.ros,
+    pytest.mark.slow,
+    pytest.mark.timeout(1800),
+    pytest.mark.skipif(CHROMIUM is None, reason="there is no browser: apt install chromium"),
+]
+expect = playwright.expect
+PATIENCE_MS = 1000.0 * GENEROUS_S
+ROBOT = """canvas => {
+  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0, x = 0, y = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (Math.abs(data[i] - 31) + Math.abs(data[i + 1] - 111) + Math.abs(data[i + 2] - 214) > 6) continue;
+    count += 1; x += i / 4 % width; y += Math.floor(i / 4 / width);
+  }
+  return count ? [x / count, y / count] : null;
+}"""
+"""Where the robot is drawn: the middle of everything in its colour."""
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of the page of a running system."""
+    folder = tmp_path_factory.mktemp("system")
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        port = server.getsockname()[1]
+    words = [sys.executable, "-m", "florence_bt.cli", "up", "--sim", "--person", "kitchen", "--seed", "4"]
+    words += ["--page", "--page-port", str(port), "--out", str(folder / "up")]
+    with own_domain(), pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(folder))
+        up = Child(words, folder / "up.txt")
+        try:
+            up.wait_for("Ctrl-C ends all", 5.0 * GENEROUS_S)
+            yield f"http://localhost:{port}/"
+        finally:
+            up.end()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser: Any, system: str) -> Iterator[Any]:
+    """A viewer of the page, who sees the map; what the browser reports as an error fails the test."""
+    opened = browser.new_page(viewport={"width": 1280, "height": 800})
+    opened.set_default_timeout(PATIENCE_MS)
+    expect.set_options(timeout=PATIENCE_MS)
+    errors: list[str] = []
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    for _ in range(100):
+        try:
+            opened.goto(system)
+            break
+        except playwright.Error:  # the page is a process that nothing waits for
+            opened.wait_for_timeout(500)
+    expect(opened.get_by_text("no map has come yet")).to_have_count(0)
+    yield opened
+    opened.close()
+    assert errors == []
+
+
+def place_of_robot(page: Any) -> list[float]:
+    page.wait_for_function(f"({ROBOT})(document.querySelector('canvas'))")
+    found: list[float] = page.evaluate(f"({ROBOT})(document.querySelector('canvas'))")
+    return found
+
+
+def wait_until_it_moves(page: Any, start: list[float], pixels: float = 15.0) -> None:
+    page.wait_for_function(
+        f"([x, y]) => {{ const now = ({ROBOT})(document.querySelector('canvas'));"
+        f" return now && Math.hypot(now[0] - x, now[1] - y) > {pixels}; }}",
+        arg=start,
+    )
+
+
+def start_by_form(page: Any, mission: str) -> None:
+    page.get_by_role("button", name="Start…").click()
+    page.get_by_role("dialog").get_by_label("mission").fill(mission)
+    page.get_by_role("option", name=mission, exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Start").click()
+
+
+def test_a_mission_is_started_by_form_followed_on_the_map_and_stopped(page: Any) -> None:
+    start = place_of_robot(page)
+    start_by_form(page, "goto_user")
+    expect(page.get_by_role("status")).to_contain_text("goto_user runs")
+    expect(page.get_by_role("treeitem").first).to_contain_text("goto_user")
+    wait_until_it_moves(page, start)
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.get_by_role("status")).to_contain_text("was stopped")
+    expect(page.get_by_role("status")).to_contain_text("page (edit)")
+
+
+def test_a_click_on_the_map_drives_there(page: Any) -> None:
+    box = page.locator("canvas").bounding_box()
+    x, y = box["x"] + 0.35 * box["width"], box["y"] + 0.6 * box["height"]
+    page.keyboard.down("Shift")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 60.0, steps=3)
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    expect(page.get_by_role("dialog")).to_contain_text("kitchen")
+    expect(page.get_by_label("heading in degrees")).to_have_value("90")
+    page.get_by_role("button", name="Drive there").click()
+    page.get_by_role("button", name="Drive", exact=True).click()
+    expect(page.get_by_role("status")).to_contain_text("goto_pose runs")
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.get_by_role("status")).to_contain_text("goto_pose was stopped")
+
+
+def test_the_override_refuses_missions_and_a_hand_drives_until_it_lets_go(page: Any) -> None:
+    page.get_by_role("button", name="STOP THE ROBOT").click()
+    expect(page.get_by_role("status")).to_contain_text("manual override")
+    start_by_form(page, "go_home")
+    expect(page.get_by_text(re.compile("florence release"))).to_be_visible()
+    start = place_of_robot(page)
+    page.locator("canvas").focus()
+    page.keyboard.down("ArrowLeft")
+    page.wait_for_timeout(1500)
+    page.keyboard.up("ArrowLeft")
+    page.keyboard.down("ArrowUp")
+    wait_until_it_moves(page, start, 4.0)
+    page.keyboard.up("ArrowUp")
+    page.wait_for_timeout(1000)
+    stands = place_of_robot(page)
+    page.wait_for_timeout(1500)
+    assert place_of_robot(page) == pytest.approx(stands, abs=2.0)
+    page.get_by_role("button", name="release").click()
+    expect(page.get_by_role("status")).not_to_contain_text("manual override")
+    expect(page.get_by_role("slider", name="drive by hand")).to_have_count(0)
+
+
+def test_layers_come_on_request(page: Any) -> None:
+    with page.expect_response(re.compile("picture/global_costmap")) as answer:
+        page.get_by_role("button", name="global costmap").click()
+    assert answer.value.ok
+    page.get_by_role("button", name="camera").click()
+    picture = page.get_by_alt_text("what the camera sees")
+    expect(picture).to_be_visible()
+    page.wait_for_function("document.querySelector('img[alt^=what]').naturalWidth > 100")
+    page.get_by_role("button", name="camera").click()
+    expect(picture).to_have_count(0)
+
+
+def test_a_run_is_looked_at_as_it_ran(page: Any) -> None:
+    page.get_by_role("button", name="recorded runs").click()
+    page.get_by_role("link", name="goto_user").first.click()
+    expect(page.get_by_text("stopped on the page (edit)").first).to_be_visible()
+    tree = page.get_by_role("tree")
+    expect(tree).to_contain_text("goto_user")
+    end = place_of_robot(page)
+    slider = page.get_by_role("slider").first.bounding_box()
+    page.mouse.click(slider["x"] + 1.0, slider["y"] + slider["height"] / 2.0)
+    expect(page.get_by_text("+0.0 s the run started")).to_be_visible()
+    page.wait_for_function(
+        f"([x, y]) => {{ const now = ({ROBOT})(document.querySelector('canvas'));"
+        f" return !now || Math.hypot(now[0] - x, now[1] - y) > 5; }}",
+        arg=end,
+    )
+
+
+def test_on_a_phone_nothing_is_wider_than_the_screen(page: Any) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    for address in ("", "runs"):
+        page.goto(page.url.rpartition("/")[0] + f"/{address}")
+        page.wait_for_load_state("networkidle")
+        page.wait_for_function("document.documentElement.scrollWidth <= 390")
+    assert page.get_by_role("link", name="the robot").is_visible()

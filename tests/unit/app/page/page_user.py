@@ -1,0 +1,65 @@
+"""What tests of the page share: somebody who looks at it, and a robot that notes what it is asked."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from nicegui.testing import User
+from nicegui.testing.user_simulation import user_simulation
+
+from florence_bt.app.page.acting import Actor
+from florence_bt.app.page.parts import LiveParts
+from florence_bt.core.errors import FlorenceError
+
+
+class NotedRobot:
+    """Stands for the page's part of ROS: answers from a table, and keeps what was asked.
+
+    Args:
+        answers: Name of a service -> its answer.
+    """
+
+    def __init__(self, answers: dict[str, Any]) -> None:
+        self.answers = answers
+        self.asked: list[tuple[str, Any]] = []
+        self.poses: list[Any] = []
+        self.overrides: list[Any] = []
+        self.node = self
+        self.parts = LiveParts()
+        self.lines: list[str] = []
+        self.question = ""
+
+    async def ask(self, service_type: Any, name: str, request: Any) -> Any:
+        self.asked.append((name, request))
+        if name not in self.answers:
+            raise FlorenceError(f"nobody serves {name}: is the system up?")
+        return self.answers[name]
+
+    def requests(self, name: str) -> list[Any]:
+        return [request for asked, request in self.asked if asked == name]
+
+    def tell_pose(self, pose: Any) -> None:
+        self.poses.append(pose)
+
+    def get_logger(self) -> Any:
+        return self
+
+    def info(self, line: str) -> None:
+        self.lines.append(line)
+
+
+def look_at(show: Callable[[], Any], do: Callable[[User], Awaitable[None]]) -> None:
+    """Let somebody look at a page and do something there."""
+
+    async def session() -> None:
+        async with user_simulation(show) as user:
+            await user.open("/")
+            await do(user)
+
+    asyncio.run(session())
+
+
+def actor_for(robot: NotedRobot, role: Any) -> Actor:
+    return Actor(robot, role)  # type: ignore[arg-type]

@@ -1,0 +1,64 @@
+"""The pages of the history: the list of runs, and a run with its slider."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("nicegui")
+
+from nicegui import ui
+
+from florence_bt.app.page.history import add_history, run_address, runs_address
+from tests.unit.app.page.page_user import look_at
+from tests.unit.app.test_playback import record
+
+
+def history_of(folder):
+    def show():
+        add_history(folder)
+        ui.label("begin")
+
+    return show
+
+
+def test_the_list_leads_to_a_run_and_its_slider_shows_it_as_it_ran(tmp_path):
+    for number in range(1, 31):
+        record(tmp_path, number, mission="fetch" if number > 1 else "carry")
+
+    async def do(user):
+        await user.open(runs_address())
+        await user.should_see("fetch")
+        await user.should_not_see("carry")
+        await user.should_see("a chair")
+        user.find("earlier").click()
+        await user.should_see("carry")
+        await user.should_not_see("earlier")
+        await user.open(run_address("T-00002-fetch"))
+        await user.should_see("fetch › drive")
+        await user.should_see("+3.5 s")
+        (slider,) = user.find("slider").elements
+        slider.value = 0
+        await user.should_see("+0.0 s the run started")
+        user.find("next").click()
+        await user.should_see("fetch/look: success")
+
+    look_at(history_of(tmp_path), do)
+
+
+@pytest.mark.parametrize("address", ["run?id=../../etc", "run", "runs?page=-5&mission=%27%3B--&state=x"])
+def test_what_does_not_exist_is_told(tmp_path, address):
+    record(tmp_path)
+
+    async def do(user):
+        await user.open(address)
+        await user.should_see("none" if address.startswith("runs") else "problem")
+
+    look_at(history_of(tmp_path), do)
+
+
+def test_without_a_journal_the_page_says_so(tmp_path):
+    async def do(user):
+        await user.open(runs_address())
+        await user.should_see("there is no journal")
+
+    look_at(history_of(tmp_path), do)

@@ -1,0 +1,375 @@
+"""Measures the page: viewers, a tree of 2,000 nodes, a server that dies, 10,000 runs, strangers.
+
+``python -m tools.page_figures docs/notes/page.md`` writes the table there between its marks. It starts the
+page and, as a process of its own, a robot that says what one says; a quiet machine is wanted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import http.client
+import json
+import os
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import uuid
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+from tools.tables import table, write_between_marks
+
+NODES = 2_000
+RUNS = 10_000
+VIEWERS = 10
+SECONDS = 15.0
+"""Wall seconds of each measurement."""
+_TICKS = os.sysconf("SC_CLK_TCK")
+
+
+# ---- the robot, a process of its own ---------------------------------------------------------------------
+
+
+def robot(nodes: int, tree_rate: float, name: str) -> None:
+    """Say what a robot says while a mission runs, until killed: laser 10 Hz, transforms 20 Hz, tree."""
+    import numpy as np
+    from florence_interfaces.msg import RunState
+    from py_trees_ros_interfaces.msg import BehaviourTree
+    from sensor_msgs.msg import LaserScan
+
+    from florence_bt.core.geometry import Pose2
+    from florence_bt.core.sensing import OccupancyGrid
+    from florence_bt.ros.arguments import start_ros
+    from florence_bt.ros.conversions import grid_to_ros
+    from florence_bt.ros.executor import SpinLoop
+    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.ros.qos import LATCHED, SENSOR
+    from florence_bt.ros.tf import TransformBroadcaster
+
+    start_ros()
+    node = FlorenceNode("robot")
+    cells = np.zeros((200, 240), np.int8)
+    grid = grid_to_ros(OccupancyGrid(0.05, Pose2(-1.0, -0.5), cells), "map", 0.0)
+    maps = node.create_publisher(type(grid), "map", LATCHED)
+    maps.publish(grid)
+    states = node.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+    states.publish(RunState(run_id=name, mission="patrol", state="ACTIVE"))
+    scans = node.create_publisher(LaserScan, "filtered_scan", SENSOR)
+    trees = node.create_publisher(BehaviourTree, "florence_bt/snapshots", LATCHED)
+    frames = TransformBroadcaster(node)
+    tree = BehaviourTree(behaviours=list(_behaviours(nodes)))
+    steps = 0
+
+    def move() -> None:
+        frames.send("map", "base_link", node.timebase.now(), Pose2(1.0 + 0.001 * (steps % 1000), 2.0, 0.5))
+
+    def look() -> None:
+        nonlocal steps
+        steps += 1
+        ranges = [1.0 + 0.001 * (steps % 1000)] * 683
+        scan = LaserScan(angle_min=-2.1, angle_increment=0.006, range_min=0.1, range_max=5.0, ranges=ranges)
+        scan.header.frame_id = "base_link"
+        scan.header.stamp = node.get_clock().now().to_msg()
+        scans.publish(scan)
+
+    def tick() -> None:
+        leaf = tree.behaviours[-1]
+        leaf.message = f"step {steps}"
+        trees.publish(tree)
+
+    node.create_timer(0.05, move)
+    node.create_timer(0.1, look)
+    if tree_rate:
+        node.create_timer(1.0 / tree_rate, tick)
+    tick()
+    loop = SpinLoop()
+    loop.add(node)
+    print("up", flush=True)
+    while True:
+        loop.spin_once(1.0)
+
+
+def _behaviours(count: int) -> Iterator[Any]:
+    """Yield the nodes of a running tree in which every tenth has children."""
+    from py_trees_ros_interfaces.msg import Behaviour
+    from unique_identifier_msgs.msg import UUID
+
+    ids = [UUID(uuid=list(uuid.uuid4().bytes)) for _ in range(count)]
+    for number in range(count):
+        children = range(10 * number + 1, min(10 * number + 11, count))
+        yield Behaviour(
+            name=f"node {number}",
+            own_id=ids[number],
+            parent_id=ids[(number - 1) // 10] if number else UUID(),
+            child_ids=[ids[child] for child in children],
+            type=2 if children else 1,
+            status=2,
+            is_active=True,
+        )
+
+
+# ---- the page and who looks at it -----------------------------------------------------------------------
+
+
+class Page:
+    """The page of a domain of its own, as a process.
+
+    Args:
+        folder: Has the journal.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        with socket.socket() as server:
+            server.bind(("127.0.0.1", 0))
+            self.port = server.getsockname()[1]
+        words = ["-m", "florence_bt.cli", "page", "--port", str(self.port), "--folder", str(folder)]
+        environment = {**os.environ, "XDG_CONFIG_HOME": str(folder)}
+        self.process = subprocess.Popen([sys.executable, *words], env=environment)
+        while not self._answers():
+            time.sleep(0.1)
+
+    def _answers(self) -> bool:
+        with socket.socket() as client:
+            return client.connect_ex(("127.0.0.1", self.port)) == 0
+
+    def seconds_used(self) -> float:
+        """Return the processor time that the process has taken."""
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / _TICKS
+
+    def memory_mb(self) -> float:
+        """Return the memory that it has."""
+        pages = int(Path(f"/proc/{self.process.pid}/statm").read_text().split()[1])
+        return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+    def get(self, path: str, **headers: str) -> tuple[int, float]:
+        """Get a page; gives the status and the seconds that it took."""
+        begin = time.perf_counter()
+        with closing(http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)) as client:
+            client.request("GET", path, headers=headers)
+            answer = client.getresponse()
+            answer.read()
+            return answer.status, time.perf_counter() - begin
+
+
+class Viewer(threading.Thread):
+    """Takes frames as a browser does, on a thread."""
+
+    def __init__(self, page: Page) -> None:
+        from websockets.sync.client import connect
+
+        super().__init__(daemon=True)
+        self.frames = 0
+        self.bytes = 0
+        self.parts: dict[str, Any] = {}
+        self.ended = False
+        self.socket = connect(f"ws://127.0.0.1:{page.port}/live", origin=f"http://127.0.0.1:{page.port}")
+        self.start()
+
+    def run(self) -> None:
+        """Take frames until the end."""
+        while not self.ended:
+            try:
+                text = self.socket.recv(timeout=0.2)
+            except TimeoutError:
+                continue
+            self.frames += 1
+            self.bytes += len(text)
+            self.parts |= json.loads(text)
+            self.socket.send("ok")
+
+    def close(self) -> None:
+        """Leave."""
+        self.ended = True
+        self.join()
+        self.socket.close()
+
+
+@contextmanager
+def robot_process(nodes: int, tree_rate: float, name: str = "1") -> Iterator[subprocess.Popen[str]]:
+    """Have a robot in this domain."""
+    words = [sys.executable, "-m", "tools.page_figures", "--robot", str(nodes), str(tree_rate), name]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None and process.stdout.readline() == "up\n"
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+# ---- the measurements -----------------------------------------------------------------------------------
+
+
+def looked_at(page: Page, viewers: int, *, deaf: bool = False) -> tuple[float, float]:
+    """Let viewers look for a while.
+
+    Returns:
+        The share of a core that the page takes, and the frames a second that a viewer gets.
+    """
+    from websockets.sync.client import connect
+
+    with ExitStack() as stack:
+        if deaf:
+            address = f"ws://127.0.0.1:{page.port}/live"
+            stack.enter_context(connect(address, origin=f"http://127.0.0.1:{page.port}", max_queue=1))
+        looking = [Viewer(page) for _ in range(viewers)]
+        while not all("pose" in each.parts.get("scene", {}) for each in looking):
+            time.sleep(0.1)
+        time.sleep(1.0)
+        before, used, begin = sum(each.frames for each in looking), page.seconds_used(), time.monotonic()
+        time.sleep(SECONDS)
+        passed = time.monotonic() - begin
+        share = (page.seconds_used() - used) / passed
+        frames = sum(each.frames for each in looking) - before
+        for each in looking:
+            each.close()
+    return share, frames / passed / max(viewers, 1)
+
+
+def after_a_death(page: Page) -> float:
+    """Kill the robot's process and start another: seconds from its start until a viewer sees it."""
+    with robot_process(30, 1.0):
+        viewer = Viewer(page)
+        while viewer.parts.get("run", {}).get("run_id") != "1":
+            time.sleep(0.05)
+    begin = time.monotonic()
+    with robot_process(30, 1.0, "2"):
+        while viewer.parts["run"]["run_id"] != "2":
+            time.sleep(0.01)
+        seconds = time.monotonic() - begin
+    viewer.close()
+    return seconds
+
+
+def write_runs_of(folder: Path) -> None:
+    """Write a journal of :data:`RUNS` runs."""
+    from florence_bt.runtime.events import EventKind, RunEvent
+    from florence_bt.runtime.journal import Journal
+    from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
+
+    journal = Journal(folder)
+    for number in range(RUNS):
+        run = MissionRun(f"T-{number:05d}-patrol", MissionRequest("patrol", {}, "figures"), {})
+        run.status, run.started = RunStatus.RUNNING, 0.0
+        journal.write(run, RunEvent(0.0, run.run_id, EventKind.STARTED, {}, 1))
+        run.status, run.ended = RunStatus.SUCCEEDED, 1.0
+        journal.write(run, RunEvent(1.0, run.run_id, EventKind.ENDED, {"status": "SUCCEEDED"}, 1))
+    journal.close()
+
+
+def history(page: Page, path: str) -> str:
+    """Return how long a part of the list takes, the median and the longest of ten."""
+    times = []
+    for _ in range(10):
+        status, seconds = page.get(path)
+        assert status == 200, status
+        times.append(seconds)
+    return f"{1000 * statistics.median(times):.0f} ms, at most {1000 * max(times):.0f} ms"
+
+
+def strangers(page: Page) -> str:
+    """Return what a browser of another origin gets."""
+    from websockets.exceptions import WebSocketException
+    from websockets.sync.client import connect
+
+    evil = "http://evil.example"
+    served = sum(page.get("/", Origin=evil)[0] != 403 for _ in range(200))
+    served += sum(page.get("/", Host="evil.example")[0] != 403 for _ in range(200))
+    opened = 0
+    for _ in range(200):
+        try:
+            with connect(f"ws://127.0.0.1:{page.port}/live", origin=evil) as client:
+                client.recv(timeout=5.0)
+            opened += 1
+        except WebSocketException:
+            pass
+    return f"{served + opened} of 600 requests were served"
+
+
+def flood(page: Page) -> str:
+    """Return what becomes of a viewer that says 10,000 things at once, and of one beside it."""
+    from websockets.exceptions import ConnectionClosed
+
+    viewer, hostile = Viewer(page), Viewer(page)
+    hostile.ended = True
+    hostile.join()
+    ended = "all are taken"
+    try:
+        for _ in range(10_000):
+            hostile.socket.send("drive 1 x " + "y" * 10_000)
+    except ConnectionClosed:
+        ended = "it is left alone"
+    before = viewer.frames
+    time.sleep(3.0)
+    beside = (viewer.frames - before) / 3.0
+    viewer.close()
+    hostile.socket.close()
+    return f"{ended}; the viewer beside it gets {beside:.1f} frames a second"
+
+
+def rows(folder: Path) -> Iterator[Sequence[str]]:
+    """Measure everything, one after the other."""
+    write_runs_of(folder)
+    page = Page(folder)
+    try:
+        with robot_process(30, 2.0):
+            page_alone = page.seconds_used()
+            time.sleep(SECONDS)
+            yield "nobody looks", f"{(page.seconds_used() - page_alone) / SECONDS:.1%} of a core"
+            for viewers in (1, VIEWERS):
+                share, frames = looked_at(page, viewers)
+                yield (
+                    f"{viewers} viewers, a tree of 30 nodes",
+                    f"{share:.1%} of a core, {frames:.1f} frames a second each",
+                )
+            share, frames = looked_at(page, VIEWERS, deaf=True)
+            yield (
+                "the same beside one that reads nothing",
+                f"{share:.1%} of a core, {frames:.1f} frames a second each",
+            )
+            yield "memory of the page", f"{page.memory_mb():.0f} MB"
+            yield "a viewer that says 10,000 long things at once", flood(page)
+        for rate in (2.0, 10.0):
+            with robot_process(NODES, rate):
+                share, frames = looked_at(page, VIEWERS)
+                what = f"{VIEWERS} viewers, a tree of {NODES:,} nodes that changes {rate:g} times a second"
+                yield what, f"{share:.1%} of a core, {frames:.1f} frames a second each"
+        yield (
+            "the mission server is killed and started: until a viewer sees its run",
+            f"{after_a_death(page):.1f} s, with the start of the process",
+        )
+        yield f"the first part of {RUNS:,} runs", history(page, "/runs")
+        yield f"the last part of {RUNS:,} runs", history(page, f"/runs?page={RUNS // 25 - 1}")
+        yield "pages of another origin and other names", strangers(page)
+    finally:
+        page.process.terminate()
+        page.process.wait()
+
+
+def main() -> None:
+    """Measure, print the table, and write it into a page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("page", type=Path, nargs="?", help="where the table goes, e.g. docs/notes/page.md")
+    parser.add_argument("--robot", nargs=3, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.robot:
+        robot(int(given.robot[0]), float(given.robot[1]), given.robot[2])
+        return
+    measured = []
+    with tempfile.TemporaryDirectory() as folder:
+        for row in rows(Path(folder)):
+            print(": ".join(row), flush=True)
+            measured.append(row)
+    if given.page is not None:
+        write_between_marks(given.page, "figures", table(("what", "measured"), measured))
+
+
+if __name__ == "__main__":
+    main()
