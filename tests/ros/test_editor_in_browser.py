@@ -205,7 +205,7 @@ def test_a_token_that_may_only_run_gets_no_editor(
     assert b"token with the role edit" in get(port, "/edit/goto_user", Cookie=cookie["run"])[1]
     assert b"token with the role edit" not in get(port, "/edit/goto_user", Cookie=cookie["edit"])[1]
     assert get(port, "/edit/goto_user")[0] == 403
-    assert get(port, "/edit/picture/map.png", Cookie=cookie["run"])[0] == 403
+    assert get(port, "/edit/picture/map", Cookie=cookie["run"])[0] == 403
     asked = json.dumps({"text": "", "line": 1, "column": 1}).encode()
     assert post(port, asked, Cookie=cookie["run"]) == 403
     assert post(port, asked, Cookie=cookie["edit"]) == 200

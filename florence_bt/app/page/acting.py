@@ -50,8 +50,12 @@ class Actor:
             ui.notify(text, multi_line=True)
         return answer
 
-    async def start(self, mission: str, inputs: Mapping[str, str]) -> None:
-        """Start a mission with the inputs that were given; without a text an input has its default."""
+    async def start(self, mission: str, inputs: Mapping[str, str]) -> bool:
+        """Start a mission with the inputs that were given; without a text an input has its default.
+
+        Returns:
+            Whether it was accepted; why not is told.
+        """
         given = {name: text.strip() for name, text in inputs.items() if text.strip()}
         request = RunMission.Request(
             mission=mission,
@@ -59,10 +63,11 @@ class Actor:
             input_values=list(given.values()),
             caller=self.caller,
         )
-        await self.told(
+        answer = await self.told(
             self.ros.ask(RunMission, RUN_MISSION, request),
             lambda answer: "" if answer.accepted else answer.message,
         )
+        return answer is not None and bool(answer.accepted)
 
     def tell_pose(self, pose: Pose2) -> None:
         """Tell the localiser where the robot stands."""

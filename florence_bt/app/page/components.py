@@ -21,6 +21,7 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
 
     Args:
         picking: Whether dragging gives a heading from the beginning, and moves the map only with two fingers.
+        plain: Whether it is only looked at: no pose is chosen, and nothing is shown on request.
         path: The way of a recorded run, to be shown in place of what happens now; poses in the map frame.
         person: Where it found somebody.
     """
@@ -29,12 +30,14 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
         self,
         *,
         picking: bool = False,
+        plain: bool = False,
         path: Sequence[Sequence[float]] | None = None,
         person: tuple[float, float] | None = None,
     ) -> None:
         super().__init__()
         self._props["footprint"] = [list(corner) for corner in RoomParameters().make_footprint().corners]
         self._props["picking"] = picking
+        self._props["plain"] = plain
         if path is not None:
             self._props["path"] = [list(pose) for pose in path]
             self._props["person"] = None if person is None else list(person)

@@ -52,10 +52,10 @@ class Page:
         with ui.row().classes("w-full items-center gap-2"):
             StatusView().classes("grow")
             _icon("history", "recorded runs", lambda: ui.navigate.to("runs"))
+            if actor.may(Role.EDIT):
+                _icon("edit_note", "write missions", lambda: ui.navigate.to("/edit/"))
             if actor.may(Role.RUN):
                 self._add_controls(actor)
-            if actor.may(Role.EDIT):
-                _icon("edit_note", "write missions", lambda: ui.navigate.to("/edit/")).mark("edit")
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             view = MapView().classes("w-full h-full").mark("map")
             TreeView().classes("w-full h-full").mark("tree")
@@ -75,7 +75,7 @@ class Page:
         ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
         _icon("pause", "pause the mission", self._pause)
-        _icon("play_circle", "go on with the mission", self._resume)
+        _icon("resume", "go on with the mission", self._resume)
         QuestionDialog(actor)
         ui.button(
             "STOP THE ROBOT", on_click=lambda: self._ros.override(True, actor.caller), color="negative"
@@ -105,6 +105,6 @@ class Page:
         )
 
 
-def _icon(icon: str, title: str, do: Callable[[], Any]) -> ui.button:
+def _icon(icon: str, title: str, do: Callable[[], Any]) -> None:
     """Add a button that has no words: on a phone there is little room."""
-    return ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)
+    ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)

@@ -54,12 +54,13 @@ def _fill(form: ui.column, fields: dict[str, Any], mission: MissionInfo | None) 
     with form:
         ui.label(mission.problem or mission.description).classes("text-sm")
         for port in mission.inputs:
-            fields[port.name] = _field(port)
+            fields[port.name] = input_field(port)
         for take in map_choices({port.name: port.type for port in mission.inputs}):
             _add_map(fields, take)
 
 
-def _field(port: MissionPort) -> Any:
+def input_field(port: MissionPort) -> Any:
+    """Show the field of an input."""
     limits = " to ".join(text for text in (port.minimum, port.maximum) if text)
     words = (
         port.description,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.hotspots import Hotspot
 
 
 class LiveParts:
@@ -82,7 +82,7 @@ def tree_parts(nodes: Sequence[ShownNode], keys: Mapping[str, str]) -> dict[str,
     }
 
 
-def places_part(places: Hotspots) -> list[dict[str, Any]]:
+def places_part(places: Iterable[Hotspot]) -> list[dict[str, Any]]:
     """Make the part ``places``: rooms and objects where the robot stands for them."""
     return [
         {"label": each.label, "x": each.pose.x, "y": each.pose.y, "yaw": each.pose.yaw, "kind": each.kind}

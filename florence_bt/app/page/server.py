@@ -21,9 +21,10 @@ SHUT_DOWN_S = 2
 
 
 class RobotViewers(Viewers):
-    """Those who look at the robot, and maybe drive it by hand.
+    """Those who look at the robot: the node hears what comes often only while one of them wants to see it.
 
-    The node hears what comes often only while somebody wants to see it.
+    Args:
+        ros: Talks to the robot.
     """
 
     def __init__(self, ros: RosThread) -> None:
@@ -31,9 +32,15 @@ class RobotViewers(Viewers):
         self._ros = ros
         self._wants: dict[WebSocket, frozenset[str]] = {}
 
-    def join(self, socket: WebSocket) -> None:
-        """Show the scene to whoever comes."""
+    def joined(self, socket: WebSocket) -> None:
+        """Show a viewer what comes often."""
         self._set_wants(socket, frozenset({SCENE}))
+
+    def left(self, socket: WebSocket) -> None:
+        """Hear less, and let go of the robot."""
+        del self._wants[socket]
+        self._look()
+        self._ros.on_thread(lambda: self._ros.driving.let_go(socket))
 
     def heed(self, socket: WebSocket, words: list[str]) -> None:
         """Do what a viewer says; what is none of these, or not its to say, is passed over."""
@@ -47,12 +54,6 @@ class RobotViewers(Viewers):
                 self._ros.on_thread(lambda: driving.push(socket, *push))
             case ["speed", key] if _may_drive(socket):
                 self._ros.on_thread(lambda: driving.step(socket, key))
-
-    def leave(self, socket: WebSocket) -> None:
-        """Stop the robot if whoever has gone was driving it, and hear no more than the others want."""
-        del self._wants[socket]
-        self._look()
-        self._ros.on_thread(lambda: self._ros.driving.let_go(socket))
 
     def _set_wants(self, socket: WebSocket, wants: frozenset[str]) -> None:
         self._wants[socket] = wants
@@ -102,7 +103,7 @@ def make_server(
     host: str,
     port: int,
     access: Access,
-    runs: Path | None = None,
+    runs: Path | None,
     missions: Sequence[Path] = (),
 ) -> uvicorn.Server:
     """Make the server of the page; see :func:`serve_page`."""

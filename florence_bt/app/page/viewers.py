@@ -29,36 +29,38 @@ class Viewers:
         note: Called with a sentence about a viewer that is gone.
     """
 
-    def __init__(self, parts: LiveParts, note: Callable[[str], None]) -> None:
+    def __init__(self, parts: LiveParts, note: Callable[[str], object]) -> None:
         self._parts = parts
         self._note = note
         self._count = 0
 
-    def join(self, socket: WebSocket) -> None:
-        """Do what is to be done when a viewer comes. Subclasses override this and the next two."""
+    def joined(self, socket: WebSocket) -> None:
+        """Take note of a viewer."""
+
+    def left(self, socket: WebSocket) -> None:
+        """Take note that a viewer has left."""
 
     def heed(self, socket: WebSocket, words: list[str]) -> None:
-        """Do what a viewer says; what is not understood, or not its to say, is passed over."""
-
-    def leave(self, socket: WebSocket) -> None:
-        """Do what is to be done when a viewer has gone."""
+        """Hear what a viewer says beside that it has taken a frame."""
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one viewer until it leaves."""
         if self._count >= MOST_VIEWERS:
             await socket.close(1013, f"{MOST_VIEWERS} viewers are here already")
             return
-        await socket.accept()
         self._count += 1
-        self.join(socket)
         try:
-            await self._send_all(socket)
+            await socket.accept()
+            self.joined(socket)
+            try:
+                await self._send_all(socket)
+            finally:
+                self.left(socket)
         except (WebSocketDisconnect, TimeoutError, RuntimeError) as error:
             # It has left, maybe amid a frame, or takes nothing: others are not concerned.
             self._note(f"a viewer is gone: {error!r}")
         finally:
             self._count -= 1
-            self.leave(socket)
 
     async def _send_all(self, socket: WebSocket) -> None:
         taken = asyncio.Event()

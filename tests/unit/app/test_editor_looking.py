@@ -41,9 +41,9 @@ def test_the_outline_knows_the_lines_of_its_nodes():
         (1, 8, 7),
         (1, 11, 11),
     ]
-    assert [(each["name"], each["default"], each["flag"]) for each in look["inputs"]] == [
-        ("room", "kitchen", False),
-        ("fast", "false", True),
+    assert [(each["name"], each["type"], each["default_value"]) for each in look["inputs"]] == [
+        ("room", "text", "kitchen"),
+        ("fast", "boolean", "false"),
     ]
 
 

@@ -24,15 +24,15 @@ export default {
     <img v-if="camera" :src="camera" alt="what the camera sees" style="position:absolute;right:.5rem;bottom:.5rem;width:min(20rem,45%);border:2px solid #fff;border-radius:.3rem">
     <div v-if="!has_map" style="position:absolute;inset:0;display:grid;place-items:center;color:#777">no map has come yet</div>
   </div>`,
-  props: { footprint: Array, picking: Boolean, chosen: Array, path: Array, person: Array },
+  props: { footprint: Array, picking: Boolean, plain: Boolean, chosen: Array, path: Array, person: Array },
   emits: ["place"],
   data() { return { pointer: "", following: false, has_map: false, picks: this.picking, shown: {}, camera: "" }; },
   created() { this.unwant = {}; },
   computed: {
     tools() {
       return [
-        ...(this.path ? [] : [{ icon: "add_location", title: "choose a pose: press, and drag for the heading", on: this.picks, use: () => { this.picks = !this.picks; } }]),
-        ...(this.path || this.picking ? [] : LAYERS.map((each) => ({ ...each, on: Boolean(this.shown[each.name]), use: () => this.show(each.name) }))),
+        ...(this.path || this.plain ? [] : [{ icon: "add_location", title: "choose a pose: press, and drag for the heading", on: this.picks, use: () => { this.picks = !this.picks; } }]),
+        ...(this.path || this.picking || this.plain ? [] : LAYERS.map((each) => ({ ...each, on: Boolean(this.shown[each.name]), use: () => this.show(each.name) }))),
         { icon: "zoom_out_map", title: "whole map", on: false, use: () => this.fit() },
         ...(this.path ? [] : [{ icon: "my_location", title: "follow the robot", on: this.following, use: () => { this.following = !this.following; } }]),
       ];

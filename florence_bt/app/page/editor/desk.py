@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from florence_interfaces.srv import ReloadMissions, RunMission
+from florence_interfaces.srv import ReloadMissions
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
 
 from florence_bt.app.page.editor.helpers import ScenarioRuns, Trials, Worker
 from florence_bt.app.page.editor.shelf import Shelf
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
+from florence_bt.app.runs.client import LOCATOR
 from florence_bt.core.errors import FlorenceError
 
 FOLDER = Path("missions")
@@ -91,8 +91,9 @@ class Desk:
         folders: list[str] | None = None
         hotspots = None
         if there:
+            asked = asyncio.create_task(self._parameter(LOCATOR, "hotspots_file"))
             folders = await self._parameter("florence_bt", "mission_folders")
-            file = await self._parameter(LOCATOR, "hotspots_file")
+            file = await asked
             hotspots = Path(file) if file and Path(file).is_file() else None
         robots = [Path(each) for each in folders or ()]
         *others, own = self._folders or robots or [FOLDER.absolute()]
@@ -127,18 +128,6 @@ class Desk:
         """
         answer = await self._ros.ask(ReloadMissions, "florence_bt/reload_missions", ReloadMissions.Request())
         return str(answer.report)
-
-    async def run(self, mission: str, inputs: dict[str, str], caller: str) -> str:
-        """Start a mission on the robot; return why not, empty when it runs.
-
-        Raises:
-            FlorenceError: Nobody answers.
-        """
-        request = RunMission.Request(
-            mission=mission, input_names=list(inputs), input_values=list(inputs.values()), caller=caller
-        )
-        answer = await self._ros.ask(RunMission, RUN_MISSION, request)
-        return "" if answer.accepted else str(answer.message)
 
     async def close(self) -> None:
         """End what works for it."""

@@ -14,11 +14,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.app.page.parts import LiveParts, places_part
+from florence_bt.app.page.parts import LiveParts
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.core.paths import find_data
 from florence_bt.core.text_files import MAX_MISSION_BYTES
-from florence_bt.skills.locator.hotspots import load_hotspots
 
 if TYPE_CHECKING:
     from florence_bt.app.page.editor.trial_request import TrialRequest
@@ -155,7 +153,6 @@ class Trials:
         self.parts.put(
             "run", {"mission": request.name, "state": "PENDING", "code": "", "reason": "", "run_id": ""}
         )
-        self.parts.put("places", places_part(load_hotspots(find_data("hotspots", "flat.yaml"))))
         for name, nothing in (
             ("tree", []),
             ("plan", []),
@@ -249,12 +246,16 @@ class ScenarioRuns:
 
         Raises:
             DeviceTimeout: They took too long.
+            FlorenceError: Others run, or the text is too long.
         """
+        check_size(text)
+        if self._turn.locked():
+            raise FlorenceError("scenarios are being played already: wait for their end")
         async with self._turn:
             with tempfile.TemporaryDirectory(prefix="florence_scenarios_") as folder:
                 own = Path(folder) / "missions"
                 own.mkdir()
-                (own / f"{name}.yaml").write_text(text, encoding="utf-8")
+                (own / f"{name}.yaml").write_text(text, encoding="utf-8", errors="replace")
                 report = Path(folder) / "report.xml"
                 missions = [each for path in (*folders, own) for each in ("--missions", str(path))]
                 process = await _start(

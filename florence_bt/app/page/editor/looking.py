@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.app.mission_files.checking import CheckOptions, check_text
-from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.plain_yaml import Position
 from florence_bt.core.text_files import LINE_BREAK
 from florence_bt.trees.drawings.diagram import Box, diagram_of
@@ -121,22 +120,16 @@ def first_line(lines: Sequence[str], place: Position) -> int:
 
 
 def inputs(mission: Mission) -> list[dict[str, Any]]:
-    """List what a mission takes, for a form."""
+    """List what a mission takes, for a form: the fields of a ``MissionPort``."""
     return [
         {
             "name": name,
-            "kind": port.kind.value,
+            "type": port.kind.value,
+            "description": port.description,
             "required": port.required,
-            "default": "" if port.required else format_value(port.default, port.kind) or "",
-            "about": port.description,
-            "limits": limits_of(port),
-            "flag": port.kind is Kind.BOOLEAN,
+            "default_value": "" if port.required else format_value(port.default, port.kind) or "",
+            "minimum": "" if port.minimum is None else format_value(port.minimum, port.kind),
+            "maximum": "" if port.maximum is None else format_value(port.maximum, port.kind),
         }
         for name, port in mission.inputs.items()
     ]
-
-
-def limits_of(port: Port) -> str:
-    """Write the limits of a port for people, empty without any."""
-    limits = (("from", port.minimum), ("to", port.maximum))
-    return " ".join(f"{word} {format_value(limit, port.kind)}" for word, limit in limits if limit is not None)

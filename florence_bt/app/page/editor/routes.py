@@ -13,6 +13,7 @@ from nicegui import ui
 from pydantic import BaseModel, Field
 
 from florence_bt.app.page.access import ROLE, Role
+from florence_bt.app.page.acting import Actor
 from florence_bt.app.page.editor.completion import complete
 from florence_bt.app.page.editor.desk import Desk
 from florence_bt.app.page.editor.view import EditorPage
@@ -58,7 +59,7 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
             return
         await viewers.serve(socket)
 
-    @app.get("/edit/picture/map.png")
+    @app.get("/edit/picture/map")
     async def picture(request: Request) -> Response:
         if not _may_edit(request.scope):
             raise HTTPException(403, REFUSED)
@@ -87,7 +88,7 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
             ui.label(REFUSED).classes("m-4")
             return
         try:
-            EditorPage(desk, await desk.home(), Role.EDIT, name, template)
+            EditorPage(desk, Actor(ros, Role.EDIT), await desk.home(), name, template)
         except FlorenceError as error:
             ui.label(str(error)).classes("m-4 text-red-700")
             ui.link("to the missions", "/edit/").classes("m-4")

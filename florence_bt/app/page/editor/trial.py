@@ -22,12 +22,11 @@ from py_trees.common import Status
 
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.app.page.editor.trial_request import TrialRequest
-from florence_bt.app.page.parts import ShownNode, tree_parts
+from florence_bt.app.page.parts import ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import map_picture
 from florence_bt.app.runs.journal_view import run_text
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import MissionRequest, MissionRun
 from florence_bt.runtime.status import RUN_STATES
 from florence_bt.runtime.viewers.snapshot import STATUS, snapshot_of, statuses
@@ -131,6 +130,7 @@ class Trial:
                 "version": [time.time_ns() // 1_000_000, 0],
                 "cells": [columns, rows],
             },
+            "places": places_part(self.rig.locator.hotspots),
             "picture": base64.b64encode(map_picture(grid)).decode(),
         }
 
@@ -251,7 +251,7 @@ def main() -> None:
             trial = Trial(request, Path(folder))
             threading.Thread(target=trial.stop_after, args=(sys.stdin,), daemon=True).start()
             tell(over=trial.run(lambda parts: tell(**parts)))
-    except (FlorenceError, RequestRefused) as error:
+    except FlorenceError as error:
         tell(problem=str(error))
 
 

@@ -7,10 +7,11 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import Any, TypeVar
 
 import nicegui.elements.codemirror  # noqa: F401 - so that the module nicegui-codemirror is served
+from florence_interfaces.msg import MissionPort
 from nicegui import ui
 from nicegui.element import Element
 
-from florence_bt.app.page.access import Role
+from florence_bt.app.page.acting import Actor, confirmed
 from florence_bt.app.page.components import MapView, StatusView, TreeView
 from florence_bt.app.page.editor.completion import insertion
 from florence_bt.app.page.editor.desk import Desk, Home
@@ -18,6 +19,7 @@ from florence_bt.app.page.editor.helpers import check_size
 from florence_bt.app.page.editor.shelf import ChangedMeanwhile, Opened, Saved, checked_name, date_text
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
+from florence_bt.app.page.mission_form import input_field
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
 
@@ -36,11 +38,12 @@ _PEOPLE = {
 }
 _SHORT = """
 @media (max-width: 640px) {
-  .florence-short .block { display: none }
+  .florence-short .block { font-size: 0; line-height: 0; width: 0 }
   .florence-short .q-icon { margin: 0 }
+  .florence-short { padding: 4px 8px }
 }
 """
-"""On a phone these buttons have only their sign."""
+"""On a phone these buttons have only their sign (an important rule of Quasar keeps their texts displayed)."""
 _LOOK_S = 0.5
 """How often to look whether the rig is done."""
 _ROBOT_S = 3.0
@@ -122,25 +125,13 @@ class InputForm:
         if inputs == self._shown:
             return
         self._shown = inputs
-        before = self.values
+        before = {name: field.value for name, field in self._fields.items()}
         self._column.clear()
-        self._fields = {}
         with self._column:
-            for each in inputs:
-                self._fields[each["name"]] = self._field(each, before.get(each["name"]))
-
-    def _field(self, port: Mapping[str, Any], before: str | None) -> Any:
-        hint = " ".join(filter(None, (port["about"], port["limits"] and f"({port['limits']})")))
-        if port["flag"]:
-            start = before or port["default"]
-            return ui.checkbox(port["name"], value=start == "true").tooltip(hint).props("dense")
-        needed = " *" if port["required"] else ""
-        field = ui.input(
-            f"{port['name']} ({port['kind']}){needed}", value=before or "", placeholder=port["default"]
-        )
-        field.props("dense outlined stack-label").classes("w-full").mark(port["name"])
-        field.props["hint"] = hint
-        return field
+            self._fields = {each["name"]: input_field(MissionPort(**each)) for each in inputs}
+        for name in before.keys() & self._fields.keys():
+            if isinstance(before[name], type(self._fields[name].value)):
+                self._fields[name].value = before[name]
 
     @property
     def values(self) -> dict[str, str]:
@@ -158,8 +149,8 @@ class EditorPage:
 
     Args:
         desk: What all who edit share.
+        actor: Does what the viewer asks for.
         home: Where missions are.
-        role: What the viewer may do.
         name: The mission that is opened; empty for none.
         template: What a new mission begins with.
 
@@ -167,9 +158,8 @@ class EditorPage:
         ConfigError: This is no name of a mission, or its file cannot be read.
     """
 
-    def __init__(self, desk: Desk, home: Home, role: Role, name: str, template: str) -> None:
-        self._desk, self._home = desk, home
-        self._caller = f"page ({role.name.lower()})"
+    def __init__(self, desk: Desk, actor: Actor, home: Home, name: str, template: str) -> None:
+        self._desk, self._actor, self._home = desk, actor, home
         self._opened = home.shelf.open(name) if name else None
         self._name = name
         self._saved = self._opened.text if self._opened is not None else ""
@@ -323,8 +313,7 @@ class EditorPage:
             self._stop.mark("stop-try")
             self._stop.set_enabled(False)
             StatusView().classes("grow")
-        flat = MapView()
-        flat.classes("w-full h-80 mt-2 rounded").mark("map")
+        MapView(plain=True).classes("w-full h-80 mt-2 rounded").mark("map")
         self._wait = ui.label("the flat is being built: seconds, the first time about a minute")
         self._wait.classes("text-sm text-gray-500 mt-1").set_visibility(False)
         self._end = ui.column().classes("w-full gap-1 mt-2").mark("outcome")
@@ -492,7 +481,7 @@ class EditorPage:
         name = self._name_in(text)
         if not self._look.get("fits") or self._look.get("text") != text:
             sentence = "It has errors and would not run, so it is not saved as a mission. Keep it as a draft?"
-            if await _agreed(sentence, "Keep the draft"):
+            if await confirmed(sentence, "Keep the draft"):
                 file = await self._told(_now(lambda: shelf.save_draft(name, text)))
                 if file is not None:
                     ui.notify(f"the draft is kept in {file}; no robot reads it", multi_line=True)
@@ -504,7 +493,7 @@ class EditorPage:
             sentence = (
                 f"{name} comes from {file.parent}. Yours will take its place, also for missions that call it."
             )
-            if not await _agreed(sentence, "Save mine"):
+            if not await confirmed(sentence, "Save mine"):
                 return
         known = (
             self._opened.print if self._opened is not None and self._opened.own and name == self._name else ""
@@ -533,7 +522,7 @@ class EditorPage:
         try:
             return shelf.save(name, text, known)
         except ChangedMeanwhile as error:
-            if not await _agreed(f"{error}. Save yours over it? The other text is kept.", "Save mine"):
+            if not await confirmed(f"{error}. Save yours over it? The other text is kept.", "Save mine"):
                 return None
             there = shelf.open(name)
             return await self._told(_now(lambda: shelf.save(name, text, there.print if there else "")))
@@ -565,7 +554,7 @@ class EditorPage:
         if not self._name:
             return
         await self._look_at_text()
-        if not self._look.get("fits"):
+        if not self._look.get("fits") or self._look.get("text") != self._text:
             ui.notify("the mission has errors: mend them first", type="warning")
             return
         request = TrialRequest(
@@ -632,34 +621,18 @@ class EditorPage:
                 ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
         if not await dialog:
             return
-        refused = await self._told(self._desk.run(self._name, form.values, self._caller))
-        if refused:
-            ui.notify(refused, type="negative", multi_line=True)
-        elif refused is not None:
+        if await self._actor.start(self._name, form.values):
             ui.navigate.to("/")
 
     async def _told(self, work: Awaitable[T]) -> T | None:
         """Wait for something; what went wrong is told, and gives None."""
-        try:
-            return await work
-        except FlorenceError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
-            return None
+        done: T | None = await self._actor.told(work, lambda _: "")
+        return done
 
 
 async def _now(work: Callable[[], T]) -> T:
     """Do something at once, where something to be waited for is wanted."""
     return work()
-
-
-async def _agreed(sentence: str, button: str) -> bool:
-    """Ask the viewer."""
-    with ui.dialog() as dialog, ui.card().classes("w-96"):
-        ui.label(sentence)
-        with ui.row():
-            ui.button(button, on_click=lambda: dialog.submit(True)).props("no-caps").mark("agree")
-            ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
-    return bool(await dialog)
 
 
 def _from_template(name: str, template: str) -> str:
