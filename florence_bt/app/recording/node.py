@@ -29,7 +29,7 @@ from florence_bt.ros.node import FlorenceNode
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
 LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
-"""Every so many looks the publishers of known topics are counted, and all their offers looked at: for each topic
+"""Every so many looks the publishers of known topics are counted, and all their offers looked at: for a topic
 the one takes a tenth of a millisecond, the other a whole one."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
