@@ -156,6 +156,16 @@ def test_a_folder_may_lie_deeper_than_the_path_of_a_socket(tmp_path):
     assert not folder.exists()
 
 
+def test_a_port_that_is_taken_is_told_before_anything_starts(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        refused("another port", tmp_path, page_port=server.getsockname()[1])
+
+
+def test_a_page_for_others_needs_tokens(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    refused("florence page --token", tmp_path, page_port=8080, page_host="0.0.0.0")
+
+
 def test_the_processes_of_a_bring_up():
     assert list(processes(BringUp(folder="x", record=True, page_port=8080))) == list(NODES)
     assert "simulator" not in processes(BringUp(folder="x", simulated=False))
