@@ -11,7 +11,8 @@ pytest.importorskip("rclpy")
 
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.driving import SILENT_S, HandDriving
-from florence_bt.app.page.server import Viewers
+from florence_bt.app.page.parts import LiveParts
+from florence_bt.app.page.server import RobotViewers
 from florence_bt.app.teleop.hands import TeleopParameters
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import STANDSTILL, Twist2
@@ -104,6 +105,7 @@ class Ros:
     def __init__(self, driving):
         self.driving = driving
         self.wanted = frozenset()
+        self.node = SimpleNamespace(parts=LiveParts(), get_logger=lambda: SimpleNamespace(info=print))
 
     def on_thread(self, work):
         work()
@@ -128,24 +130,24 @@ class Ros:
     ],
 )
 def test_a_hand_that_says_something_else_does_not_drive(bench, said, drives):
-    viewers = Viewers(Ros(bench.driving))
-    viewers._heed(SimpleNamespace(scope={ROLE: Role.RUN}), said.split())
+    viewers = RobotViewers(Ros(bench.driving))
+    viewers.heed(SimpleNamespace(scope={ROLE: Role.RUN}), said.split())
     assert bool(bench.take()) is drives
 
 
 def test_who_may_only_look_does_not_drive(bench):
-    viewers = Viewers(Ros(bench.driving))
-    viewers._heed(SimpleNamespace(scope={ROLE: Role.LOOK}), ["drive", "1", "0"])
-    viewers._heed(SimpleNamespace(scope={}), ["drive", "1", "0"])
+    viewers = RobotViewers(Ros(bench.driving))
+    viewers.heed(SimpleNamespace(scope={ROLE: Role.LOOK}), ["drive", "1", "0"])
+    viewers.heed(SimpleNamespace(scope={}), ["drive", "1", "0"])
     assert bench.take() == []
 
 
 def test_what_somebody_wants_to_see_is_heard_and_no_more():
     ros = Ros(None)
-    viewers = Viewers(ros)
+    viewers = RobotViewers(ros)
     first, second = object(), object()
-    viewers._heed(first, ["want", "scene", "camera", "/etc/passwd"])
-    viewers._heed(second, ["want", "local_costmap"])
+    viewers.heed(first, ["want", "scene", "camera", "/etc/passwd"])
+    viewers.heed(second, ["want", "local_costmap"])
     assert ros.wanted == {"scene", "camera", "local_costmap"}
-    viewers._heed(first, ["want"])
+    viewers.heed(first, ["want"])
     assert ros.wanted == {"local_costmap"}
