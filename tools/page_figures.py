@@ -10,6 +10,7 @@ import argparse
 import http.client
 import json
 import os
+import shutil
 import socket
 import statistics
 import subprocess
@@ -23,7 +24,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from tools.tables import table, write_between_marks
+from tools.tables import milliseconds, table, write_between_marks
 
 NODES = 2_000
 RUNS = 10_000
@@ -169,7 +170,9 @@ class Viewer(threading.Thread):
         self.bytes = 0
         self.parts: dict[str, Any] = {}
         self.ended = False
-        self.socket = connect(f"ws://127.0.0.1:{page.port}/live", origin=f"http://127.0.0.1:{page.port}")
+        self._open = ExitStack()
+        address, origin = f"ws://127.0.0.1:{page.port}/live", f"http://127.0.0.1:{page.port}"
+        self.socket = self._open.enter_context(connect(address, origin=origin))
         self.start()
 
     def run(self) -> None:
@@ -188,7 +191,7 @@ class Viewer(threading.Thread):
         """Leave."""
         self.ended = True
         self.join()
-        self.socket.close()
+        self._open.close()
 
 
 @contextmanager
@@ -231,6 +234,37 @@ def looked_at(page: Page, viewers: int, *, deaf: bool = False) -> tuple[float, f
         for each in looking:
             each.close()
     return share, frames / passed / max(viewers, 1)
+
+
+def in_a_browser(page: Page) -> str:
+    """Return how smoothly a browser shows what comes: the pauses between the pictures that it draws."""
+    from playwright.sync_api import sync_playwright
+
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        return "not measured: apt install chromium"
+    with sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        opened = browser.new_page(viewport={"width": 1280, "height": 800})
+        opened.goto(f"http://localhost:{page.port}/")
+        opened.wait_for_selector("[role=treeitem]")
+        pauses = opened.evaluate(_PAUSES)
+        rows = opened.locator("[role=treeitem]").count()
+        browser.close()
+    pauses.sort()
+    median, late = milliseconds(pauses, 0.5), milliseconds(pauses, 0.99)
+    return f"a picture every {median}, 99 of 100 within {late}; {rows} rows of the tree are in the page"
+
+
+_PAUSES = """() => new Promise(done => {
+  const pauses = [], begin = performance.now(); let last = begin;
+  const next = now => {
+    pauses.push((now - last) / 1000); last = now;
+    if (now - begin < 10000) requestAnimationFrame(next); else done(pauses);
+  };
+  requestAnimationFrame(next);
+})"""
+"""The seconds between two pictures, for ten seconds."""
 
 
 def after_a_death(page: Page) -> float:
@@ -298,7 +332,7 @@ def flood(page: Page) -> str:
     from websockets.exceptions import ConnectionClosed
 
     viewer, hostile = Viewer(page), Viewer(page)
-    hostile.ended = True
+    hostile.ended = True  # it takes nothing any more
     hostile.join()
     ended = "all are taken"
     try:
@@ -310,7 +344,7 @@ def flood(page: Page) -> str:
     time.sleep(3.0)
     beside = (viewer.frames - before) / 3.0
     viewer.close()
-    hostile.socket.close()
+    hostile.close()
     return f"{ended}; the viewer beside it gets {beside:.1f} frames a second"
 
 
@@ -341,6 +375,8 @@ def rows(folder: Path) -> Iterator[Sequence[str]]:
                 share, frames = looked_at(page, VIEWERS)
                 what = f"{VIEWERS} viewers, a tree of {NODES:,} nodes that changes {rate:g} times a second"
                 yield what, f"{share:.1%} of a core, {frames:.1f} frames a second each"
+        with robot_process(NODES, 2.0):
+            yield f"a browser with a tree of {NODES:,} nodes", in_a_browser(page)
         yield (
             "the mission server is killed and started: until a viewer sees its run",
             f"{after_a_death(page):.1f} s, with the start of the process",

@@ -74,10 +74,7 @@ class HeardTopics:
             self._node.create_subscription(load_interface(type_name), name, count, qos, raw=True)
 
 
-def recorded_in(folder: Path) -> Counter[tuple[str, bytes]]:
-    """Return what the recordings of a folder hold: (topic, serialised message) -> how often."""
-    found: Counter[tuple[str, bytes]] = Counter()
-    for file in sorted(folder.glob("*.mcap")):
-        with AnyReader([file]) as reader:
-            found.update((connection.topic, bytes(data)) for connection, _, data in reader.messages())
-    return found
+def recorded_in(file: Path) -> Counter[tuple[str, bytes]]:
+    """Return what a recording holds: (topic, serialised message) -> how often."""
+    with AnyReader([file]) as reader:
+        return Counter((connection.topic, bytes(data)) for connection, _, data in reader.messages())

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -120,6 +121,25 @@ def test_the_map_grows_and_the_robot_is_in_it(ros: Any, tmp_path: Path) -> None:
     ros.spin_until(lambda: len(driver.maps) > before)
     assert driver.poses[-1].distance_to(Pose2(2.0, 0.0)) < 0.15, "it goes on where it ended"
     ros.close_node(again)
+
+
+def test_what_a_bumper_meets_is_a_wall_of_the_map(ros: Any) -> None:
+    ros.add(MappingNode(parameters={"map_update_period": 0.1}))
+    driver = Driver(ros)
+    stops = driver.node.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
+    driver.sense()
+    driver.drive_to(1.8)
+
+    def before_it() -> Any:
+        grid = driver.maps[-1]
+        return grid.cells[grid.cell_of(driver.world.pose.x - 1.0 + 0.2, 0.0)]
+
+    assert before_it() == 0
+    ros.spin_until(stops.get_subscription_count)
+    stops.publish(StopReason(code="bumper", text="both bumpers are pressed"))
+    ros.spin_for(0.2)
+    while before_it() != 100:
+        driver.sense()
 
 
 @pytest.mark.slow

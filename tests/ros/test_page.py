@@ -17,6 +17,7 @@ pytest.importorskip("rclpy")
 connect = pytest.importorskip("websockets.sync.client").connect
 
 from florence_interfaces.msg import RunState  # noqa: E402
+from geometry_msgs.msg import Twist  # noqa: E402
 from nav_msgs.msg import Path as PathMsg  # noqa: E402
 from sensor_msgs.msg import LaserScan as LaserScanMsg  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
@@ -128,12 +129,55 @@ def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any,
     assert ahead == pytest.approx([1.0 + 0.878, 2.0 + 0.479], abs=0.02)
     assert viewer.parts["map"]["origin"] == [-1.0, -0.5, 0.0] and viewer.parts["map"]["size"] == [3.0, 2.0]
     assert viewer.parts["run"]["mission"] == "greet"
-    status, picture = get(page, "/picture/map.png")
+    status, picture = get(page, "/picture/map")
     assert status == 200 and picture.startswith(b"\x89PNG")
     robot.override.publish(Bool(data=True))
     ros.spin_until(lambda: viewer.take()["state"]["override"])
     viewer.close()
     ros.spin_until(lambda: not robot.scan.get_subscription_count(), what="the end of the subscriptions")
+
+
+def test_a_hand_drives_while_the_override_is_on_and_a_viewer_that_vanishes_stops_the_robot(
+    ros: Any, page: int
+) -> None:
+    robot = ros.add(Robot())
+    commands: list[float] = []
+    robot.create_subscription(
+        Twist, "manual_cmd_vel", lambda message: commands.append(message.linear.x), RELIABLE
+    )
+    viewer = Viewer(page)
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    viewer.socket.send("drive 1 0")
+    robot.override.publish(Bool(data=True))
+    ros.spin_until(lambda: viewer.take()["state"]["override"])
+    assert commands == [], "what was said before the override does not count"
+
+    def drives() -> bool:
+        viewer.socket.send("drive 0.5 0")
+        return bool(commands)
+
+    ros.spin_until(drives, what="a command")
+    assert commands[-1] == pytest.approx(0.5 * viewer.parts["state"]["speeds"][0])
+    viewer.close()
+    ros.spin_until(lambda: commands[-1] == 0.0, what="the stop")
+    commands.clear()
+    ros.spin_for(0.5)
+    assert commands == []
+
+
+def test_a_costmap_is_heard_on_request_only(ros: Any, page: int) -> None:
+    robot = ros.add(Robot())
+    costs = robot.create_publisher(type(_map()), "local_costmap/costmap", LATCHED)
+    costs.publish(_map())
+    viewer = Viewer(page)
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    assert not costs.get_subscription_count() and "local_costmap" not in viewer.parts
+    viewer.socket.send("want scene local_costmap")
+    ros.spin_until(lambda: viewer.take().get("local_costmap"), what="the costmap")
+    assert get(page, "/picture/local_costmap")[0] == 200
+    viewer.socket.send("want scene")
+    ros.spin_until(lambda: not costs.get_subscription_count(), what="the end of the subscription")
+    viewer.close()
 
 
 def test_a_viewer_that_takes_nothing_delays_nobody(ros: Any, page: int) -> None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
+import signal
 import socket
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -40,9 +44,16 @@ ROBOT = """canvas => {
 """Where the robot is drawn: the middle of everything in its colour."""
 
 
+@dataclass(frozen=True)
+class System:
+    """A running system: the address of its page, and its folder."""
+
+    address: str
+    folder: Path
+
+
 @pytest.fixture(scope="module")
-def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of the page of a running system."""
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     folder = tmp_path_factory.mktemp("system")
     with socket.socket() as server:
         server.bind(("127.0.0.1", 0))
@@ -54,7 +65,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         up = Child(words, folder / "up.txt")
         try:
             up.wait_for("Ctrl-C ends all", 5.0 * GENEROUS_S)
-            yield f"http://localhost:{port}/"
+            yield System(f"http://localhost:{port}/", folder / "up")
         finally:
             up.end()
 
@@ -68,7 +79,7 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture
-def page(browser: Any, system: str) -> Iterator[Any]:
+def page(browser: Any, system: System) -> Iterator[Any]:
     """A viewer of the page, who sees the map; what the browser reports as an error fails the test."""
     opened = browser.new_page(viewport={"width": 1280, "height": 800})
     opened.set_default_timeout(PATIENCE_MS)
@@ -77,7 +88,7 @@ def page(browser: Any, system: str) -> Iterator[Any]:
     opened.on("pageerror", lambda error: errors.append(str(error)))
     for _ in range(100):
         try:
-            opened.goto(system)
+            opened.goto(system.address)
             break
         except playwright.Error:  # the page is a process that nothing waits for
             opened.wait_for_timeout(500)
@@ -169,6 +180,20 @@ def test_layers_come_on_request(page: Any) -> None:
     page.wait_for_function("document.querySelector('img[alt^=what]').naturalWidth > 100")
     page.get_by_role("button", name="camera").click()
     expect(picture).to_have_count(0)
+
+
+def test_the_page_dies_and_comes_back_while_the_mission_goes_on(page: Any, system: System) -> None:
+    start_by_form(page, "goto_user")
+    expect(page.get_by_role("status")).to_contain_text("goto_user runs")
+    pid = int((system.folder / "up" / "page").read_text())
+    os.kill(pid, signal.SIGKILL)
+    expect(page.get_by_text("no connection; trying again")).to_be_visible()
+    expect(page.get_by_text("no connection; trying again")).to_have_count(0)
+    expect(page.get_by_role("status")).to_contain_text("goto_user")
+    assert int((system.folder / "up" / "page").read_text()) != pid
+    expect(page.get_by_role("status")).not_to_contain_text("was stopped")
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.get_by_role("status")).not_to_contain_text("runs")
 
 
 def test_a_run_is_looked_at_as_it_ran(page: Any) -> None:

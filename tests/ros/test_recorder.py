@@ -18,6 +18,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import String
 
+from florence_bt.app.recording import node as recording
 from florence_bt.app.recording.node import RecorderNode
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.node import FlorenceNode
@@ -127,7 +128,10 @@ def test_the_time_is_that_of_the_simulation_from_the_first_message_on(ros: Any, 
     assert stamps["/words"] == stamps["/map"] == 17_500_000_000
 
 
-def test_a_publisher_that_offers_less_is_heard_too(ros: Any, tmp_path: Path) -> None:
+def test_a_publisher_that_offers_less_is_heard_too(
+    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording, "LOOKS_AT_KNOWN", 1)
     robot = ros.add(Robot())
     recorder = record(ros, robot, tmp_path)
     other = ros.add(FlorenceNode("other")).create_publisher(String, "words", SENSOR)

@@ -211,7 +211,7 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         plain.wait_until_known()
         assert "no mission has run yet" in call(MissionStatus, "/florence_bt/status").tree
         assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "hall"
-        assert topics_of_layouts() <= plain.topics()
+        wait_for(lambda: topics_of_layouts() <= plain.topics(), "the topics of the layouts")
 
         bad = call(RunMission, "/florence_bt/run_mission", RunMission.Request(mission="goto_usr"))
         assert not bad.accepted and "goto_user" in bad.message
@@ -232,6 +232,8 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
             assert not second.success and "patrol is running" in second.message, second.message
             assert "preempt" in second.message
         assert "patrol" in florence("status").stdout
+        kill_recorder(folder, output)
+        assert state() == "RUNNING", "nothing depends on it"
         stopped = florence("stop")
         assert stopped.returncode == 0, stopped.stderr
         wait_for(lambda: state() == "STOPPED", "the stop")
@@ -243,6 +245,7 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         wait_for(lambda: state() == "SUCCEEDED", "the way to the kitchen")
         assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "kitchen"
 
+        wait_for(lambda: len(recordings(folder)) == 2, "the next recording")
         with HeardTopics() as heard:
             done = florence("run", "goto_user", "--headless")
         assert done.returncode == 0 and "goto_user: SUCCEEDED" in done.stdout, done.stdout + done.stderr
@@ -260,12 +263,26 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         last = journal.runs(1, "patrol")[0]
         assert last.state == "STOPPED"
         assert "stop_asked" in [event.kind for event in journal.events(last.run_id)]
-    check_recording(folder / "recordings", heard)
+    check_recording(recordings(folder)[-1], heard)
 
 
-def check_recording(folder: Path, heard: HeardTopics) -> None:
+def kill_recorder(folder: Path, output: Path) -> None:
+    (victim,) = (
+        pid for pid in processes_of(folder) if b"\0recorder\0" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    )
+    os.kill(victim, signal.SIGKILL)
+    said = "the process 'recorder' was killed by SIGKILL"
+    wait_for(lambda: said in output.read_text(), "the death of the recorder")
+    assert "the robot is stopped" not in output.read_text()
+
+
+def recordings(folder: Path) -> list[Path]:
+    return sorted((folder / "recordings").glob("*.mcap"))
+
+
+def check_recording(file: Path, heard: HeardTopics) -> None:
     """Every message that another subscriber heard is recorded, byte for byte, and none is there twice."""
-    recorded = recorded_in(folder)
+    recorded = recorded_in(file)
     topics = Counter[str]()
     for (topic, _), count in heard.messages.items():
         topics[topic] += count

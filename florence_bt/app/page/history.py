@@ -10,7 +10,7 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from florence_bt.app.page.components import MapView, TreeView
-from florence_bt.app.runs.playback import MOST_EVENTS, Playback, RunsPage, read_playback, read_runs
+from florence_bt.app.runs.playback import MOST_EVENTS, Moment, Playback, RunsPage, read_playback, read_runs
 from florence_bt.core.errors import FlorenceError
 from florence_bt.runtime.journal import JournaledRun
 from florence_bt.runtime.run import RunStatus
@@ -125,6 +125,8 @@ class RunPage:
         ui.query(".nicegui-content").classes("p-2 gap-1 w-full h-screen no-wrap")
         self._show_head()
         last = len(playback) - 1
+        self._wanted = self._shown = last
+        self._busy = False
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.button(icon="chevron_left", on_click=lambda: self._step(-1)).props("flat dense").mark("before")
             self._slider = (
@@ -137,7 +139,7 @@ class RunPage:
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             self._map = MapView(path=playback.path, person=playback.person).classes("w-full h-full")
             self._tree = TreeView(nodes=playback.nodes, cause=playback.run.cause).classes("w-full h-full")
-        self._show(last)
+        self._show(playback.moment(last))
 
     def _show_head(self) -> None:
         run = self._playback.run
@@ -156,12 +158,21 @@ class RunPage:
     def _step(self, by: int) -> None:
         self._slider.value = min(max(self._slider.value + by, 0), len(self._playback) - 1)
 
-    def _on_slide(self, event: ValueChangeEventArguments) -> None:
+    async def _on_slide(self, event: ValueChangeEventArguments) -> None:
+        """Show the step that was chosen last; it is worked out on a thread: others look at the page, too."""
         if isinstance(event.value, int | float):
-            self._show(int(event.value))
+            self._wanted = int(event.value)
+        if self._busy:
+            return
+        self._busy = True
+        try:
+            while self._shown != self._wanted:
+                self._shown = self._wanted
+                self._show(await asyncio.to_thread(self._playback.moment, self._shown))
+        finally:
+            self._busy = False
 
-    def _show(self, number: int) -> None:
-        moment = self._playback.moment(number)
+    def _show(self, moment: Moment) -> None:
         self._text.text = f"+{moment.at:.1f} s {moment.text}"
         self._map.show_way(moment.points)
         self._tree.show_nodes(moment.nodes)

@@ -23,7 +23,7 @@ from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, SWITCH_OVERRIDE
 
-ANSWER_S = 5.0
+ANSWER_S = 10.0
 """Wall seconds to wait for the answer of a service."""
 _SPIN_S = 0.2
 LOOK_S = 1.0

@@ -29,9 +29,9 @@ from florence_bt.ros.qos import NO_EVENTS
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
-LOOKS_AT_ALL = 10
-"""Every so many looks the offers of all publishers are looked at, which takes up to 1 ms a topic; else where
-their number has changed."""
+LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
+"""Every so many looks the publishers of known topics are counted, and all their offers looked at: for each
+topic the one takes a tenth of a millisecond, the other a whole one."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
@@ -171,8 +171,11 @@ class RecorderNode(FlorenceNode):
         return below and "/_" not in name
 
     def _follow(self, name: str, type_name: str) -> None:
-        topic, count = self._topics.get(name), self.count_publishers(name)
-        if topic is not None and topic.publishers == count and self._looks % LOOKS_AT_ALL:
+        topic = self._topics.get(name)
+        if topic is not None and self._looks % LOOKS_AT_KNOWN:
+            return
+        count = self.count_publishers(name)
+        if topic is not None and topic.publishers == count and self._looks % LOOKS_AT_OFFERS:
             return
         publishers = self.get_publishers_info_by_topic(name)
         if not publishers:

@@ -101,12 +101,13 @@ def _points(path: Any) -> Iterator[tuple[float, Point]]:
 
 def _words(event: JournaledEvent) -> str:
     because = f": {event.reason}" if event.reason else ""
+    node = " › ".join(event.node.split("/")[-2:])  # many are called sequence
     if event.kind == EventKind.NODE.value:
-        return f"{event.node}: {event.new.lower()}{f' — {event.reason}' if event.reason else ''}"
+        return f"{node}: {event.new.lower()}{f' — {event.reason}' if event.reason else ''}"
     if event.kind == EventKind.SKILL_STARTED.value:
-        return f"{event.node}: {event.skill} begins"
+        return f"{node}: {event.skill} begins"
     if event.kind == EventKind.SKILL_ENDED.value:
-        return f"{event.node}: {event.skill} ends, {event.code}{because}"
+        return f"{node}: {event.skill} ends, {event.code}{because}"
     how = f" {event.new.lower()}" if event.kind == EventKind.ENDED.value else ""
     return f"the run {event.kind.replace('_', ' ')}{how}{because}"
 

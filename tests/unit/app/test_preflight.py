@@ -157,7 +157,7 @@ def test_a_folder_may_lie_deeper_than_the_path_of_a_socket(tmp_path):
 
 
 def test_the_processes_of_a_bring_up():
-    assert list(processes(BringUp(folder="x", record=True))) == list(NODES)
+    assert list(processes(BringUp(folder="x", record=True, page_port=8080))) == list(NODES)
     assert "simulator" not in processes(BringUp(folder="x", simulated=False))
     with pytest.raises(ConfigError, match=r"'navigatio'.*navigation"):
         factories("navigatio", BringUp(folder="x"))

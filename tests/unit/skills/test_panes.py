@@ -83,7 +83,7 @@ def test_the_room_in_a_mirror_is_not_on_the_map() -> None:
     grid = drawn(World(START, boxes=[*ROOM, *WALL, *MIRRORED]))
     assert (cells_at(grid, behind) == UNKNOWN).all()
     across = [
-        (cells_at(grid, (x, -0.1, x + 0.01, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
+        (cells_at(grid, (x, -0.1, x + 0.05, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
     ]
     assert np.mean(across) > 0.9
     assert (cells_at(grid, (0.7, 0.5, 4.0, 2.2)) == FREE).mean() > 0.9
@@ -97,7 +97,7 @@ def test_a_doorway_stays_open() -> None:
 def test_glass_is_a_wall_where_it_was_looked_at_squarely() -> None:
     grid = drawn(GlassWorld(START, boxes=[*ROOM, *WALL, *OTHER_ROOM]))
     across = [
-        (cells_at(grid, (x, -0.1, x + 0.01, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
+        (cells_at(grid, (x, -0.1, x + 0.05, 0.11)) == OCCUPIED).any() for x in np.arange(1.5, 2.6, 0.05)
     ]
     assert np.mean(across) > 0.9
 
@@ -107,3 +107,13 @@ def test_what_was_touched_is_a_wall() -> None:
     there = (3.7, 2.0, 3.9, 2.2)
     assert (cells_at(drawn(World(START, boxes=boxes)), there) == FREE).all()
     assert (cells_at(drawn(World(START, boxes=boxes), [Pose2(3.6, 2.1, 0.1)]), there) == OCCUPIED).any()
+
+
+def test_who_touches_something_in_passing_does_not_close_a_doorway() -> None:
+    boxes = [*ROOM, *WALL, *OTHER_ROOM]
+    middle = (GAP[0] + GAP[1]) / 2.0
+    squarely, askew = Pose2(middle, 0.2, -math.pi / 2.0), Pose2(middle - 0.15, 0.15, -0.7)
+    for touch, closed in ((squarely, True), (askew, False)):
+        grid = drawn(World(START, boxes=boxes), [touch])
+        at_ends = [cells_at(grid, (x, -0.1, x + 0.1, 0.1)) for x in (GAP[0] + 0.15, GAP[1] - 0.25)]
+        assert all((cells == OCCUPIED).any() == closed for cells in at_ends), touch

@@ -122,13 +122,15 @@ class GridBuilder:
 
     def _at_panes(self) -> NDArray[np.bool_]:
         """Tell where panes are."""
-        there = np.zeros(self._hits.shape, bool)
+        rows, columns = self._hits.shape
+        there = np.zeros((rows, columns), bool)
         for pane in self._panes:
             steps = 2 + math.ceil(2.0 * math.dist(pane.start, pane.end) / self._resolution)
-            points = np.linspace(pane.start, pane.end, steps) / self._resolution
-            cells = np.floor(points).astype(int) - self._low
-            column, row = cells[:, 0], cells[:, 1]
-            inside = (row >= 0) & (row < there.shape[0]) & (column >= 0) & (column < there.shape[1])
+            column, row = (
+                np.floor(np.linspace(start, end, steps) / self._resolution).astype(int) - low
+                for start, end, low in zip(pane.start, pane.end, self._low, strict=True)
+            )
+            inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
             there[row[inside], column[inside]] = True
         return there
 

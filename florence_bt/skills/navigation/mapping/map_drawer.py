@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from florence_bt.core.geometry import Pose2
@@ -10,9 +11,13 @@ from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 from florence_bt.skills.navigation.mapping.panes import Pane, find_panes
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
+from florence_bt.skills.navigation.mapping.wall_direction import wall_direction
 
-_LOOK_EVERY = 5
-"""Kept scans from one look for panes to the next."""
+_NEAR_M, _SEEN_M = 4.0, 6.5
+"""With each newer map panes are looked for so near to the robot, by the map and the scans of so far around;
+all of them when the past was corrected."""
+_TURN_EVERY = 20
+"""Kept scans from one look at how the walls run to the next."""
 _SAME_M = 0.15
 """A pane that was found again so near is drawn where it was."""
 
@@ -27,7 +32,8 @@ class MapDrawer:
     def __init__(self, parameters: SlamParameters) -> None:
         self._p = parameters
         self._seen = self._cut = _Drawing(parameters, ())
-        self._revision = self._looked = self._touches = 0
+        self._revision = self._looked = self._touches = self._turned = 0
+        self._angle = 0.0
         self.panes: tuple[Pane, ...] = ()
 
     def draw(
@@ -51,17 +57,58 @@ class MapDrawer:
         if not self._p.find_panes:
             return grid
         panes = self.panes
-        if corrected or len(scans) - self._looked >= _LOOK_EVERY or len(touches) != self._touches:
+        if corrected or (len(scans), len(touches)) != (self._looked, self._touches):
             self._looked, self._touches = len(scans), len(touches)
-            panes = tuple(self._known(each) for each in find_panes(grid, scans, poses, touches, panes))
+            if corrected or len(scans) >= self._turned:
+                self._angle, self._turned = -wall_direction(grid), len(scans) + _TURN_EVERY
+            panes = self._find(grid, scans, poses, touches, poses[-1] if scans and not corrected else None)
         if corrected or panes != self.panes:
             self.panes = panes
             self._cut = _Drawing(self._p, panes)
         return self._cut.draw(scans, poses) if panes else grid
 
+    def _find(
+        self,
+        grid: OccupancyGrid,
+        scans: Sequence[KeptScan],
+        poses: Sequence[Pose2],
+        touches: Sequence[Pose2],
+        here: Pose2 | None,
+    ) -> tuple[Pane, ...]:
+        """Find the panes that are near to the robot, and keep the others; all anew without a place."""
+        if here is None:
+            found = find_panes(grid, self._angle, scans, poses, touches, self.panes)
+            return tuple(self._known(each) for each in found)
+        around = [number for number, pose in enumerate(poses) if here.distance_to(pose) <= _SEEN_M]
+        found = find_panes(
+            _window(grid, here, _SEEN_M),
+            self._angle,
+            [scans[number] for number in around],
+            [poses[number] for number in around],
+            [touch for touch in touches if here.distance_to(touch) <= _SEEN_M],
+            self.panes,
+        )
+        place = here.x, here.y
+        far = [each for each in self.panes if math.dist(each.middle, place) > _NEAR_M]
+        near = [self._known(each) for each in found if math.dist(each.middle, place) <= _NEAR_M]
+        return (*far, *near)
+
     def _known(self, pane: Pane) -> Pane:
         """Return the pane as it was drawn before, or the new one."""
         return next((each for each in self.panes if each.is_near(pane, _SAME_M)), pane)
+
+
+def _window(grid: OccupancyGrid, here: Pose2, reach: float) -> OccupancyGrid:
+    """Return the part of a map so far around a place, metres."""
+    row, column = grid.cell_of(here.x, here.y)
+    cells = round(reach / grid.resolution)
+    low_row, low_column = max(0, row - cells), max(0, column - cells)
+    part = grid.cells[low_row : max(0, row + cells + 1), low_column : max(0, column + cells + 1)]
+    x, y = (
+        start + low * grid.resolution
+        for start, low in ((grid.origin.x, low_column), (grid.origin.y, low_row))
+    )
+    return OccupancyGrid(grid.resolution, Pose2(x, y), part)
 
 
 class _Drawing:

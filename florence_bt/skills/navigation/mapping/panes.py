@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
 from florence_bt.skills.navigation.mapping._kernels import look_through
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
-from florence_bt.skills.navigation.mapping.wall_direction import turned, wall_direction
+from florence_bt.skills.navigation.mapping.wall_direction import turned
 
 _WIDTH_M = 0.45, 2.4
 """Of a gap."""
@@ -32,8 +33,9 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_EVERY, _BEAMS, _SCANS = 2, 150, 4
-"""Of so many beams one is looked at; so many of these, in so many scans, tell that a gap is a mirror."""
+_EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 120, 4, 8
+"""Of so many beams one is looked at; so many of these, in so many scans, with so many in each on the average,
+tell that a gap is a mirror."""
 _NOT_FOLDED = 0.03
 """Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
 behind."""
@@ -54,6 +56,7 @@ _TOUCH_M, _TOUCHED_M, _FRONT_M = 0.12, 0.2, 0.2
 """How near to a gap a touch belongs to it; half of the width of what was touched elsewhere; how far before
 the middle of the robot its bumper is."""
 _ACROSS_RAD = math.radians(35.0)
+_ACROSS = math.cos(_ACROSS_RAD)
 """What was touched stands along the walls when the robot met it less askew than this."""
 
 
@@ -178,7 +181,8 @@ class Evidence:
         Args:
             known: Whether it was one before: then it takes more to say that it is none.
         """
-        enough = self.folded >= max(_BEAMS, self.unknown) and self.scans >= _SCANS
+        least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
+        enough = self.folded >= least and self.scans >= _SCANS
         doubt = _DOUBT if known else 1.0
         is_mirror = enough and max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
         return is_mirror or (self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED)
@@ -265,6 +269,7 @@ class View:
 
 def find_panes(
     grid: OccupancyGrid,
+    angle: float,
     scans: Sequence[KeptScan],
     poses: Sequence[Pose2],
     touches: Sequence[Pose2] = (),
@@ -274,6 +279,7 @@ def find_panes(
 
     Args:
         grid: The map as it was seen, with rooms behind mirrors.
+        angle: By which its walls are turned to run along its axes, radians.
         scans: Of which it consists.
         poses: base_footprint at each of them, map frame.
         touches: base_footprint where the bumper met something.
@@ -282,13 +288,12 @@ def find_panes(
     Returns:
         The panes; what was touched is one where the map shows nothing.
     """
-    angle = -wall_direction(grid)
     straight, turn = turned(grid, angle), Pose2(0.0, 0.0, angle)
     view = View.of(straight, scans, [turn @ pose for pose in poses])
     felt = [turn @ touch for touch in touches]
     panes = []
     for swap in (False, True):
-        felt_at = [_swapped(_front(touch), swap=swap) for touch in felt]
+        felt_at = [_felt(touch, swap=swap) for touch in felt]
         known_at = [_swapped(pane.turned(angle).middle, swap=swap) for pane in known]
         for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at):
             ends = gap.low - _BESIDE_M, gap.high + _BESIDE_M
@@ -301,12 +306,24 @@ def find_panes(
     return [pane.turned(-angle) for pane in panes]
 
 
-def _panes_in(view: View, felt: Sequence[Point2], known: Sequence[Point2]) -> list[Gap]:
+class _Felt(NamedTuple):
+    """What a bumper met: where, along and across, and how much of the robot's heading is across, -1..1."""
+
+    place: Point2
+    across: float
+
+
+def _felt(touch: Pose2, *, swap: bool) -> _Felt:
+    across = math.cos(touch.yaw) if swap else math.sin(touch.yaw)
+    return _Felt(_swapped(_front(touch), swap=swap), across)
+
+
+def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
     """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
     found = []
     for gap in view.gaps():
         evidence = view.look(gap)
-        touched = any(gap.is_at(place) for place in felt)
+        touched = any(gap.is_at(each.place) and each.across * gap.side <= -_ACROSS for each in felt)
         was_one = any(gap.is_at(place) for place in known)
         if evidence.may_be_mirror:
             others = (replace(gap, across=gap.across + by) for by in _OFFSETS_M)

@@ -61,5 +61,21 @@ def look_at(show: Callable[[], Any], do: Callable[[User], Awaitable[None]]) -> N
     asyncio.run(session())
 
 
+async def until(condition: Callable[[], Any]) -> None:
+    """Let the page work until a condition holds."""
+    for _ in range(6000):
+        if condition():
+            return
+        await asyncio.sleep(0.01)
+    raise AssertionError("waited a minute")
+
+
+async def click(user: User, *texts: str) -> None:
+    """Click what has these texts or marks, one after the other, as soon as each is there."""
+    for text in texts:
+        await user.should_see(text, retries=600)
+        user.find(text).click()
+
+
 def actor_for(robot: NotedRobot, role: Any) -> Actor:
     return Actor(robot, role)  # type: ignore[arg-type]

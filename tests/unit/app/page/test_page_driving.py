@@ -104,6 +104,7 @@ class Ros:
 
     def __init__(self, driving):
         self.driving = driving
+        self.node = SimpleNamespace(parts=LiveParts(), get_logger=lambda: SimpleNamespace(info=print))
         self.wanted = frozenset()
         self.node = SimpleNamespace(parts=LiveParts(), get_logger=lambda: SimpleNamespace(info=print))
 

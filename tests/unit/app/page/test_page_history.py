@@ -31,16 +31,16 @@ def test_the_list_leads_to_a_run_and_its_slider_shows_it_as_it_ran(tmp_path):
         await user.should_not_see("carry")
         await user.should_see("a chair")
         user.find("earlier").click()
-        await user.should_see("carry")
+        await user.should_see("carry", retries=100)
         await user.should_not_see("earlier")
         await user.open(run_address("T-00002-fetch"))
         await user.should_see("fetch › drive")
         await user.should_see("+3.5 s")
         (slider,) = user.find("slider").elements
         slider.value = 0
-        await user.should_see("+0.0 s the run started")
+        await user.should_see("+0.0 s the run started", retries=100)
         user.find("next").click()
-        await user.should_see("fetch/look: success")
+        await user.should_see("fetch › look: success", retries=100)
 
     look_at(history_of(tmp_path), do)
 

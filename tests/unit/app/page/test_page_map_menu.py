@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from types import SimpleNamespace
 
@@ -19,7 +18,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
-from tests.unit.app.page.page_user import NotedRobot, actor_for, look_at
+from tests.unit.app.page.page_user import NotedRobot, actor_for, click, look_at, until
 
 ROOM = "{label: kitchen, kind: room, x: 1, y: 2, yaw: 90 deg, polygon: [[0, 0], [3, 0], [3, 3], [0, 3]]}"
 HERE = {"x": 1.0, "y": 2.5, "yaw": math.pi / 2}
@@ -48,17 +47,10 @@ def menu_of(robot, role):
     return show
 
 
-async def click(user, *texts):
-    for text in texts:
-        await user.should_see(text)
-        user.find(text).click()
-        await asyncio.sleep(0.05)
-
-
 def test_a_pose_is_told_with_its_room_to_who_may_only_look(robot):
     async def do(user):
         user.find("map").trigger("place", HERE)
-        await user.should_see("1.00 m, 2.50 m in kitchen")
+        await user.should_see("1.00 m, 2.50 m in kitchen", retries=600)
         await user.should_not_see("Drive there")
         await user.should_not_see("Put the place here")
 
@@ -70,9 +62,10 @@ def test_drive_there_asks_first_and_starts_a_mission_that_takes_what_it_is_given
     async def do(user):
         user.find("map").trigger("place", HERE)
         await click(user, "Drive there")
-        await user.should_see("Drive to (1.00 m, 2.50 m), 90°?")
+        await user.should_see("Drive to (1.00 m, 2.50 m), 90°?", retries=600)
         assert not robot.asked
         await click(user, "yes")
+        await until(lambda: robot.asked)
 
     look_at(menu_of(robot, Role.RUN), do)
     (request,) = robot.requests("florence_bt/run_mission")
@@ -96,6 +89,7 @@ def test_the_localiser_is_told_where_the_robot_is(robot):
     async def do(user):
         user.find("map").trigger("place", HERE)
         await click(user, "The robot is here", "yes")
+        await until(lambda: robot.lines)
 
     look_at(menu_of(robot, Role.RUN), do)
     assert robot.poses == [Pose2(1.0, 2.5, pytest.approx(math.pi / 2))]
@@ -106,11 +100,12 @@ def test_the_localiser_is_told_where_the_robot_is(robot):
 def test_a_place_is_added_or_moved_by_who_may_edit(robot, name, word):
     async def do(user):
         user.find("map").trigger("place", HERE)
-        await user.should_see("place-name")
+        await user.should_see("place-name", retries=600)
         user.find("place-name").type(name)
         await click(user, "Put the place here")
-        await user.should_see(f"{word} the place {name}")
+        await user.should_see(f"{word} the place {name}", retries=600)
         await click(user, "yes")
+        await until(lambda: robot.parts.since({})[0])
 
     look_at(menu_of(robot, Role.EDIT), do)
     (request,) = robot.requests("florenceLocator/setHotspot")

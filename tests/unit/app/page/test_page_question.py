@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from types import SimpleNamespace
 
 import pytest
@@ -13,8 +12,8 @@ pytest.importorskip("rclpy")
 from nicegui import ui
 
 from florence_bt.app.page.access import Role
-from florence_bt.app.page.question import LOOK_S, QuestionDialog
-from tests.unit.app.page.page_user import NotedRobot, actor_for, look_at
+from florence_bt.app.page.question import QuestionDialog
+from tests.unit.app.page.page_user import NotedRobot, actor_for, look_at, until
 
 
 def dialog_of(user):
@@ -29,13 +28,12 @@ def test_a_question_opens_a_dialog_that_gives_the_answer(typed):
     async def do(user):
         assert not dialog_of(user).value
         robot.question = "'Shall I come in?'"
-        await asyncio.sleep(2.0 * LOOK_S)
+        await until(lambda: dialog_of(user).value)
         await user.should_see("'Shall I come in?'")
         if typed:
             user.find("words").type(typed)
         user.find("say" if typed else "yes").click()
-        await asyncio.sleep(0.1)
-        assert not dialog_of(user).value
+        await until(lambda: not dialog_of(user).value)
 
     look_at(lambda: QuestionDialog(actor_for(robot, Role.RUN)), do)
     (request,) = robot.requests("florence_bt/answer")
@@ -47,11 +45,9 @@ def test_it_closes_when_somebody_else_has_answered():
     robot.question = "'Who is there?'"
 
     async def do(user):
-        await asyncio.sleep(2.0 * LOOK_S)
+        await until(lambda: dialog_of(user).value)
         await user.should_see("'Who is there?'")
-        assert dialog_of(user).value
         robot.question = ""
-        await asyncio.sleep(2.0 * LOOK_S)
-        assert not dialog_of(user).value
+        await until(lambda: not dialog_of(user).value)
 
     look_at(lambda: QuestionDialog(actor_for(robot, Role.RUN)), do)
