@@ -128,7 +128,10 @@ class InputForm:
         before = {name: field.value for name, field in self._fields.items()}
         self._column.clear()
         with self._column:
-            self._fields = {each["name"]: input_field(MissionPort(**each)) for each in inputs}
+            self._fields = {
+                each["name"]: input_field(MissionPort(**each)).props("dense outlined stack-label")
+                for each in inputs
+            }
         for name in before.keys() & self._fields.keys():
             if isinstance(before[name], type(self._fields[name].value)):
                 self._fields[name].value = before[name]

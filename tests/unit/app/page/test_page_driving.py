@@ -106,6 +106,7 @@ class Ros:
         self.driving = driving
         self.node = SimpleNamespace(parts=LiveParts(), get_logger=lambda: SimpleNamespace(info=print))
         self.wanted = frozenset()
+        self.node = SimpleNamespace(parts=LiveParts(), get_logger=lambda: SimpleNamespace(info=print))
 
     def on_thread(self, work):
         work()
