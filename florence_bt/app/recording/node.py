@@ -25,12 +25,13 @@ from florence_bt.core.interfaces import load_interface
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import NO_EVENTS
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
 LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
-"""Every so many looks the publishers of known topics are counted, and all their offers looked at: for a topic
-the one takes a tenth of a millisecond, the other a whole one."""
+"""Every so many looks the publishers of known topics are counted, and all their offers looked at: for each
+topic the one takes a tenth of a millisecond, the other a whole one."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
@@ -219,13 +220,18 @@ class RecorderNode(FlorenceNode):
     def _subscribe(self, topic: _Topic) -> None:
         """Subscribe to a topic that is recorded or looked at, once more if need be; else end that."""
         if topic.subscription is not None:
-            self.retire(topic.subscription)
+            self.destroy_subscription(topic.subscription)
             topic.subscription = None
         topic.turn += 1
         if topic.qos is None or not (topic.recorded or topic.viewers):
             return
         topic.subscription = self.create_subscription(
-            load_interface(topic.type_name), topic.name, self._receiver(topic), topic.qos, raw=True
+            load_interface(topic.type_name),
+            topic.name,
+            self._receiver(topic),
+            topic.qos,
+            raw=True,
+            event_callbacks=NO_EVENTS,
         )
 
     def _receiver(self, topic: _Topic) -> Callable[[bytes], None]:
