@@ -378,7 +378,7 @@ def rows(folder: Path) -> Iterator[Sequence[str]]:
         with robot_process(NODES, 2.0):
             yield f"a browser with a tree of {NODES:,} nodes", in_a_browser(page)
         yield (
-            "the mission server is killed and started: until a viewer sees its run",
+            "a process in place of the mission server is killed and started: until a viewer sees its run",
             f"{after_a_death(page):.1f} s, with the start of the process",
         )
         yield f"the first part of {RUNS:,} runs", history(page, "/runs")

@@ -217,6 +217,6 @@ def test_on_a_phone_nothing_is_wider_than_the_screen(page: Any) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     for address in ("", "runs"):
         page.goto(page.url.rpartition("/")[0] + f"/{address}")
-        page.wait_for_load_state("networkidle")
+        page.wait_for_selector("[role=status], table")
         page.wait_for_function("document.documentElement.scrollWidth <= 390")
     assert page.get_by_role("link", name="the robot").is_visible()

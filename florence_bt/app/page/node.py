@@ -308,7 +308,7 @@ class SceneNode(FlorenceNode):
         self._tree = serialised
 
     def _show_tree(self) -> None:
-        """Decode the newest tree, as often as its size allows: 2,000 nodes take a tenth of a second."""
+        """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""
         begin = self.steady.now()
         if self._tree is None or begin < self._tree_due:
             return
