@@ -87,10 +87,10 @@ def test_every_node_of_the_palette_goes_into_a_list_and_can_be_read(words):
         *(each["snippet"] for group in ("skills", "missions") for each in words[group].values()),
     ]
     for item in items:
-        last = text.count("\n") + 1
-        after, lines = insertion(text, last, item)
-        assert after == last
-        text += "\n" + lines
+        after, lines = insertion(text, 4, item)
+        assert after == 4
+        above = text.split("\n")
+        text = "\n".join([*above[:after], lines, *above[after:]])
     outline = look_at(text, "tea", [], None)["outline"]
     assert sum(row["depth"] == 1 for row in outline) == len(items) + 1
 
