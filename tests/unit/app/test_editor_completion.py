@@ -89,13 +89,8 @@ def test_every_node_of_the_palette_goes_into_a_list_and_can_be_read(words):
     for item in items:
         after, lines = insertion(text, 4, item)
         assert after == 4
-<<<<<<< HEAD
-        above, below = text.split("\n")[:4], text.split("\n")[4:]
-        text = "\n".join([*above, lines, *below])
-=======
         above = text.split("\n")
         text = "\n".join([*above[:after], lines, *above[after:]])
->>>>>>> editor
     outline = look_at(text, "tea", [], None)["outline"]
     assert sum(row["depth"] == 1 for row in outline) == len(items) + 1
 
