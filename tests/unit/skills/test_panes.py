@@ -62,7 +62,7 @@ def places() -> Iterable[Pose2]:
 
 def drawn(world: World, touches: Sequence[Pose2] = (), *, find_panes: bool = True) -> OccupancyGrid:
     """The map after a drive of which the poses are known."""
-    parameters = SlamParameters(find_panes=find_panes)
+    parameters = SlamParameters(find_panes=find_panes, find_mirrors=True)
     scans, poses = [], list(places())
     for world.pose in poses:
         scans.append(keep_scan(raw(world.scan()), UPSIDE_DOWN_LASER, parameters))

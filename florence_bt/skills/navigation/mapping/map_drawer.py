@@ -77,7 +77,9 @@ class MapDrawer:
     ) -> tuple[Pane, ...]:
         """Find the panes that are near to the robot, and keep the others; all anew without a place."""
         if here is None:
-            found = find_panes(grid, self._angle, scans, poses, touches, self.panes)
+            found = find_panes(
+                grid, self._angle, scans, poses, touches, self.panes, mirrors=self._p.find_mirrors
+            )
             return tuple(self._known(each) for each in found)
         around = [number for number, pose in enumerate(poses) if here.distance_to(pose) <= _SEEN_M]
         found = find_panes(
@@ -87,6 +89,7 @@ class MapDrawer:
             [poses[number] for number in around],
             [touch for touch in touches if here.distance_to(touch) <= _SEEN_M],
             self.panes,
+            mirrors=self._p.find_mirrors,
         )
         place = here.x, here.y
         far = [each for each in self.panes if math.dist(each.middle, place) > _NEAR_M]

@@ -175,17 +175,20 @@ class Evidence:
         """Whether a mirror may be there, or within a cell of there."""
         return self.folded >= _BEAMS // 2 and self.not_folded <= self.folded
 
-    def is_pane(self, *, known: bool) -> bool:
+    def is_pane(self, *, known: bool, mirrors: bool) -> bool:
         """Tell whether a mirror or a pane of glass is there.
 
         Args:
             known: Whether it was one before: then it takes more to say that it is none.
+            mirrors: Whether mirrors are told by what they show.
         """
         least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
         enough = self.folded >= least and self.scans >= _SCANS
         doubt = _DOUBT if known else 1.0
         is_mirror = enough and max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
-        return is_mirror or (self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED)
+        return (mirrors and is_mirror) or (
+            self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,6 +277,8 @@ def find_panes(
     poses: Sequence[Pose2],
     touches: Sequence[Pose2] = (),
     known: Sequence[Pane] = (),
+    *,
+    mirrors: bool,
 ) -> list[Pane]:
     """Find the mirrors and panes of a map.
 
@@ -284,6 +289,7 @@ def find_panes(
         poses: base_footprint at each of them, map frame.
         touches: base_footprint where the bumper met something.
         known: Panes that were found before.
+        mirrors: Whether mirrors are told by what they show.
 
     Returns:
         The panes; what was touched is one where the map shows nothing.
@@ -295,7 +301,7 @@ def find_panes(
     for swap in (False, True):
         felt_at = [_felt(touch, swap=swap) for touch in felt]
         known_at = [_swapped(pane.turned(angle).middle, swap=swap) for pane in known]
-        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at):
+        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at, mirrors=mirrors):
             ends = gap.low - _BESIDE_M, gap.high + _BESIDE_M
             low, high = (_swapped((each, gap.across), swap=swap) for each in ends)
             panes.append(Pane(low, high))
@@ -318,7 +324,7 @@ def _felt(touch: Pose2, *, swap: bool) -> _Felt:
     return _Felt(_swapped(_front(touch), swap=swap), across)
 
 
-def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
+def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2], *, mirrors: bool) -> list[Gap]:
     """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
     found = []
     for gap in view.gaps():
@@ -329,7 +335,7 @@ def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> lis
             others = (replace(gap, across=gap.across + by) for by in _OFFSETS_M)
             looks = [(evidence, gap), *((view.look(other), other) for other in others)]
             evidence, gap = max(looks, key=lambda each: each[0].surplus)
-        if touched or evidence.is_pane(known=was_one):
+        if touched or evidence.is_pane(known=was_one, mirrors=mirrors):
             found.append((evidence.surplus, gap))
     kept: list[Gap] = []
     for _, gap in sorted(found, key=lambda each: -each[0]):
