@@ -148,6 +148,7 @@ def test_a_hand_drives_while_the_override_is_on_and_a_viewer_that_vanishes_stops
     viewer = Viewer(page)
     ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
     viewer.socket.send("drive 1 0")
+    ros.spin_for(0.5)
     robot.override.publish(Bool(data=True))
     ros.spin_until(lambda: viewer.take()["state"]["override"])
     assert commands == [], "what was said before the override does not count"

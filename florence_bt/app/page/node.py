@@ -211,16 +211,22 @@ class SceneNode(FlorenceNode):
         for name in wanted & LAYERS.keys() - self._layers.keys():
             self._layers[name] = self._listen_to(name)
         for name in self._layers.keys() - wanted:
-            self.retire(self._layers.pop(name))
+            self.destroy_subscription(self._layers.pop(name))
             self._parts.put(name, None)
 
     def _listen_to(self, name: str) -> Any:
         if name == CAMERA:
-            return self.create_subscription(Image, LAYERS[name], self._on_camera, SENSOR, newest_only=True)
+            return self.create_subscription(
+                Image, LAYERS[name], self._on_camera, SENSOR, newest_only=True, event_callbacks=NO_EVENTS
+            )
         take = partial(self._on_costmap, name)
-        return self.create_subscription(OccupancyGridMsg, LAYERS[name], take, LATCHED)
+        return self.create_subscription(
+            OccupancyGridMsg, LAYERS[name], take, LATCHED, event_callbacks=NO_EVENTS
+        )
 
     def _on_costmap(self, name: str, message: OccupancyGridMsg) -> None:
+        if name not in self._layers:
+            return  # of the subscription before, which is not gone yet
         grid = grid_from_ros(message)
         try:
             frame = self._tf.buffer.lookup_pose(MAP_FRAME, message.header.frame_id)
@@ -232,7 +238,7 @@ class SceneNode(FlorenceNode):
 
     def _on_camera(self, message: Image) -> None:
         now = self.steady.now()
-        if now < self._next_picture:
+        if CAMERA not in self._layers or now < self._next_picture:
             return
         self._next_picture = now + CAMERA_S
         try:
