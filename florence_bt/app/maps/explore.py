@@ -76,6 +76,9 @@ def explore_home(files: MapFiles, console: Console, system: BringUp | None = Non
             raise
         end = run.result()
         watch.write(files)
+        for line in end.tree.splitlines():
+            if line.startswith("outputs "):  # whether the map stays open, and whether the robot is back
+                console.out(line)
         succeeded = bool(end.state == "SUCCEEDED")
         if not succeeded:
             console.out(f"the robot has not seen everything: {end.reason or end.state}")
