@@ -144,15 +144,6 @@ def test_progress_brings_the_recovery_behaviours_back() -> None:
     assert min(left) < len(RECOVERY_BEHAVIOURS) == left[-1]
 
 
-@pytest.mark.slow
-def test_a_robot_backs_out_of_a_gap_in_which_it_cannot_turn() -> None:
-    sides: tuple[Box, ...] = ((0.0, 0.6, 2.0, 1.0), (0.0, 1.42, 2.0, 1.8))
-    trip = Trip(Pose2(3.0, 1.21, math.pi), boxes=(*WALLS, *sides), on_map=(*WALLS, *sides))
-    assert trip.go(Pose2(0.7, 1.21, math.pi)).succeeded
-    assert trip.go(Pose2(3.0, 3.0, 0.0)).succeeded
-    assert trip.world.hits == 0
-
-
 def test_what_is_marked_under_the_nose_does_not_hold_a_robot_that_backs_off() -> None:
     trip = Trip(Pose2(2.0, 2.4, 0.0))
     for costmap, pose in (

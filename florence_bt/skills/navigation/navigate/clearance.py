@@ -14,6 +14,7 @@ from florence_bt.skills.navigation.navigate._rollout_kernels import count_touche
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 
 _STEP_M, _STEP_RAD = 0.025, 0.04
+_SECTOR_RAD = math.pi / 6.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +55,6 @@ class Clearance:
         return np.array([self._local.origin_x, self._local.origin_y, self._local.resolution])
 
     @property
-    def of_sensors(self) -> Clearance:
-        """The same without the map: where the robot came from is free, whatever the map knows there."""
-        return Clearance(self._local, self._pose, None, None)
-
-    @property
     def is_wedged(self) -> bool:
         """Whether the robot, with its padding, stands in something already."""
         if _touches(self._local.master, self._frame, self._pose, self._outline):
@@ -94,10 +90,20 @@ def _free_part(
     turn: float,
     outline: NDArray[np.float64],
 ) -> float:
-    if way < 0.0 and turn == 0.0:
-        # Straight back only the rear can meet anything. The front sweeps over what the robot has touched, and
-        # is marked under it: it would never get away from there.
-        outline = outline[outline[:, 0] < 0.0]
     steps = max(1, math.ceil(max(abs(way) / _STEP_M, abs(turn) / _STEP_RAD)))
     start = np.array([pose.x, pose.y, pose.yaw])
-    return float(free_motion(cells, frame, start, way, turn, steps, outline))
+    # Straight back only the rear can meet anything. The front sweeps over what the robot has touched, and
+    # is marked under it: it would never get away from there.
+    parts = _rear(outline) if way < 0.0 else []
+    if way >= 0.0 or turn != 0.0:
+        parts.append(outline)
+    return min(float(free_motion(cells, frame, start, way, turn, steps, part)) for part in parts)
+
+
+def _rear(outline: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return what leads on a way back, in sectors: a side that gets free gives no other leave to touch."""
+    x, y = outline.T
+    widest = np.abs(y) >= np.abs(y).max() - 1e-6
+    rear = outline[x < x[widest].max()]
+    sectors = np.floor(np.arctan2(rear[:, 1], -rear[:, 0]) / _SECTOR_RAD)
+    return [rear[sectors == each] for each in np.unique(sectors)]

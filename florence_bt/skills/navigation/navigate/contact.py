@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
@@ -15,10 +14,6 @@ _GET_OFF_TIME_S = 2.0
 """How long backing off may take to release a bumper, whose travel is a centimetre or two."""
 _BACK_OFF_TIME_S = 25.0
 _BACKED_M = 0.05
-_LOOK_BACK_M = 0.15
-_MOST_BEND_RAD, _BENDS_RAD = 0.3, (0.0, -0.15, 0.15, -0.3, 0.3)
-"""So far behind it must be free, with one of these turns on that way: where a gap is narrow, one corner or
-the other swings into its sides."""
 _MOST_BACK_OFFS = 3
 """So often a goal backs off from what only the bumpers feel; then it ends, as it would touch it again."""
 
@@ -61,44 +56,26 @@ class SlipWatch:
 
 
 class BackUp:
-    """Drive back a little: straight, or out of a gap on the way on which the robot came, until it can turn.
+    """Drive straight back a little.
 
     Args:
         state: Where it begins.
-        parameters: How far at least, and how fast.
+        parameters: How far and how fast.
         time_allowance: Seconds it may take.
-        farthest: Out of a gap so far at most, metres; 0: only straight back.
-
-    Attributes:
-        backed: How far it is from where it began, metres.
     """
 
-    def __init__(
-        self, state: RobotState, parameters: RecoveryParameters, time_allowance: float, farthest: float = 0.0
-    ) -> None:
+    def __init__(self, state: RobotState, parameters: RecoveryParameters, time_allowance: float) -> None:
         self._start = state.pose
         self._p = parameters
         self._deadline = state.now + time_allowance
-        self._farthest = farthest
-        self.backed = 0.0
 
     def step(self, state: RobotState) -> Twist2:
         """Return the velocity; standstill when it is over, or something or somebody is behind."""
-        self.backed = backed = self._start.distance_to(state.pose)
-        left = self._p.back_up_distance - backed
-        if left <= 0.01 and backed < self._farthest and not state.clearance.is_free(0.0, math.tau):
-            left = self._farthest - backed
-        if left <= 0.01 or state.now > self._deadline:
+        left = self._p.back_up_distance - self._start.distance_to(state.pose)
+        over = left <= 0.01 or state.now > self._deadline
+        if over or not state.clearance.is_free(-min(left + 0.05, 0.15), 0.0):
             return STANDSTILL
-        on_trail = state.trail.turn_back(state.pose) if self._farthest else None
-        clearance = state.clearance if on_trail is None else state.clearance.of_sensors
-        turn = max(-_MOST_BEND_RAD, min(_MOST_BEND_RAD, on_trail or 0.0))
-        way, speed = min(left + 0.05, _LOOK_BACK_M), self._p.back_up_speed
-        bends = (turn, *_BENDS_RAD) if self._farthest else (0.0,)
-        for bend in sorted(bends, key=lambda each: abs(each - turn)):
-            if clearance.is_free(-way, bend):
-                return state.people.slowed(state.pose, Twist2(-speed, bend * speed / way))
-        return STANDSTILL
+        return state.people.slowed(state.pose, Twist2(-self._p.back_up_speed, 0.0))
 
 
 class ContactRecovery:

@@ -39,8 +39,6 @@ from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
 _RECOVERY_TIME_S = 12.0
-_BACK_UP_TIME_S, _BACK_UP_M = 40.0, 2.5
-"""Out of where it has no room to turn the robot backs for so long and so far at most."""
 _LOOK_FROM_M = 1.6
 """From so far away the robot looks at what seems to stand at its goal, once no wall hides it: nearer the
 camera does not see what hangs over."""
@@ -81,7 +79,7 @@ class Drive:
         self._untried = list(RECOVERY_BEHAVIOURS)
         self._recovery: Spin | BackUp | None = None
         self._recovery_text = ""
-        self._came_near = self._looked = self._backed_out = False
+        self._came_near = self._looked = False
         turn = parameters.turn
         speed = max(turn.spin_min_speed, parameters.recovery.rotate_speed)
         self._rotation = replace(turn, spin_max_speed=speed)
@@ -138,9 +136,6 @@ class Drive:
 
     def _watch_progress(self, state: RobotState) -> None:
         """Count the time without progress; with it every recovery behaviour may be tried again."""
-        if isinstance(self._recovery, BackUp):
-            self._lost.skip(state.now)  # out of a gap it is a long way at this speed
-            return
         driving = self.state is DriveState.CONTROLLING
         if self._lost.saw(state.now, self.remaining if driving else math.inf):
             self._untried = list(RECOVERY_BEHAVIOURS)
@@ -332,7 +327,7 @@ class Drive:
         elif behaviour is RecoveryBehaviour.CLEARING_ROTATION:
             self._recovery = Spin(p.rotate_angle, self._rotation, state.now, _RECOVERY_TIME_S)
         else:
-            self._recovery = self._back_up(state)
+            self._recovery = BackUp(state, p, _RECOVERY_TIME_S)
         return None
 
     def _look_at_goal(self, state: RobotState) -> None:
@@ -353,13 +348,10 @@ class Drive:
     def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
         """Return the next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
         wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
-        room = wedged and not self._back_up(state).step(state).is_zero()
-        behaviour = RecoveryBehaviour.BACK_UP if room else self._untried[0]
+        room = state.clearance.is_free(-self._p.recovery.back_up_distance, 0.0)
+        behaviour = RecoveryBehaviour.BACK_UP if wedged and room else self._untried[0]
         self._untried.remove(behaviour)
         return behaviour
-
-    def _back_up(self, state: RobotState) -> BackUp:
-        return BackUp(state, self._p.recovery, _BACK_UP_TIME_S, _BACK_UP_M)
 
     def _clear(self, state: RobotState, side: float) -> None:
         costmaps, map_pose = self._costmaps, state.map_pose
@@ -394,11 +386,6 @@ class Drive:
             over = command.is_zero()
         if not over:
             return command
-        if isinstance(behaviour, BackUp) and not self._backed_out:
-            # Out of a gap the drive begins anew, once.
-            self._backed_out = behaviour.backed > self._p.recovery.progress_distance
-            if self._backed_out:
-                self._lost, self._untried = LostTime(self._p.recovery, state.now), list(RECOVERY_BEHAVIOURS)
         self._recovery = None
         self._on(DriveEvent.CLEARED)
         # What was looked at may still go away.

@@ -37,7 +37,6 @@ from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
-from florence_bt.skills.navigation.navigate.trail import Trail
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 from florence_bt.skills.robot_description.room import START_CLEARANCE_M
@@ -144,7 +143,6 @@ class Navigator:
         self._unmapped = MapDifference(self._costmaps)
         self._people = PeopleTracks(self._p.people)
         self._trails = VacatedCells()
-        self._trail = Trail()
         self._left: list[Point2] = []
         self._goal: Goal | None = None
         self._end: Result | None = None
@@ -627,10 +625,7 @@ class Navigator:
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
         place = map_from_odom or Pose2()
-        self._trail.remember(pose, odometry.twist)
-        return RobotState(
-            now, pose, odometry.twist, place, clearance, self.base_stop, people, localised, self._trail
-        )
+        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
 
     def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
         """Find the robot's place: nobody knows it, and the goal needs it."""

@@ -151,10 +151,6 @@ class LostTime:
         self._along = self._ever = math.inf
         self.seconds = 0.0
 
-    def skip(self, now: float) -> None:
-        """Leave out the time until now."""
-        self._now = now
-
     def saw(self, now: float, remaining: float) -> bool:
         """Take what is left in this cycle; whether the robot is nearer to the goal than ever before.
 

@@ -11,7 +11,6 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.trail import Trail
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 
 
@@ -83,7 +82,6 @@ class RobotState:
         stop: What holds the base.
         people: Whom it has to mind; not the person who is followed.
         localised: Whether the place in the map is known.
-        trail: The way on which it came.
     """
 
     now: float
@@ -94,7 +92,6 @@ class RobotState:
     stop: BaseStop
     people: People = field(default_factory=People)
     localised: bool = True
-    trail: Trail = field(default_factory=Trail)
 
     @property
     def map_pose(self) -> Pose2:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
-from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Point2, Twist2, normalize_angle
+from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.state import RobotState
-from florence_bt.skills.navigation.navigate.trail import Trail
 
+_STEP_M, _POINTS = 0.1, 50
+"""The way the robot came: a point at least so far from the next, so many are remembered."""
+_TO_M = 0.3
+"""It steers towards a point of that way so far behind its middle."""
 _STRAIGHT_RAD = 0.3
 """Further beside that point it turns first."""
 _TURNS_BACK_RAD = 1.0
@@ -27,12 +32,15 @@ class RetreatPath:
 
     def __init__(self, task: FollowTask) -> None:
         self._task = task
-        self._trail = Trail()
+        self._trail: deque[Point2] = deque(maxlen=_POINTS)
         self._until = -math.inf
 
     def remember(self, state: RobotState) -> None:
         """Take the robot's place of a cycle."""
-        self._trail.remember(state.pose, state.twist)
+        here = state.pose.x, state.pose.y
+        forward = state.twist.linear > 0.0
+        if forward and (not self._trail or math.dist(self._trail[-1], here) >= _STEP_M):
+            self._trail.append(here)
 
     def begin(self, now: float) -> None:
         """Back out a little, from the next cycle on."""
@@ -55,15 +63,21 @@ class RetreatPath:
             bearing: Of the person who is given way to; the robot does not turn its back on them.
             speed: m/s, limited by ``follow_back_speed``.
         """
-        on_way = self._trail.turn_back(state.pose)
+        trail, pose = self._trail, state.pose
+        while trail and math.dist(trail[-1], (pose.x, pose.y)) < _TO_M:
+            trail.pop()
         back = -min(speed, self._task.params.follow_back_speed)
         if back == 0.0 or self._is_somebody_behind(state):
             return STANDSTILL
-        on_trail = on_way is not None and abs(normalize_angle(bearing - on_way)) <= _TURNS_BACK_RAD
-        left = on_way if on_way is not None and on_trail else 0.0
+        left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
+        on_trail = bool(trail) and abs(normalize_angle(bearing - left)) <= _TURNS_BACK_RAD
+        if not on_trail:
+            left = 0.0
         turn = self._task.motions.turning_speed(left)
         straight = back if abs(left) < _STRAIGHT_RAD else 0.0
-        come = state.clearance.of_sensors if on_trail else state.clearance
+        # Where it came from is free, whatever the map knows there.
+        costmap = self._task.costmaps.local_costmap
+        come = Clearance(costmap, pose, None, None) if on_trail else state.clearance
         ways = (Twist2(straight, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
         for command, clearance in ways:
             if not command.is_zero() and any(
