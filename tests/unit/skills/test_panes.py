@@ -117,3 +117,18 @@ def test_who_touches_something_in_passing_does_not_close_a_doorway() -> None:
         grid = drawn(World(START, boxes=boxes), [touch])
         at_ends = [cells_at(grid, (x, -0.1, x + 0.1, 0.1)) for x in (GAP[0] + 0.15, GAP[1] - 0.25)]
         assert all((cells == OCCUPIED).any() == closed for cells in at_ends), touch
+
+
+def test_where_the_robot_drives_through_is_no_pane() -> None:
+    world, middle = World(START, boxes=[*ROOM, *WALL, *OTHER_ROOM]), (GAP[0] + GAP[1]) / 2.0
+    parameters, drawer = SlamParameters(), MapDrawer(SlamParameters())
+    touch, doorway = Pose2(middle, 0.2, -math.pi / 2.0), (GAP[0] + 0.2, -0.1, GAP[1] - 0.2, 0.1)
+    scans, poses = [], []
+    closed = []
+    for y in (1.6, 1.2, 0.8, 0.4, 0.2, -0.3, -0.8):
+        world.pose = Pose2(middle, y, -math.pi / 2.0)
+        poses.append(world.pose)
+        scans.append(keep_scan(raw(world.scan()), UPSIDE_DOWN_LASER, parameters))
+        grid = drawer.draw(scans, poses, 0, [touch] if y < 0.3 else [])
+        closed.append(bool((cells_at(grid, doorway) == OCCUPIED).any()))
+    assert closed == [False, False, False, False, True, False, False]

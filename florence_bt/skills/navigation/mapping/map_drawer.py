@@ -62,7 +62,7 @@ class MapDrawer:
             if corrected or len(scans) >= self._turned:
                 self._angle, self._turned = -wall_direction(grid), len(scans) + _TURN_EVERY
             panes = self._find(grid, scans, poses, touches, poses[-1] if scans and not corrected else None)
-        if corrected or panes != self.panes:
+        if corrected or set(panes) != set(self.panes):
             self.panes = panes
             self._cut = _Drawing(self._p, panes)
         return self._cut.draw(scans, poses) if panes else grid
@@ -80,7 +80,7 @@ class MapDrawer:
             found = find_panes(
                 grid, self._angle, scans, poses, touches, self.panes, mirrors=self._p.find_mirrors
             )
-            return tuple(self._known(each) for each in found)
+            return self._known(found)
         around = [number for number, pose in enumerate(poses) if here.distance_to(pose) <= _SEEN_M]
         found = find_panes(
             _window(grid, here, _SEEN_M),
@@ -93,12 +93,15 @@ class MapDrawer:
         )
         place = here.x, here.y
         far = [each for each in self.panes if math.dist(each.middle, place) > _NEAR_M]
-        near = [self._known(each) for each in found if math.dist(each.middle, place) <= _NEAR_M]
+        near = [each for each in self._known(found) if math.dist(each.middle, place) <= _NEAR_M]
         return (*far, *near)
 
-    def _known(self, pane: Pane) -> Pane:
-        """Return the pane as it was drawn before, or the new one."""
-        return next((each for each in self.panes if each.is_near(pane, _SAME_M)), pane)
+    def _known(self, found: Sequence[Pane]) -> tuple[Pane, ...]:
+        """Return panes as they were drawn before, and the new ones."""
+        places = {
+            pane: next((each for each in self.panes if each.is_near(pane, _SAME_M)), pane) for pane in found
+        }
+        return tuple(dict.fromkeys(places.values()))
 
 
 def _window(grid: OccupancyGrid, here: Pose2, reach: float) -> OccupancyGrid:

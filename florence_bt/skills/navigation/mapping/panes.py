@@ -55,6 +55,8 @@ _SAME_M = 0.3
 _TOUCH_M, _TOUCHED_M, _FRONT_M = 0.12, 0.2, 0.2
 """How near to a gap a touch belongs to it; half of the width of what was touched elsewhere; how far before
 the middle of the robot its bumper is."""
+_BETWEEN_SCANS_M = 1.0
+"""Longer ways between two kept scans are not known to be straight."""
 _ACROSS_RAD = math.radians(35.0)
 _ACROSS = math.cos(_ACROSS_RAD)
 """What was touched stands along the walls when the robot met it less askew than this."""
@@ -292,7 +294,8 @@ def find_panes(
         mirrors: Whether mirrors are told by what they show.
 
     Returns:
-        The panes; what was touched is one where the map shows nothing.
+        The panes; what was touched is one where the map shows nothing. Where the robot has driven through
+        there is none.
     """
     straight, turn = turned(grid, angle), Pose2(0.0, 0.0, angle)
     view = View.of(straight, scans, [turn @ pose for pose in poses])
@@ -309,7 +312,30 @@ def find_panes(
         front = _front(touch)
         if not any(pane.is_at(front) for pane in panes) and not _is_known(straight, front):
             panes.append(_touched(touch))
-    return [pane.turned(-angle) for pane in panes]
+    found = [pane.turned(-angle) for pane in panes]
+    return [pane for pane in found if not _was_driven_through(pane, poses)]
+
+
+def _was_driven_through(pane: Pane, poses: Sequence[Pose2]) -> bool:
+    """Tell whether the robot has been on both sides of where a pane seems to be: then it is none."""
+    places = np.array([(pose.x, pose.y) for pose in poses])
+    if len(places) < 2:
+        return False
+    start, end = np.array(pane.start), np.array(pane.end)
+    here, then = places[:-1], places[1:]
+    across = _side(start, end, here) * _side(start, end, then) < 0.0
+    between = _side(here, then, start) * _side(here, then, end) < 0.0
+    near = np.hypot(*(then - here).T) <= _BETWEEN_SCANS_M
+    return bool(np.any(across & between & near))
+
+
+def _side(
+    start: NDArray[np.float64], end: NDArray[np.float64], point: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Tell on which side of a line points are, by sign; each is (2,) or (N, 2)."""
+    along, there = end - start, point - start
+    side: NDArray[np.float64] = along[..., 0] * there[..., 1] - along[..., 1] * there[..., 0]
+    return side
 
 
 class _Felt(NamedTuple):
