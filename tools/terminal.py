@@ -67,6 +67,7 @@ class Terminal:
         self.pid, self._master = pty.fork()
         if self.pid == 0:
             os.environ.update(TERM="xterm-256color", COLUMNS="", LINES="")
+            signal.signal(signal.SIGHUP, signal.SIG_DFL)  # as a shell does, also below nohup
             os.execv(sys.executable, [sys.executable, *command])
         self.resize(columns, lines)
         self.code: int | None = None
