@@ -51,7 +51,7 @@ def record(
     *,
     colour: bool = True,
     library: str = "",
-    wall_time: Callable[[], float] = time.time,
+    wall_time: Callable[[], float] | None = None,
     open_camera: Callable[[KinectParameters], FrameSource] = open_source,
     open_motor: Callable[[int], UsbMotor] = UsbMotor,
 ) -> Recorded:
@@ -63,7 +63,8 @@ def record(
         seconds: How long, counted from the first image.
         colour: Whether colour images are recorded too.
         library: The file of libfreenect; the usual ones when empty.
-        wall_time: Gives the moments of the images, seconds.
+        wall_time: Gives the moments of the images, seconds; by default the date at the beginning, and steady
+            seconds from there: the machine's clock may be set meanwhile.
         open_camera: Opens what the source names.
         open_motor: Opens the motor, which has the accelerometer; asked only for a Kinect on USB.
 
@@ -78,7 +79,7 @@ def record(
     with closing(open_camera(parameters)) as camera:
         camera.request(colour=colour)
         with closing(_Accelerometer(source, open_motor)) as accelerometer, RecordingWriter(folder) as writer:
-            loop = _Loop(camera, accelerometer, writer, wall_time)
+            loop = _Loop(camera, accelerometer, writer, wall_time or _date_at_first())
             interrupted = _run(loop, seconds, writer, f"{folder}", copies=source.startswith(f"{RECORDING}:"))
             return Recorded(
                 loop.last - loop.first,
@@ -113,6 +114,11 @@ def convert(source: Path, target: Path) -> tuple[int, int]:
             else:
                 writer.add(part, moment)
         return writer.depth_images, writer.colour_images
+
+
+def _date_at_first() -> Callable[[], float]:
+    begun = time.time() - time.monotonic()
+    return lambda: begun + time.monotonic()
 
 
 def _run(loop: _Loop, seconds: float, writer: RecordingWriter, folder: str, *, copies: bool) -> bool:
