@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceLost, DeviceTimeout
@@ -103,12 +104,15 @@ def convert(source: Path, target: Path) -> tuple[int, int]:
 
     Raises:
         ConfigError: The target holds such a recording already, or cannot be written to.
-        DeviceLost: The source is neither, or damaged.
+        DeviceLost: The source is neither, empty, or damaged. Unless something was read, no target is made.
     """
     foreign = (source / INDEX).exists() and not file_of(source).exists()
     parts = recorded_by_fakenect(source) if foreign else recorded(source)
+    first = next(parts, None)  # before the target is made
+    if first is None:
+        raise DeviceLost(f"the recording {source} holds nothing")
     with RecordingWriter(target) if foreign else FakenectWriter(target) as writer:
-        for moment, part in parts:
+        for moment, part in chain([first], parts):
             if isinstance(part, Reading):
                 writer.add_reading(part, moment)
             else:

@@ -159,6 +159,17 @@ def test_a_folder_of_libfreenect_and_a_recording_become_each_other(tmp_path: Pat
         convert(ours, tmp_path / "theirs")
 
 
+def test_what_holds_nothing_becomes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "index").mkdir()
+    (tmp_path / "index" / INDEX).touch()
+    (tmp_path / "cut.mcap").write_bytes((write(tmp_path / "ours") / FILE).read_bytes()[:60])
+    for source in ("none", "other", "index", "cut.mcap"):
+        with pytest.raises(DeviceLost):
+            convert(tmp_path / source, tmp_path / "target")
+        assert not (tmp_path / "target").exists(), source
+
+
 def test_what_is_no_recording_says_how_to_make_one(tmp_path: Path) -> None:
     for place in (tmp_path, tmp_path / "none.mcap"):
         with pytest.raises(DeviceLost, match=r"kinect record.*kinect convert"):
