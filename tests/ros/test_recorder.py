@@ -240,6 +240,18 @@ def test_foxglove_sees_what_it_asks_for_and_cameras_rest_otherwise(ros: Any, tmp
     ros.spin_until(lambda: not robot.picture.get_subscription_count(), what="the camera at rest")
 
 
+def test_what_is_only_looked_at_is_not_in_the_files(ros: Any, tmp_path: Path) -> None:
+    robot = ros.add(Robot())
+    recorder = record(ros, robot, tmp_path)
+    recorder.add_viewers("/camera", 1)
+    ros.spin_until(robot.picture.get_subscription_count)
+    publish(ros, robot, recorder, 5)
+    ros.spin_for(0.2)
+    ros.close_node(recorder)
+    assert {topic for topic, _, _ in read(tmp_path)} >= {"/words", "/scan", "/map"}
+    assert "/camera" not in {topic for topic, _, _ in read(tmp_path)}
+
+
 def test_a_port_that_is_taken_is_told(ros: Any) -> None:
     with socket.socket() as server:
         server.bind(("127.0.0.1", 0))

@@ -58,6 +58,7 @@ class RecordingFiles:
         folder: Is made when needed.
         limits: How much it may take.
         context: Where the messages are logged.
+        is_wanted: Tells from a topic and its type whether it belongs into the files; everything does without.
         now: Seconds since 1970.
         steady: Steady seconds.
         free_mb: The megabytes that are free on the disk of a folder.
@@ -71,6 +72,7 @@ class RecordingFiles:
         folder: Path,
         limits: RecordingLimits,
         context: foxglove.Context,
+        is_wanted: Callable[[str, str], bool] = lambda topic, type_name: True,
         now: Callable[[], float] = time.time,
         steady: Callable[[], float] = time.monotonic,
         free_mb: Callable[[Path], float] = lambda folder: shutil.disk_usage(folder).free / _MB,
@@ -78,6 +80,7 @@ class RecordingFiles:
         self._folder = folder
         self._limits = limits
         self._context = context
+        self._is_wanted = is_wanted
         self._now = now
         self._steady = steady
         self._begun: list[float] = []
@@ -140,7 +143,12 @@ class RecordingFiles:
         options = MCAPWriteOptions(profile="ros2", compression_level=1, compression_threads=0)
         for file in map(self._folder.joinpath, names):
             with suppress(FileExistsError):
-                writer = foxglove.open_mcap(file, context=self._context, writer_options=options)
+                writer = foxglove.open_mcap(
+                    file,
+                    context=self._context,
+                    channel_filter=self._takes,
+                    writer_options=options,
+                )
                 break
         else:
             raise ConfigError(f"{str(self._folder)!r} has too many recordings", valid=["another folder"])
@@ -150,6 +158,9 @@ class RecordingFiles:
         self.written.append(file)
         self._begun.append(self._steady())
         return writer
+
+    def _takes(self, channel: foxglove.ChannelDescriptor) -> bool:
+        return self._is_wanted(channel.topic, channel.schema.name if channel.schema else "")
 
     def _remove_old(self) -> None:
         """Remove the oldest files beyond the bounds; never one that is being written, here or elsewhere.

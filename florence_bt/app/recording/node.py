@@ -127,8 +127,9 @@ class RecorderNode(FlorenceNode):
         self._simulated_ns: int | None = None
         self._held: list[tuple[_Topic, bytes]] | None = []
         self._held_bytes = 0
-        self._files = RecordingFiles(Path(params.folder), limits, self._logged) if params.folder else None
-        if self._files is not None:
+        self._files: RecordingFiles | None = None
+        if params.folder:
+            self._files = RecordingFiles(Path(params.folder), limits, self._logged, self._is_wanted)
             self.on_close(self._files.close)
         self.on_close(self._write_held)
         if params.foxglove_port:
