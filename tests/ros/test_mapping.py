@@ -17,6 +17,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, Odometry
 from florence_bt.ros.conversions import grid_from_ros, odometry_to_ros, pose_from_ros, scan_to_ros
@@ -27,6 +28,7 @@ from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.mapping.drive import load_drive
 from florence_bt.skills.navigation.mapping.node import MappingNode
+from florence_bt.skills.navigation.mapping.slam import Slam
 from tests.two_rooms import write_two_rooms
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World
 
@@ -140,6 +142,24 @@ def test_what_a_bumper_meets_is_a_wall_of_the_map(ros: Any) -> None:
     ros.spin_for(0.2)
     while before_it() != 100:
         driver.sense()
+
+
+class NothingIsTouched(Slam):
+    """Cannot take what a bumper meets."""
+
+    def touched(self, odom_pose: Pose2) -> None:
+        raise ConfigError("no wall here")
+
+
+def test_an_error_of_the_thread_ends_the_node(ros: Any) -> None:
+    ros.add(MappingNode(NothingIsTouched))
+    driver = Driver(ros)
+    stops = driver.node.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
+    driver.sense()
+    ros.spin_until(stops.get_subscription_count)
+    stops.publish(StopReason(code="bumper"))
+    with pytest.raises(ConfigError, match="no wall here"):
+        ros.spin_until(lambda: False)
 
 
 @pytest.mark.slow

@@ -73,6 +73,28 @@ def test_the_override_stops_everything_and_blocks_until_released(bench_of):
     assert bench.run("be_quick").accepted
 
 
+def test_who_switches_the_override_counts_for_that_switch_only(bench_of):
+    bench = bench_of()
+    who = bench.node.create_publisher(String, "manual_override_by", RELIABLE)
+    bench.ros.spin_until(who.get_subscription_count, what="the mission server")
+
+    def switch(on, by=""):
+        if by:
+            who.publish(String(data=by))
+            bench.ros.spin_for(0.2)
+        bench.override(on)
+        bench.ros.spin_until(lambda: bool(bench.status().blocked_by) is on, what=f"the override {on}")
+        return bench.status().blocked_by
+
+    assert "Anna" in switch(True, "Anna")
+    bench.override(True)
+    bench.ros.spin_for(0.1)
+    assert "Anna" in bench.status().blocked_by, "the driver says again that it is on"
+    switch(False, "Anna")
+    reason = switch(True)
+    assert "manual override" in reason and "Anna" not in reason
+
+
 def test_an_override_that_was_on_and_released_while_the_server_hung_ends_everything(bench_of):
     """Of a latched topic only the last message is left: that the override is off."""
     from builtin_interfaces.msg import Time

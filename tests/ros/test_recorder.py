@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +129,55 @@ def test_the_time_is_that_of_the_simulation_from_the_first_message_on(ros: Any, 
     assert stamps["/words"] == stamps["/map"] == 17_500_000_000
 
 
+def simulate(ros: Any, robot: Robot) -> Callable[[int], None]:
+    """Return what tells the time of a simulation, in seconds."""
+    clock = robot.create_publisher(Clock, "/clock", RELIABLE)
+
+    def tell(seconds: int) -> None:
+        ros.spin_until(lambda: clock.get_subscription_count(), what="somebody who follows the clock")
+        now = Clock()
+        now.clock.sec = seconds
+        clock.publish(now)
+
+    return tell
+
+
+@pytest.mark.parametrize("chosen", [{"topics": ("/words",)}, {"exclude": ("/clock",)}])
+def test_the_time_counts_also_where_it_is_not_recorded(
+    ros: Any, tmp_path: Path, chosen: dict[str, Any]
+) -> None:
+    robot = ros.add(Robot())
+    tell = simulate(ros, robot)
+    recorder = ros.add(RecorderNode(parameters={"folder": str(tmp_path), **chosen}))
+    ros.spin_until(lambda: robot.words.get_subscription_count())
+    for seconds in (17, 18):
+        tell(seconds)
+        ros.spin_for(0.2)
+        robot.words.publish(String(data="a word"))
+        ros.spin_until(lambda seconds=seconds: recorder.counts["/words"] > seconds - 17)  # type: ignore[misc]
+    ros.close_node(recorder)
+    found = read(tmp_path)
+    assert [stamp // 1_000_000_000 for topic, stamp, _ in found if topic == "/words"] == [17, 18]
+    assert "/clock" not in {topic for topic, _, _ in found} | set(recorder.types)
+
+
+@pytest.mark.parametrize("bound", ["clock_wait", "MOST_HELD"])
+def test_nothing_waits_for_ever_for_a_clock_that_stands(
+    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bound: str
+) -> None:
+    robot = ros.add(Robot())
+    clock = robot.create_publisher(Clock, "/clock", RELIABLE)
+    parameters: dict[str, Any] = {"folder": str(tmp_path), "topics": ("/words", "/map")}
+    if bound == "MOST_HELD":
+        monkeypatch.setattr(recording, "MOST_HELD", 10)
+    recorder = ros.add(
+        RecorderNode(parameters={**parameters, "clock_wait": 0.5 if bound == "clock_wait" else 60.0})
+    )
+    ros.spin_until(lambda: robot.words.get_subscription_count() and clock.get_subscription_count())
+    robot.words.publish(String(data="a word"))
+    ros.spin_until(lambda: recorder.counts["/words"] and recorder.counts["/map"])
+
+
 def test_a_publisher_that_offers_less_is_heard_too(
     ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,6 +200,7 @@ def free_port() -> int:
 def test_foxglove_sees_what_it_asks_for_and_cameras_rest_otherwise(ros: Any, tmp_path: Path) -> None:
     client_of = pytest.importorskip("websockets.sync.client").connect
     robot = ros.add(Robot())
+    tell = simulate(ros, robot)  # which nobody looks at
     port = free_port()
     ros.add(RecorderNode(parameters={"foxglove_port": port}))
     assert not robot.words.get_subscription_count()
@@ -174,6 +225,7 @@ def test_foxglove_sees_what_it_asks_for_and_cameras_rest_otherwise(ros: Any, tmp
         client.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
         ros.spin_until(lambda: robot.picture.get_subscription_count())
         received: list[bytes] = []
+        tell(17)
 
         def map_came() -> bool:
             try:
@@ -186,6 +238,18 @@ def test_foxglove_sees_what_it_asks_for_and_cameras_rest_otherwise(ros: Any, tmp
 
         ros.spin_until(map_came, what="the latched message")
     ros.spin_until(lambda: not robot.picture.get_subscription_count(), what="the camera at rest")
+
+
+def test_what_is_only_looked_at_is_not_in_the_files(ros: Any, tmp_path: Path) -> None:
+    robot = ros.add(Robot())
+    recorder = record(ros, robot, tmp_path)
+    recorder.add_viewers("/camera", 1)
+    ros.spin_until(robot.picture.get_subscription_count)
+    publish(ros, robot, recorder, 5)
+    ros.spin_for(0.2)
+    ros.close_node(recorder)
+    assert {topic for topic, _, _ in read(tmp_path)} >= {"/words", "/scan", "/map"}
+    assert "/camera" not in {topic for topic, _, _ in read(tmp_path)}
 
 
 def test_a_port_that_is_taken_is_told(ros: Any) -> None:

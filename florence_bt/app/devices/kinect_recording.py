@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceLost, DeviceTimeout
@@ -51,7 +52,7 @@ def record(
     *,
     colour: bool = True,
     library: str = "",
-    wall_time: Callable[[], float] = time.time,
+    wall_time: Callable[[], float] | None = None,
     open_camera: Callable[[KinectParameters], FrameSource] = open_source,
     open_motor: Callable[[int], UsbMotor] = UsbMotor,
 ) -> Recorded:
@@ -63,7 +64,8 @@ def record(
         seconds: How long, counted from the first image.
         colour: Whether colour images are recorded too.
         library: The file of libfreenect; the usual ones when empty.
-        wall_time: Gives the moments of the images, seconds.
+        wall_time: Gives the moments of the images, seconds; by default the date at the beginning, and steady
+            seconds from there: the machine's clock may be set meanwhile.
         open_camera: Opens what the source names.
         open_motor: Opens the motor, which has the accelerometer; asked only for a Kinect on USB.
 
@@ -78,7 +80,7 @@ def record(
     with closing(open_camera(parameters)) as camera:
         camera.request(colour=colour)
         with closing(_Accelerometer(source, open_motor)) as accelerometer, RecordingWriter(folder) as writer:
-            loop = _Loop(camera, accelerometer, writer, wall_time)
+            loop = _Loop(camera, accelerometer, writer, wall_time or _date_at_first())
             interrupted = _run(loop, seconds, writer, f"{folder}", copies=source.startswith(f"{RECORDING}:"))
             return Recorded(
                 loop.last - loop.first,
@@ -102,17 +104,25 @@ def convert(source: Path, target: Path) -> tuple[int, int]:
 
     Raises:
         ConfigError: The target holds such a recording already, or cannot be written to.
-        DeviceLost: The source is neither, or damaged.
+        DeviceLost: The source is neither, empty, or damaged. Unless something was read, no target is made.
     """
     foreign = (source / INDEX).exists() and not file_of(source).exists()
     parts = recorded_by_fakenect(source) if foreign else recorded(source)
+    first = next(parts, None)  # before the target is made
+    if first is None:
+        raise DeviceLost(f"the recording {source} holds nothing")
     with RecordingWriter(target) if foreign else FakenectWriter(target) as writer:
-        for moment, part in parts:
+        for moment, part in chain([first], parts):
             if isinstance(part, Reading):
                 writer.add_reading(part, moment)
             else:
                 writer.add(part, moment)
         return writer.depth_images, writer.colour_images
+
+
+def _date_at_first() -> Callable[[], float]:
+    begun = time.time() - time.monotonic()
+    return lambda: begun + time.monotonic()
 
 
 def _run(loop: _Loop, seconds: float, writer: RecordingWriter, folder: str, *, copies: bool) -> bool:

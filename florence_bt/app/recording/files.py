@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +25,8 @@ FLUSH_S = 2.0
 """What a power cut may cost."""
 _MB = 1e6
 DAY_S = 86_400.0
+CLOCK_WAS_SET_S = 1_577_836_800.0
+"""2020-01-01: a file of before then has no known age. The clock of its robot had not been set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +58,7 @@ class RecordingFiles:
         folder: Is made when needed.
         limits: How much it may take.
         context: Where the messages are logged.
+        is_wanted: Tells from a topic and its type whether it belongs into the files; everything does without.
         now: Seconds since 1970.
         steady: Steady seconds.
         free_mb: The megabytes that are free on the disk of a folder.
@@ -67,6 +72,7 @@ class RecordingFiles:
         folder: Path,
         limits: RecordingLimits,
         context: foxglove.Context,
+        is_wanted: Callable[[str, str], bool] = lambda topic, type_name: True,
         now: Callable[[], float] = time.time,
         steady: Callable[[], float] = time.monotonic,
         free_mb: Callable[[Path], float] = lambda folder: shutil.disk_usage(folder).free / _MB,
@@ -74,12 +80,14 @@ class RecordingFiles:
         self._folder = folder
         self._limits = limits
         self._context = context
+        self._is_wanted = is_wanted
         self._now = now
         self._steady = steady
         self._begun: list[float] = []
         self._free_mb = free_mb
         self._flushed = steady()
         self._writer: MCAPWriter | None = None
+        self._lock = -1
         self.written: list[Path] = []
         make_folder(folder)
         self._keep_free()
@@ -107,7 +115,7 @@ class RecordingFiles:
         self._keep_free()
         full = _size_mb(self.written[-1:]) >= self._limits.file_size
         if full:
-            self._writer.close()
+            self.close()
             self._writer = self._open()
         self._remove_old()
         return full
@@ -117,6 +125,7 @@ class RecordingFiles:
         if self._writer is not None:
             self._writer.close()
             self._writer = None
+            os.close(self._lock)
 
     def _keep_free(self) -> None:
         free = self._free_mb(self._folder)
@@ -130,33 +139,44 @@ class RecordingFiles:
     def _open(self) -> MCAPWriter:
         begun = time.strftime("%Y-%m-%d_%H-%M-%S", time.localtime(self._now()))
         names = (f"recording_{begun}{suffix}.mcap" for suffix in ("", *(f"_{i}" for i in range(2, 1000))))
-        file = next(path for name in names if not (path := self._folder / name).exists())
         # The fastest level: a third of the work of the default one, for a tenth more bytes.
         options = MCAPWriteOptions(profile="ros2", compression_level=1, compression_threads=0)
-        writer = foxglove.open_mcap(file, context=self._context, writer_options=options)
+        for file in map(self._folder.joinpath, names):
+            with suppress(FileExistsError):
+                writer = foxglove.open_mcap(
+                    file,
+                    context=self._context,
+                    channel_filter=self._takes,
+                    writer_options=options,
+                )
+                break
+        else:
+            raise ConfigError(f"{str(self._folder)!r} has too many recordings", valid=["another folder"])
+        # Tells those who record into the same folder that this one is being written.
+        self._lock = os.open(file, os.O_RDWR | os.O_CLOEXEC)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
         self.written.append(file)
         self._begun.append(self._steady())
         return writer
 
+    def _takes(self, channel: foxglove.ChannelDescriptor) -> bool:
+        return self._is_wanted(channel.topic, channel.schema.name if channel.schema else "")
+
     def _remove_old(self) -> None:
-        """Remove the oldest files beyond the bounds; never the one that is written.
+        """Remove the oldest files beyond the bounds; never one that is being written, here or elsewhere.
 
         The clock of a robot without a battery for it leaps by years when it finds a network. So the files of
         this recording are as old as the steady clock says, and newer than all others.
         """
-        others = set(self._folder.glob(PATTERN)).difference(self.written)
-        before = sorted(others, key=lambda file: file.stat().st_mtime)
-        ages = {file: self._now() - file.stat().st_mtime for file in before}
-        ages |= {
-            file: self._steady() - begun
-            for file, begun in zip(self.written, self._begun, strict=True)
-            if file.exists()
-        }
-        files = list(ages)
-        while len(files) > 1 and (
-            _size_mb(files) > self._limits.total_size or ages[files[0]] > self._limits.max_age * DAY_S
-        ):
-            files.pop(0).unlink()
+        others = {file: _stat(file) for file in set(self._folder.glob(PATTERN)).difference(self.written)}
+        before = sorted((known.st_mtime, file) for file, known in others.items() if known)
+        ages = {file: self._now() - made if made > CLOCK_WAS_SET_S else 0.0 for made, file in before}
+        ages |= {file: self._steady() - begun for file, begun in zip(self.written, self._begun, strict=True)}
+        too_much = _size_mb(ages) - self._limits.total_size
+        for file in list(ages)[:-1]:
+            if too_much > 0.0 or ages[file] > self._limits.max_age * DAY_S:
+                size = _size_mb([file])
+                too_much -= size if _remove(file) else 0.0
 
 
 def make_folder(folder: Path) -> None:
@@ -177,5 +197,30 @@ def make_folder(folder: Path) -> None:
         )
 
 
+def _remove(file: Path) -> bool:
+    """Remove a file unless it is being written; whether it is gone."""
+    try:
+        descriptor = os.open(file, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False  # it is somebody else's
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        file.unlink(missing_ok=True)
+    except BlockingIOError:
+        return False
+    finally:
+        os.close(descriptor)
+    return True
+
+
+def _stat(file: Path) -> os.stat_result | None:
+    """Return what is known of a file; None when it is gone."""
+    with suppress(FileNotFoundError):
+        return file.stat()
+    return None
+
+
 def _size_mb(files: Iterable[Path]) -> float:
-    return sum(file.stat().st_size for file in files if file.exists()) / _MB
+    return sum(known.st_size for file in files if (known := _stat(file))) / _MB

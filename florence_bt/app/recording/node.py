@@ -34,6 +34,8 @@ LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
 topic the one takes a tenth of a millisecond, the other a whole one."""
 DEPTH = 500
 """Messages that may wait while the process has no turn."""
+MOST_HELD = 64_000_000
+"""Bytes of messages that may wait for the time of a simulation; with more, nobody waits any longer."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
 """Types of sensor_msgs that have 100 times the bytes of all others; cameras make them on demand."""
 OF_ALL_ROBOTS = ("/tf", "/tf_static", "/clock", "/rosout", "/diagnostics")
@@ -53,7 +55,8 @@ class RecorderParameters(CheckedParameters):
             pictures.
         exclude: Patterns of topics that are left out.
         pictures: Whether images and clouds of points are recorded.
-        clock_wait: Seconds that what comes first waits for the time of a simulation, by which it is written.
+        clock_wait: Seconds that what comes first waits for the time of a simulation, by which it is written;
+            after that the time of this machine counts until a simulation tells its own.
         foxglove_port: The TCP port of 127.0.0.1 at which Foxglove finds the robot; 0 for none.
     """
 
@@ -88,6 +91,10 @@ class _Topic:
         self.publishers = 0
 
     @property
+    def is_used(self) -> bool:
+        return self.recorded or self.viewers > 0
+
+    @property
     def is_latched(self) -> bool:
         return self.qos is not None and self.qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
 
@@ -119,14 +126,16 @@ class RecorderNode(FlorenceNode):
         self._looks = 0
         self._simulated_ns: int | None = None
         self._held: list[tuple[_Topic, bytes]] | None = []
-        self._files = RecordingFiles(Path(params.folder), limits, self._logged) if params.folder else None
-        if self._files is not None:
+        self._held_bytes = 0
+        self._files: RecordingFiles | None = None
+        if params.folder:
+            self._files = RecordingFiles(Path(params.folder), limits, self._logged, self._is_wanted)
             self.on_close(self._files.close)
         self.on_close(self._write_held)
         if params.foxglove_port:
             self._serve_foxglove(params.foxglove_port)
         call_every(self.steady, LOOK_S, self._look)
-        self.steady.call_at(self.steady.now() + params.clock_wait, self._end_wait_for_clock)
+        self.steady.call_at(self.steady.now() + params.clock_wait, self._write_held)
         self._look()
 
     @property
@@ -218,12 +227,15 @@ class RecorderNode(FlorenceNode):
         return not patterns and (self._params.pictures or not is_picture)
 
     def _subscribe(self, topic: _Topic) -> None:
-        """Subscribe to a topic that is recorded or looked at, once more if need be; else end that."""
+        """Subscribe to a topic that is recorded or looked at, once more if need be; else end that.
+
+        The time of a simulation is always followed: all else is written by it.
+        """
         if topic.subscription is not None:
             self.destroy_subscription(topic.subscription)
             topic.subscription = None
         topic.turn += 1
-        if topic.qos is None or not (topic.recorded or topic.viewers):
+        if topic.qos is None or not (topic.is_used or topic.type_name == _CLOCK):
             return
         topic.subscription = self.create_subscription(
             load_interface(topic.type_name),
@@ -246,22 +258,22 @@ class RecorderNode(FlorenceNode):
                 self._write_held()
             if self._held is None:
                 self._write(topic, serialised)
-            else:
-                self._held.append((topic, serialised))
+                return
+            self._held.append((topic, serialised))
+            self._held_bytes += len(serialised)
+            if self._held_bytes > MOST_HELD:
+                self._write_held()
 
         return receive
 
     def _write(self, topic: _Topic, serialised: bytes) -> None:
+        if not topic.is_used:
+            return
         topic.count += 1
         topic.channel.log(serialised, log_time=self._simulated_ns or time.time_ns())
 
-    def _end_wait_for_clock(self) -> None:
-        """Take the time of this machine, unless there is a simulation, whose time is about to come."""
-        if not any(topic.type_name == _CLOCK for topic in self._topics.values()):
-            self._write_held()
-
     def _write_held(self) -> None:
-        """Write what came before it was known which time counts."""
+        """Write what came before it was known which time counts, which nothing waits for any longer."""
         held, self._held = self._held or (), None
         for topic, serialised in held:
             self._write(topic, serialised)

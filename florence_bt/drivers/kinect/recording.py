@@ -36,6 +36,8 @@ DEPTH, COLOUR, READING = "/kinect/depth", "/kinect/colour", "/kinect/reading"
 RAW, MILLIMETRES, RGB = "mono16", "16UC1", "rgb8"
 """Encodings of ROS (sensor_msgs/image_encodings.hpp)."""
 LARGEST_RECORD = 1 << 27
+LONGEST_PAUSE_S = 1.0
+"""A longer pause between two parts of a recording, or one below 0, was a clock that was set, or no camera."""
 IMAGE_SCHEMA = f"""\
 std_msgs/Header header
 uint32 height
@@ -153,7 +155,8 @@ def file_of(place: Path) -> Path:
 def recorded(place: Path) -> Iterator[tuple[float, Frame | Reading]]:
     """Yield what a recording holds in order, each with the moment when it came, seconds since 1970.
 
-    A recording whose program was killed has no end, which is as good as one.
+    A recording whose program was killed has no end, which is as good as one. Where the clock of the machine
+    was set meanwhile, pauses are cut to :data:`LONGEST_PAUSE_S`, and all later moments are shifted.
 
     Args:
         place: Its folder or file.
@@ -169,6 +172,8 @@ def recorded(place: Path) -> Iterator[tuple[float, Frame | Reading]]:
         raise DeviceLost(f"recordings need {error.name!r}: {how_to_get('mcap')}") from error
     file = file_of(place)
     topics: dict[int, str] = {}
+    before: float | None = None
+    told = 0.0
     try:
         with file.open("rb") as stream:
             reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
@@ -176,7 +181,10 @@ def recorded(place: Path) -> Iterator[tuple[float, Frame | Reading]]:
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
                 elif isinstance(record, Message) and topics.get(record.channel_id) in _READERS:
-                    yield record.log_time / _NS, _READERS[topics[record.channel_id]](record.data)
+                    moment = record.log_time / _NS
+                    pause = moment if before is None else min(max(moment - before, 0.0), LONGEST_PAUSE_S)
+                    told, before = told + pause, moment
+                    yield told, _READERS[topics[record.channel_id]](record.data)
     except EndOfFile:
         return
     except OSError as error:

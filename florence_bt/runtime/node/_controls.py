@@ -62,6 +62,7 @@ class Controls:
             self._answers = answers
             node.create_service(AnswerQuestion, "florence_bt/answer", self._on_answer)
         self._switched_by, self._switched_at = "", -math.inf
+        self._overridden_by = ""
         node.create_subscription(String, OVERRIDE_BY, self._on_override_by, RELIABLE)
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.last_override: datetime | None = None
@@ -143,14 +144,23 @@ class Controls:
 
         The base itself obeys without us: its driver says what is so.
         """
+        by = self._take_switched_by()
         if message.data:
-            recent = self._node.steady.now() - self._switched_at < OVERRIDE_BY_S
-            by = f", by {self._switched_by}" if recent and self._switched_by else ""
+            by = self._overridden_by = by or self._overridden_by  # the driver may say again that it is on
             self._missions.override(f"true on {SWITCH_OVERRIDE}{by}")
             self._goals.cancel_all()
-            self._node.get_logger().warning("manual override: everything stops, missions are refused")
-        elif self._missions.release():
-            self._node.get_logger().info("manual override released: missions may start again")
+            self._node.get_logger().warning(f"manual override{by}: everything stops, missions are refused")
+            return
+        self._overridden_by = ""
+        if self._missions.release():
+            self._node.get_logger().info(f"manual override released{by}: missions may start again")
+
+    def _take_switched_by(self) -> str:
+        """Return who has just switched the override, for people, once; empty when nobody said so."""
+        recent = self._node.steady.now() - self._switched_at < OVERRIDE_BY_S
+        by = f", by {self._switched_by}" if recent and self._switched_by else ""
+        self._switched_by = ""
+        return by
 
     def _on_override_by(self, message: String) -> None:
         try:

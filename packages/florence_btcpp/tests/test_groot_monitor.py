@@ -36,8 +36,8 @@ def request(kind, *more, number=7, protocol=2):
 
 
 def monitor_of(nodes, keys=()):
-    ticks = count(1_000_000, 1_000)
-    monitor = Monitor(lambda: next(ticks))
+    ticks, leaps = count(5_000_000, 1_000), count(1_000_000, 1 << 50)
+    monitor = Monitor(lambda: next(leaps), lambda: next(ticks))
     monitor.show(nodes, dict(keys))
     return monitor
 
@@ -135,7 +135,7 @@ def test_a_recording_has_each_change_with_its_time():
 
 
 def test_before_the_first_run_and_for_breakpoints_the_answer_is_a_reason():
-    empty = Monitor(lambda: 0)
+    empty = Monitor(lambda: 0, lambda: 0)
     assert empty.answer(request(b"T")) == [b"error", b"no mission has run yet"]
     monitor = monitor_of(MISSION)
     assert monitor.answer(request(b"I", b"{}")) == [b"error", b"missions have no breakpoints"]

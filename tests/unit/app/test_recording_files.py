@@ -116,6 +116,49 @@ def test_files_of_earlier_recordings_go_when_they_are_too_old(tmp_path: Path) ->
     assert not (tmp_path / "recording_a.mcap").exists() and (tmp_path / "recording_b.mcap").exists()
 
 
+def test_files_of_before_the_clock_was_set_are_not_too_old(tmp_path: Path) -> None:
+    recording = Recording(tmp_path, file_size=1.0, total_size=3.0)
+    old = tmp_path / "recording_1970-01-01_00-00-30.mcap"
+    old.touch()
+    os.utime(old, (30.0, 30.0))
+    recording.log(3)
+    assert old.exists()
+    recording.log(60)
+    assert not old.exists(), "but the first to go for room"
+
+
+def test_two_may_record_into_one_folder(tmp_path: Path) -> None:
+    first = Recording(tmp_path, file_size=1.0, total_size=3.0)
+    first.log(5)
+    second = Recording(tmp_path, file_size=1.0, total_size=3.0)
+    assert second.files.written != first.files.written
+    second.log(90)
+    assert first.files.written[0].exists(), "it is being written"
+    first.log(90)
+    for each in (first, second):
+        each.files.close()
+        assert messages_in(each.files.written[-1]) >= 0, "it is whole"
+    assert sum(file.stat().st_size for file in tmp_path.iterdir()) < 5.2e6
+
+
+def test_a_file_that_somebody_else_removes_meanwhile_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = Recording(tmp_path, file_size=1.0, total_size=3.0)
+    old = tmp_path / "recording_a.mcap"
+    old.write_bytes(bytes(3_000_000))
+    glob = Path.glob
+
+    def and_gone(folder: Path, pattern: str) -> list[Path]:
+        found = list(glob(folder, pattern))
+        old.unlink(missing_ok=True)
+        return found
+
+    monkeypatch.setattr(Path, "glob", and_gone)
+    recording.log(3)
+    assert recording.files.written[0].exists()
+
+
 def test_its_own_files_go_when_they_are_too_old(tmp_path: Path) -> None:
     recording = Recording(tmp_path, file_size=1.0, max_age=2.0)
     recording.log(100, pause_s=3_600.0)

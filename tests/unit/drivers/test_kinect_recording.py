@@ -125,6 +125,22 @@ def test_it_is_played_as_fast_as_it_was_made(tmp_path: Path) -> None:
     assert len(played(source)) == 3
 
 
+@pytest.mark.parametrize("leap", [1.8e9, -1.0e6])
+def test_a_clock_that_was_set_meanwhile_costs_a_second_at_most(tmp_path: Path, leap: float) -> None:
+    now = [50.0]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds
+
+    depth = DepthFrame(320, 240, 101.0, RAW, DepthEncoding.RAW)
+    with RecordingWriter(tmp_path) as writer:
+        for moment in (2e6, 2e6 + 0.5, 2e6 + leap, 2e6 + leap + 0.25):
+            writer.add(depth, moment)
+    assert len(played(RecordingSource(tmp_path, lambda: now[0], sleep))) == 4
+    assert 0.75 <= now[0] - 50.0 <= 1.75 + 1e-6
+    assert [moment for moment, _ in recorded_depth(tmp_path)][-1] == pytest.approx(now[0] - 50.0)
+
+
 def test_a_folder_of_libfreenect_and_a_recording_become_each_other(tmp_path: Path) -> None:
     ours = write(tmp_path / "ours")
     assert convert(ours, tmp_path / "theirs") == (3, 1)
@@ -141,6 +157,17 @@ def test_a_folder_of_libfreenect_and_a_recording_become_each_other(tmp_path: Pat
             assert one == other == READING
     with pytest.raises(ConfigError, match="already"):
         convert(ours, tmp_path / "theirs")
+
+
+def test_what_holds_nothing_becomes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "index").mkdir()
+    (tmp_path / "index" / INDEX).touch()
+    (tmp_path / "cut.mcap").write_bytes((write(tmp_path / "ours") / FILE).read_bytes()[:60])
+    for source in ("none", "other", "index", "cut.mcap"):
+        with pytest.raises(DeviceLost):
+            convert(tmp_path / source, tmp_path / "target")
+        assert not (tmp_path / "target").exists(), source
 
 
 def test_what_is_no_recording_says_how_to_make_one(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, angle_difference
-from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.slam import Slam
@@ -93,6 +93,29 @@ def test_a_loop_is_closed_and_the_map_is_right() -> None:
     assert abs(angle_difference(slam.pose.yaw, truth.yaw)) < math.radians(1.0)
     assert slam.pose.distance_to(slam.map_from_odom @ world.odom) < 1e-9
     assert far_cells(slam.grid(), RING, 0.15) < 0.03
+
+
+def before_it(slam: Slam) -> int:
+    """What the map shows where the robot would touch something."""
+    grid, place = slam.grid(), slam.pose @ Pose2(0.2)
+    return int(grid.cells[grid.cell_of(place.x, place.y)])
+
+
+def test_what_is_touched_where_nobody_knows_leaves_no_wall() -> None:
+    slam, world = Slam(), World(START, boxes=list(RING), seed=3)
+    go(slam, world, [Pose2(STEP_M)] * 10)
+    before = slam.grid().cells
+    slam.touched(world.odom @ Pose2(-40.0, 3.0))  # the odometry was reset
+    np.testing.assert_array_equal(slam.grid().cells, before)
+    later = Slam()
+    later.resume(slam.drive)
+    before = later.grid().cells
+    later.touched(Pose2())  # before its first scan
+    np.testing.assert_array_equal(later.grid().cells, before)
+    later.update(raw(world.scan()), UPSIDE_DOWN_LASER, Pose2())
+    assert before_it(later) == FREE
+    later.touched(Pose2())
+    assert before_it(later) == OCCUPIED, "now it is known"
 
 
 def test_the_same_drive_gives_the_same_map() -> None:

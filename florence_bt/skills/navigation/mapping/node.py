@@ -165,10 +165,10 @@ class MappingNode(FlorenceNode):
 
     def _make_map(self) -> None:
         while (work := self._work.get()) is not None:
-            if isinstance(work, _Touch):
-                self._map.touched(work.odom_pose)
-                continue
             try:
+                if isinstance(work, _Touch):
+                    self._map.touched(work.odom_pose)
+                    continue
                 grid = self._map.update(work.scan, work.laser_in_base, work.odom_pose, work.now)
                 place = self._map.map_from_odom, self._map.pose
                 if work.now - self._saved_at >= self._p.drive_period:

@@ -187,10 +187,12 @@ class Slam:
     def touched(self, odom_pose: Pose2) -> None:
         """Note that the bumper met something; where the map shows nothing, a wall is drawn.
 
+        Nobody knows where it is before the first scan, nor from a reset of the odometry to the next scan.
+
         Args:
             odom_pose: base_footprint in the odometry frame.
         """
-        if self._scans:
+        if self._scans and self._odom is not None and self._odom.distance_to(odom_pose) <= _RESET_M:
             number = len(self._scans) - 1
             here = self._graph.poses[number].inverse() @ self.map_from_odom @ odom_pose
             self._touches.append((number, here))

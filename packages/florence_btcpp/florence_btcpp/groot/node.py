@@ -35,7 +35,7 @@ class GrootNode(FlorenceNode):
     def __init__(self, port: int) -> None:
         sockets, self._socket = _bound(port)
         super().__init__("groot")
-        self._monitor = Monitor(lambda: time.time_ns() // 1000)
+        self._monitor = Monitor(lambda: time.time_ns() // 1000, lambda: time.monotonic_ns() // 1000)
         self.on_close(sockets.destroy)
         self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED)
         self.on_close(call_every(self.steady, LOOK_S, self._answer_all).cancel)

@@ -31,10 +31,12 @@ class Monitor:
 
     Args:
         now_us: Microseconds since 1970.
+        steady_us: Steady microseconds: while Groot2 records, the machine's clock may be set.
     """
 
-    def __init__(self, now_us: Callable[[], int]) -> None:
+    def __init__(self, now_us: Callable[[], int], steady_us: Callable[[], int]) -> None:
         self._now_us = now_us
+        self._steady_us = steady_us
         self._tree: WatchedTree | None = None
         self._statuses: dict[int, int] = {}
         self._keys: dict[str, str] = {}
@@ -62,7 +64,7 @@ class Monitor:
         if status == known or (status == IDLE and known >= AFTER):
             return
         if self._begun_us is not None:
-            self._transitions.append((self._now_us() - self._begun_us, number, status))
+            self._transitions.append((self._steady_us() - self._begun_us, number, status))
         self._statuses[number] = AFTER + known if status == IDLE else status
 
     def answer(self, request: Sequence[bytes]) -> list[bytes]:
@@ -109,9 +111,10 @@ class Monitor:
         return {name: value for path, _, name, value in found if path == scope}
 
     def _toggle_recording(self, _: WatchedTree, wanted: bytes) -> list[bytes]:
-        self._begun_us = self._now_us() if wanted == b"start" else None
+        starts = wanted == b"start"
+        self._begun_us = self._steady_us() if starts else None
         self._transitions.clear()
-        return [] if self._begun_us is None else [str(self._begun_us).encode()]
+        return [str(self._now_us()).encode()] if starts else []
 
     def _take_transitions(self, _: WatchedTree, __: bytes) -> list[bytes]:
         taken = _transition_bytes(self._transitions)
@@ -121,7 +124,7 @@ class Monitor:
 
 def _transition_bytes(transitions: Iterable[tuple[int, int, int]]) -> bytes:
     return b"".join(
-        max(us, 0).to_bytes(_TIME_BYTES, "little") + _STATUS.pack(number, status)
+        us.to_bytes(_TIME_BYTES, "little") + _STATUS.pack(number, status)
         for us, number, status in transitions
     )
 
