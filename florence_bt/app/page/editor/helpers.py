@@ -83,12 +83,10 @@ class Worker:
             try:
                 answer = await asyncio.wait_for(self._answer(question), self._limit_s)
             except TimeoutError as error:
-                await self._close()
                 raise DeviceTimeout(
                     f"looking at this took more than {self._limit_s:g} s and was given up"
                 ) from error
             except (ConnectionError, ValueError) as error:
-                await self._close()
                 raise FlorenceError(
                     "what looks at texts broke down; the next change tries it again"
                 ) from error
@@ -101,9 +99,14 @@ class Worker:
             self._process = await _start(f"{_PACKAGE}.worker")
         process = self._process
         assert process.stdin is not None and process.stdout is not None
-        process.stdin.write(json.dumps(question).encode() + b"\n")
-        await process.stdin.drain()
-        answer: dict[str, Any] = json.loads(await process.stdout.readline())
+        try:
+            process.stdin.write(json.dumps(question).encode() + b"\n")
+            await process.stdin.drain()
+            answer: dict[str, Any] = json.loads(await process.stdout.readline())
+        except BaseException:
+            # Also when nobody waits any more: the answer in the pipe would be taken for that to the next question.
+            await self._close()
+            raise
         return answer
 
     async def _close(self) -> None:
