@@ -19,7 +19,7 @@ from florence_bt.app.page.editor.helpers import check_size
 from florence_bt.app.page.editor.shelf import ChangedMeanwhile, Opened, Saved, checked_name, date_text
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
-from florence_bt.app.page.mission_form import input_field
+from florence_bt.app.page.mission_form import input_field, text_of
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
 
@@ -139,12 +139,8 @@ class InputForm:
     @property
     def values(self) -> dict[str, str]:
         """What was typed, without empty fields."""
-        texts = {name: _text_of(field.value) for name, field in self._fields.items()}
+        texts = {name: text_of(field.value) for name, field in self._fields.items()}
         return {name: text for name, text in texts.items() if text}
-
-
-def _text_of(value: Any) -> str:
-    return ("true" if value else "false") if isinstance(value, bool) else str(value or "").strip()
 
 
 class EditorPage:
