@@ -69,6 +69,10 @@ class Actor:
         )
         return answer is not None and bool(answer.accepted)
 
+    async def override(self, on: bool) -> None:
+        """Switch the manual override; that nobody has confirmed it is told."""
+        await self.told(self.ros.override(on, self.caller), lambda _: "")
+
     def tell_pose(self, pose: Pose2) -> None:
         """Tell the localiser where the robot stands."""
         self.ros.tell_pose(pose)
