@@ -86,7 +86,10 @@ class Actor:
         """
         question = GetParameters.Request(names=["hotspots_file"])
         answer = await self.ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
-        places = load_hotspots(answer.values[0].string_value)
+        file = answer.values[0].string_value if answer.values else ""  # none when undeclared
+        if not file:
+            raise FlorenceError("the locator does not say where its hotspots are")
+        places = load_hotspots(file)
         self.ros.node.parts.put("places", places_part(places))
         return places
 
