@@ -1,4 +1,4 @@
-"""The page's button that stops the robot: it goes on until the base's driver confirms, or says that none does."""
+"""The page's button that stops the robot: it goes on until a driver confirms, or tells that none does."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import pytest
 pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 
-from std_msgs.msg import Bool  # noqa: E402
+from std_msgs.msg import Bool
 
-from florence_bt.app.page import ros_thread  # noqa: E402
-from florence_bt.app.page.ros_thread import RosThread  # noqa: E402
-from florence_bt.core.errors import DeviceTimeout  # noqa: E402
-from florence_bt.ros.node import FlorenceNode  # noqa: E402
-from florence_bt.ros.qos import LATCHED, RELIABLE  # noqa: E402
-from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE  # noqa: E402
+from florence_bt.app.page import ros_thread
+from florence_bt.app.page.ros_thread import RosThread
+from florence_bt.core.errors import DeviceTimeout
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
 pytestmark = pytest.mark.ros
 

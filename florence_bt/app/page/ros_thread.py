@@ -132,7 +132,9 @@ class RosThread(Closing):
             self.on_thread(publish)
             while (now := time.monotonic()) < begin + number * REPEAT_S:
                 await asyncio.sleep(_CONFIRM_LOOK_S)
-                heard = self._override.get_subscription_count() > 0  # else the state is of a driver that is gone
+                heard = (
+                    self._override.get_subscription_count() > 0
+                )  # else the state is of a driver that is gone
                 if switch != self._switches or (heard and self.node.overridden is on):
                     return
             if now > begin + CONFIRM_S:

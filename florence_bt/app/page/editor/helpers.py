@@ -104,7 +104,7 @@ class Worker:
             await process.stdin.drain()
             answer: dict[str, Any] = json.loads(await process.stdout.readline())
         except BaseException:
-            # Also when nobody waits any more: the answer in the pipe would be taken for that to the next question.
+            # Also when nobody waits any more: the answer in the pipe would be taken for the next one.
             await self._close()
             raise
         return answer
