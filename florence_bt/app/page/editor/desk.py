@@ -135,3 +135,4 @@ class Desk:
         """End what works for it."""
         await self.worker.close()
         await self.trials.close()
+        await self.scenarios.close()
