@@ -11,7 +11,6 @@ import secrets
 import socket
 from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from dataclasses import dataclass
-from http.cookies import SimpleCookie
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
@@ -25,10 +24,12 @@ ROLE = "florence_role"
 """Key of the role in an ASGI scope."""
 LARGEST_REQUEST = 1_000_000
 """Bytes of a request, and of a message on a WebSocket."""
+_TOO_LARGE = "the request is too large"
 _MONTH_S = 30 * 86_400
 
 Scope = MutableMapping[str, Any]
 Send = Callable[[Mapping[str, Any]], Awaitable[None]]
+Receive = Callable[[], Awaitable[Mapping[str, Any]]]
 App = Callable[[Scope, Any, Send], Awaitable[None]]
 
 
@@ -170,7 +171,7 @@ class Guard:
         self._app = app
         self._access = access
 
-    async def __call__(self, scope: Scope, receive: Any, send: Send) -> None:
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or WebSocket."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
@@ -187,7 +188,7 @@ class Guard:
             await _keep_token(scope, send, token)
         else:
             scope[ROLE] = role
-            await self._app(scope, receive, send)
+            await self._app(scope, _bounded(receive) if scope["type"] == "http" else receive, send)
 
     def _problem_with(self, headers: Mapping[str, str]) -> str:
         host = headers.get("host", "")
@@ -200,14 +201,31 @@ class Guard:
             not headers.get("content-length", "0").isdigit()
             or int(headers.get("content-length", "0")) > LARGEST_REQUEST
         ):
-            return "the request is too large"
+            return _TOO_LARGE
         return ""
 
 
 def _cookie(headers: Mapping[str, str]) -> str:
-    jar: SimpleCookie = SimpleCookie()
-    jar.load(headers.get("cookie", ""))
-    return jar[COOKIE].value if COOKIE in jar else ""
+    from starlette.requests import cookie_parser  # of an extra, like the page
+
+    return cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
+
+
+def _bounded(receive: Receive) -> Receive:
+    """Refuse a request that turns out to be too large: it need not have said how long it is."""
+    from starlette.exceptions import HTTPException
+
+    received = 0
+
+    async def receive_more() -> Mapping[str, Any]:
+        nonlocal received
+        message = await receive()
+        received += len(message.get("body", b""))
+        if received > LARGEST_REQUEST:
+            raise HTTPException(413, _TOO_LARGE)
+        return message
+
+    return receive_more
 
 
 async def _refuse(scope: Scope, send: Send, why: str) -> None:

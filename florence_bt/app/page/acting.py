@@ -69,6 +69,10 @@ class Actor:
         )
         return answer is not None and bool(answer.accepted)
 
+    async def override(self, on: bool) -> None:
+        """Switch the manual override; that nobody has confirmed it is told."""
+        await self.told(self.ros.override(on, self.caller), lambda _: "")
+
     def tell_pose(self, pose: Pose2) -> None:
         """Tell the localiser where the robot stands."""
         self.ros.tell_pose(pose)
@@ -82,7 +86,10 @@ class Actor:
         """
         question = GetParameters.Request(names=["hotspots_file"])
         answer = await self.ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
-        places = load_hotspots(answer.values[0].string_value)
+        file = answer.values[0].string_value if answer.values else ""  # none when undeclared
+        if not file:
+            raise FlorenceError("the locator does not say where its hotspots are")
+        places = load_hotspots(file)
         self.ros.node.parts.put("places", places_part(places))
         return places
 

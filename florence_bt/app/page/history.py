@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -18,6 +22,8 @@ from florence_bt.runtime.status import duration_text
 
 RUNS_A_PAGE = 25
 DEEPEST_PAGE = 1_000_000
+MOST_KEPT = 4
+"""How many runs are kept for whoever looks at them next."""
 _COLOURS = {RunStatus.SUCCEEDED: "positive", RunStatus.FAILED: "negative", RunStatus.ABORTED: "negative"}
 _COLUMNS = ("accepted (UTC)", "mission", "state", "took", "who", "why")
 _EXAMPLE = "goto_user"
@@ -43,14 +49,57 @@ def add_history(folder: Path | None) -> None:
             return
         _show_runs(found, page, mission, state)
 
+    recent = RecentPlaybacks(folder)
+
     @ui.page("/run", title="Run")
     async def run(id: str = "") -> None:
         try:
-            playback = await asyncio.to_thread(read_playback, folder, id)
+            playback, moment = await asyncio.to_thread(recent.open, id)
         except FlorenceError as error:
             _show_problem(error)
             return
-        RunPage(playback)
+        RunPage(playback, moment, partial(recent.moment, id))
+
+
+class RecentPlaybacks:
+    """The runs that were looked at last, for all who look: each has up to :data:`MOST_EVENTS` events.
+
+    Args:
+        folder: The folder of the journal; None for that of the running system.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+        self._kept: OrderedDict[str, Playback] = OrderedDict()
+        self._turn = threading.Lock()
+
+    def open(self, run_id: str) -> tuple[Playback, Moment]:
+        """Read a run as it is now; return it, and its last moment.
+
+        Raises:
+            ConfigError: As :func:`~florence_bt.app.runs.playback.read_playback`.
+        """
+        with self._turn:
+            self._kept.pop(run_id, None)
+            playback = self._find(run_id)
+        return playback, playback.moment(len(playback) - 1)
+
+    def moment(self, run_id: str, number: int) -> Moment:
+        """Return how a run that was opened stood after one of its steps.
+
+        Raises:
+            ConfigError: It is gone from the journal.
+        """
+        with self._turn:
+            playback = self._find(run_id)
+        return playback.moment(number)
+
+    def _find(self, run_id: str) -> Playback:
+        playback = self._kept.pop(run_id, None) or read_playback(self._folder, run_id)
+        self._kept[run_id] = playback
+        if len(self._kept) > MOST_KEPT:
+            self._kept.popitem(last=False)
+        return playback
 
 
 def _show_problem(error: FlorenceError) -> None:
@@ -113,18 +162,35 @@ def _show_row(run: JournaledRun) -> None:
                     ui.label(text)
 
 
+def _show_head(playback: Playback) -> None:
+    run = playback.run
+    with ui.row().classes("w-full items-center gap-2"):
+        ui.link("‹ all runs", "runs")
+        ui.label(run.mission).classes("font-bold")
+        ui.label(run.state.lower()).classes(f"text-{_COLOURS.get(run.status, 'warning')}")
+        ui.label(run.run_id).classes("text-xs text-grey")
+    if run.reason:
+        ui.label(run.reason).classes("text-negative" if run.status is not RunStatus.SUCCEEDED else "")
+    if run.cause:
+        ui.label(" › ".join(run.cause.split("/"))).classes("text-sm").mark("cause")
+    if playback.cut:
+        ui.label(f"only its first {MOST_EVENTS} events are shown").classes("text-warning")
+
+
 class RunPage:
     """One run as it ran: a slider over its events, its tree, and the map with its way.
 
     Args:
-        playback: The run.
+        playback: The run; it is not kept.
+        end: Its last moment.
+        moment: Gives how it stood after a step.
     """
 
-    def __init__(self, playback: Playback) -> None:
-        self._playback = playback
+    def __init__(self, playback: Playback, end: Moment, moment: Callable[[int], Moment]) -> None:
+        self._moment = moment
         ui.query(".nicegui-content").classes("p-2 gap-1 w-full h-screen no-wrap")
-        self._show_head()
-        last = len(playback) - 1
+        _show_head(playback)
+        self._last = last = len(playback) - 1
         self._wanted = self._shown = last
         self._busy = False
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
@@ -139,24 +205,10 @@ class RunPage:
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
             self._map = MapView(path=playback.path, person=playback.person).classes("w-full h-full")
             self._tree = TreeView(nodes=playback.nodes, cause=playback.run.cause).classes("w-full h-full")
-        self._show(playback.moment(last))
-
-    def _show_head(self) -> None:
-        run = self._playback.run
-        with ui.row().classes("w-full items-center gap-2"):
-            ui.link("‹ all runs", "runs")
-            ui.label(run.mission).classes("font-bold")
-            ui.label(run.state.lower()).classes(f"text-{_COLOURS.get(run.status, 'warning')}")
-            ui.label(run.run_id).classes("text-xs text-grey")
-        if run.reason:
-            ui.label(run.reason).classes("text-negative" if run.status is not RunStatus.SUCCEEDED else "")
-        if run.cause:
-            ui.label(" › ".join(run.cause.split("/"))).classes("text-sm").mark("cause")
-        if self._playback.cut:
-            ui.label(f"only its first {MOST_EVENTS} events are shown").classes("text-warning")
+        self._show(end)
 
     def _step(self, by: int) -> None:
-        self._slider.value = min(max(self._slider.value + by, 0), len(self._playback) - 1)
+        self._slider.value = min(max(self._slider.value + by, 0), self._last)
 
     async def _on_slide(self, event: ValueChangeEventArguments) -> None:
         """Show the step that was chosen last; it is worked out on a thread: others look at the page, too."""
@@ -168,7 +220,9 @@ class RunPage:
         try:
             while self._shown != self._wanted:
                 self._shown = self._wanted
-                self._show(await asyncio.to_thread(self._playback.moment, self._shown))
+                self._show(await asyncio.to_thread(self._moment, self._shown))
+        except FlorenceError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
         finally:
             self._busy = False
 

@@ -77,12 +77,8 @@ class Page:
         _icon("pause", "pause the mission", self._pause)
         _icon("resume", "go on with the mission", self._resume)
         QuestionDialog(actor)
-        ui.button(
-            "STOP THE ROBOT", on_click=lambda: self._ros.override(True, actor.caller), color="negative"
-        ).mark("override")
-        ui.button("release", on_click=lambda: self._ros.override(False, actor.caller)).props("flat").mark(
-            "release"
-        )
+        ui.button("STOP THE ROBOT", on_click=lambda: actor.override(True), color="negative").mark("override")
+        ui.button("release", on_click=lambda: actor.override(False)).props("flat").mark("release")
 
     # ---- what the buttons do --------------------------------------------------------------------------
 

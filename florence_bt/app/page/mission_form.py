@@ -39,7 +39,7 @@ async def choose_mission(actor: Actor) -> None:
             ui.button("Start", on_click=lambda: dialog.submit(chosen.value)).mark("go")
             ui.button("Cancel", on_click=dialog.close).props("flat")
     name = await dialog
-    values = {key: str(field.value if field.value is not None else "") for key, field in fields.items()}
+    values = {key: text_of(field.value) for key, field in fields.items()}
     dialog.delete()
     if name:
         await actor.start(name, values)
@@ -76,6 +76,11 @@ def input_field(port: MissionPort) -> Any:
     )
     field.props["hint"] = " ".join(filter(None, words))
     return field
+
+
+def text_of(value: Any) -> str:
+    """Return what stands in a field as a mission takes it; empty when nothing does."""
+    return ("true" if value else "false") if isinstance(value, bool) else str(value or "").strip()
 
 
 def _add_map(fields: Mapping[str, Any], take: Callable[[Pose2], Mapping[str, str]]) -> None:

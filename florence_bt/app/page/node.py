@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import time
 from functools import partial
 from typing import Any
 
@@ -72,6 +74,9 @@ class PageNode(FlorenceNode):
         super().__init__("page", context=context)
         self.parts = LiveParts()
         self.pictures: dict[str, bytes] = {}
+        # From the wall clock, in milliseconds, which JavaScript counts exactly: browsers keep pictures longer
+        # than a simulation lasts, and its stamps begin anew.
+        self._versions = itertools.count(time.time_ns() // 1_000_000)
         self._state: dict[str, Any] = {
             "override": False,
             "stop": "",
@@ -94,6 +99,11 @@ class PageNode(FlorenceNode):
     def overridden(self) -> bool:
         """Whether the manual override is on."""
         return bool(self._state["override"])
+
+    def add_picture(self, name: str, data: bytes) -> list[int]:
+        """Keep a picture; return its version, which no other one has had."""
+        self.pictures[name] = data
+        return [next(self._versions)]
 
     def show_speeds(self, speeds: Twist2) -> None:
         """Show how fast a hand drives the robot: metres and radians a second."""
@@ -130,8 +140,7 @@ class PageNode(FlorenceNode):
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
         grid = grid_from_ros(message)
-        self.pictures["map"] = map_picture(grid)
-        self.parts.put("map", _placed(grid, message.header.stamp.sec, message.header.stamp.nanosec))
+        self.parts.put("map", _placed(grid, self.add_picture("map", map_picture(grid))))
 
     def _on_zones(self, message: Zones) -> None:
         self.parts.put(
@@ -232,8 +241,7 @@ class SceneNode(FlorenceNode):
             frame = self._tf.buffer.lookup_pose(MAP_FRAME, message.header.frame_id)
         except TransformUnavailable:
             return
-        self._page.pictures[name] = costmap_picture(grid)
-        placed = _placed(grid, message.header.stamp.sec, message.header.stamp.nanosec)
+        placed = _placed(grid, self._page.add_picture(name, costmap_picture(grid)))
         self._parts.put(name, placed | {"origin": _pose(frame @ grid.origin)})
 
     def _on_camera(self, message: Image) -> None:
@@ -246,8 +254,7 @@ class SceneNode(FlorenceNode):
         except FrameError as error:
             self.get_logger().warning(f"no picture of the camera: {error}", throttle_duration_sec=60.0)
             return
-        self._page.pictures[CAMERA] = camera_picture(colours)
-        self._parts.put(CAMERA, {"version": [message.header.stamp.sec, message.header.stamp.nanosec]})
+        self._parts.put(CAMERA, {"version": self._page.add_picture(CAMERA, camera_picture(colours))})
 
     def close(self) -> None:
         """Take what is not heard any more out of the picture."""
@@ -350,7 +357,7 @@ def _pose(pose: Pose2) -> list[float]:
     return [_m(pose.x), _m(pose.y), _m(pose.yaw)]
 
 
-def _placed(grid: OccupancyGrid, *version: int) -> dict[str, Any]:
+def _placed(grid: OccupancyGrid, version: list[int]) -> dict[str, Any]:
     rows, columns = grid.cells.shape
     size = [_m(columns * grid.resolution), _m(rows * grid.resolution)]
-    return {"origin": _pose(grid.origin), "size": size, "version": list(version), "cells": [columns, rows]}
+    return {"origin": _pose(grid.origin), "size": size, "version": version, "cells": [columns, rows]}

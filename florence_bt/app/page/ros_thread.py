@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import threading
 import time
 from collections.abc import Callable
@@ -25,6 +26,11 @@ from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, SWITCH_OVERRIDE
 
 ANSWER_S = 10.0
 """Wall seconds to wait for the answer of a service."""
+CONFIRM_S = 5.0
+"""Wall seconds in which the base's driver must confirm that the manual override was switched."""
+REPEAT_S = 0.25
+"""How often to switch it again while there is no confirmation."""
+_CONFIRM_LOOK_S = 0.02
 _SPIN_S = 0.2
 LOOK_S = 1.0
 """How often to look whether a simulation has begun or ended."""
@@ -53,6 +59,7 @@ class RosThread(Closing):
         self._wanted: frozenset[str] = frozenset()
         self._next_look = 0.0
         self._clients: dict[str, Any] = {}
+        self._switches = 0
         self._closing = False
         self._thread = threading.Thread(target=self._serve, name="ros")
         self._thread.start()
@@ -106,14 +113,36 @@ class RosThread(Closing):
         """Run something on the thread of the node, soon."""
         self.node.call_soon(work)
 
-    def override(self, on: bool, by: str) -> None:
-        """Switch the manual override: on, it stops the base at once. The journal is told who did it."""
+    async def override(self, on: bool, by: str) -> None:
+        """Switch the manual override: on, it stops the base at once. The journal is told who did it.
+
+        It is published until the base's driver confirms it, or somebody switches again.
+
+        Raises:
+            DeviceTimeout: There is no confirmation.
+        """
 
         def publish() -> None:
             self._override_by.publish(String(data=by))
             self._override.publish(Bool(data=on))
 
-        self.on_thread(publish)
+        self._switches += 1
+        switch, begin = self._switches, time.monotonic()
+        for number in itertools.count(1):
+            self.on_thread(publish)
+            while (now := time.monotonic()) < begin + number * REPEAT_S:
+                await asyncio.sleep(_CONFIRM_LOOK_S)
+                heard = (
+                    self._override.get_subscription_count() > 0
+                )  # else the state is of a driver that is gone
+                if switch != self._switches or (heard and self.node.overridden is on):
+                    return
+            if now > begin + CONFIRM_S:
+                break
+        raise DeviceTimeout(
+            "the base's driver did not confirm it: "
+            + ("if the robot moves, switch it off by hand" if on else "the manual override may still be on")
+        )
 
     def tell_pose(self, pose: Pose2) -> None:
         """Tell the localiser where the robot stands in the map, as sure as it takes a pose by default."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from florence_bt.app.page.editor.completion import complete, insertion, keys_in
@@ -100,3 +102,14 @@ def test_a_node_goes_behind_the_whole_item_of_the_cursor():
     assert insertion(text, 3, "- wait: 2 s") == (4, "    - wait: 2 s")
     assert insertion(text, 2, "- wait: 2 s") == (2, "    - wait: 2 s")
     assert insertion("tree:\n  sequence:", 2, "- wait: 2 s") == (2, "    - wait: 2 s")
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [("{a: {" + "a" * 99_000, 99_000), ("out: {" * 16_000 + "\nwait: $", 8), ("wait: $" + "$" * 90_000, 9)],
+)
+def test_a_text_that_is_meant_to_hurt_is_soon_done_with(words, text, column):
+    begin = time.process_time()
+    complete(text, text.count("\n") + 1, column, words)
+    keys_in(text)
+    assert time.process_time() - begin < 1.0, "nobody else is served meanwhile"

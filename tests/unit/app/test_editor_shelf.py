@@ -79,6 +79,16 @@ def test_a_draft_is_no_mission_until_it_is_saved(shelf):
     assert shelf.drafts() == [] and shelf.open("tea").draft is None
 
 
+def test_a_draft_that_another_text_takes_the_place_of_is_kept(shelf):
+    drafts = ["mission: tea\ntree:\n  mine\n", "mission: tea\ntree:\n  yours\n"]
+    shelf.save_draft("tea", drafts[0])
+    shelf.save_draft("tea", drafts[0])
+    assert shelf.versions("tea") == [], "it is the same text"
+    shelf.save_draft("tea", drafts[1])
+    shelf.save("tea", TEXT, "")
+    assert [shelf.version("tea", date) for date in shelf.versions("tea")] == drafts[::-1]
+
+
 def test_a_shipped_mission_is_read_and_never_written(shelf):
     opened = shelf.open("goto_user")
     assert not opened.own and "mission: goto_user" in opened.text

@@ -79,6 +79,23 @@ def test_requests_that_are_too_large_are_refused(length):
     assert ask(OPEN, [HERE, ("content-length", length)])[0] == 403
 
 
+def test_a_request_that_does_not_say_how_long_it_is_is_counted():
+    fastapi = pytest.importorskip("fastapi")
+    testing = pytest.importorskip("starlette.testclient")
+    app = fastapi.FastAPI()
+
+    @app.post("/words")
+    async def words(text: str = fastapi.Body()):
+        return len(text)
+
+    async def guarded(scope, receive, send):
+        await Guard(app, OPEN)(scope, receive, send)
+
+    client = testing.TestClient(guarded, base_url="http://localhost")
+    assert client.post("/words", content=iter([b"x" * 400_000] * 2)).json() == 800_000
+    assert client.post("/words", content=iter([b"x" * 400_000] * 3)).status_code == 413
+
+
 def test_with_tokens_everybody_needs_one(tokens):
     _, access, _ = tokens
     there = ("host", "robot.local:8080")
@@ -96,6 +113,8 @@ def test_a_token_in_the_address_becomes_a_cookie_that_scripts_cannot_read(tokens
     assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
     assert ask(access, [there, ("cookie", cookie.partition(";")[0])])[2] is Role.RUN
     assert ask(access, [there, ("cookie", f"{COOKIE}={given['look']}")], kind="websocket")[2] is Role.LOOK
+    others = f"odd[name]=1; {cookie.partition(';')[0]}; also odd"
+    assert ask(access, [there, ("cookie", others)])[2] is Role.RUN, "cookies of others on this host"
 
 
 def test_tokens_are_not_kept_themselves(tokens):

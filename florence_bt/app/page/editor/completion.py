@@ -22,10 +22,12 @@ _KEY = re.compile(r"([A-Za-z_]\w*)\s*:(?:\s+(.*))?$")
 _NUMBER = re.compile(r"[+-]?[0-9.]+\s*[a-z/°]*$")
 _DASHES = re.compile(r" *(?:- +)*")
 _NEW_KEY = re.compile(r"\b(?:as|index|attempt):\s*(\w+)|\$\{?\s*\$?(\w+)|->\s*(\w+)")
-_OUT = re.compile(r"\bout:\s*\{([^}]*)\}?")
+_OUT = re.compile(r"\bout:\s*\{([^{}]*)")
 _OUT_KEY = re.compile(r":\s*\$?(\w+)")
 _MOST_LINES = 2000
 """How far around a place is looked for what belongs to it."""
+_LONGEST_LINE = 1000
+"""Characters before a place; nothing is offered behind more: the page answers others meanwhile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,7 @@ def place_in(text: str, line: int, column: int) -> Place:
     )
 
 
-_KEY_VALUE = re.compile(r"(\w+)\s*:\s*([^,{}]*)")
+_KEY_VALUE = re.compile(r"\b(\w+)\s*:\s*([^,{}]*)")
 
 
 def _key_of(text: str) -> tuple[str | None, str]:
@@ -115,7 +117,7 @@ def _flow(rest: str) -> tuple[str, str, str] | None:
     if not opened:
         return None
     brace = opened[-1]
-    owner = re.search(r"(\w+)\s*:\s*$", rest[:brace])
+    owner = re.search(r"\b(\w+)\s*:\s*$", rest[:brace])
     around = rest[opened[-2] + 1 : brace] if len(opened) > 1 else rest[:brace]
     return owner[1] if owner else "", rest[brace + 1 :], around
 
@@ -191,6 +193,8 @@ def complete(text: str, line: int, column: int, words: Words) -> dict[str, Any]:
         ``from``: the column where what is replaced begins; ``options``: for each its ``label``, ``about`` and
         what is put there (``apply``).
     """
+    if column > _LONGEST_LINE:
+        return {"from": column, "options": []}
     place = place_in(text, line, column)
     if place.written.lstrip().startswith("#"):
         return {"from": column, "options": []}

@@ -115,6 +115,8 @@ class Desk:
             )
         except (FlorenceError, TimeoutError):
             return None
+        if not answer.values:  # so rclpy answers for an undeclared one
+            return None
         value = answer.values[0]
         if value.type == ParameterType.PARAMETER_STRING:
             return value.string_value
@@ -133,3 +135,4 @@ class Desk:
         """End what works for it."""
         await self.worker.close()
         await self.trials.close()
+        await self.scenarios.close()

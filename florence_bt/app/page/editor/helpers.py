@@ -34,16 +34,24 @@ _PACKAGE = "florence_bt.app.page.editor"
 
 
 async def _start(module: str, *arguments: str, **more: Any) -> asyncio.subprocess.Process:
-    return await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-m",
-        module,
-        *arguments,
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        limit=_LONGEST_LINE,
-        **more,
-    )
+    """Start a program of ours.
+
+    Raises:
+        FlorenceError: The machine has no room for it.
+    """
+    try:
+        return await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            module,
+            *arguments,
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            limit=_LONGEST_LINE,
+            **more,
+        )
+    except OSError as error:
+        raise FlorenceError(f"a process cannot be started: {error.strerror}") from error
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
@@ -83,12 +91,10 @@ class Worker:
             try:
                 answer = await asyncio.wait_for(self._answer(question), self._limit_s)
             except TimeoutError as error:
-                await self._close()
                 raise DeviceTimeout(
                     f"looking at this took more than {self._limit_s:g} s and was given up"
                 ) from error
             except (ConnectionError, ValueError) as error:
-                await self._close()
                 raise FlorenceError(
                     "what looks at texts broke down; the next change tries it again"
                 ) from error
@@ -101,9 +107,14 @@ class Worker:
             self._process = await _start(f"{_PACKAGE}.worker")
         process = self._process
         assert process.stdin is not None and process.stdout is not None
-        process.stdin.write(json.dumps(question).encode() + b"\n")
-        await process.stdin.drain()
-        answer: dict[str, Any] = json.loads(await process.stdout.readline())
+        try:
+            process.stdin.write(json.dumps(question).encode() + b"\n")
+            await process.stdin.drain()
+            answer: dict[str, Any] = json.loads(await process.stdout.readline())
+        except BaseException:
+            # Also when nobody waits any more: the answer in the pipe would be taken for the next one.
+            await self._close()
+            raise
         return answer
 
     async def _close(self) -> None:
@@ -162,7 +173,21 @@ class Trials:
         self._task = asyncio.create_task(self._serve(request))
 
     async def _serve(self, request: TrialRequest) -> None:
-        self._process = process = await _start(f"{_PACKAGE}.trial")
+        try:
+            # Its folder is ours: it is gone with the process, however that ends.
+            with tempfile.TemporaryDirectory(prefix="florence_trial_") as folder:
+                await self._play(request, folder)
+        except (FlorenceError, OSError, ValueError) as error:
+            broken = "the rig broke down; the terminal of the page says more"
+            why = str(error) if isinstance(error, FlorenceError) else broken
+            self.last = {"problem": "it was stopped" if self._stopping else why}
+        if self.last is not None and "problem" in self.last:
+            self.parts.put(
+                "run", {"mission": request.name, "state": "ABORTED", "reason": self.last["problem"]}
+            )
+
+    async def _play(self, request: TrialRequest, folder: str) -> None:
+        self._process = process = await _start(f"{_PACKAGE}.trial", folder)
         assert process.stdin is not None and process.stdout is not None
         try:
             process.stdin.write(json.dumps(asdict(request)).encode() + b"\n")
@@ -172,16 +197,9 @@ class Trials:
                 if not line:
                     raise ConnectionError
                 self._take(json.loads(line))
-        except (TimeoutError, ConnectionError, ValueError):
-            broken = "the rig broke down; the terminal of the page says more"
-            self.last = {"problem": "it was stopped" if self._stopping else broken}
         finally:
             await _end(process)
             self._process = None
-            if self.last is not None and "problem" in self.last:
-                self.parts.put(
-                    "run", {"mission": request.name, "state": "ABORTED", "reason": self.last["problem"]}
-                )
 
     def _take(self, news: dict[str, Any]) -> None:
         if "over" in news or "problem" in news:
@@ -228,6 +246,7 @@ class ScenarioRuns:
 
     def __init__(self) -> None:
         self._turn = asyncio.Lock()
+        self._process: asyncio.subprocess.Process | None = None
 
     async def run(
         self, name: str, text: str, scenarios: Path, folders: Sequence[Path], told: Callable[[str], None]
@@ -258,7 +277,7 @@ class ScenarioRuns:
                 (own / f"{name}.yaml").write_text(text, encoding="utf-8", errors="replace")
                 report = Path(folder) / "report.xml"
                 missions = [each for path in (*folders, own) for each in ("--missions", str(path))]
-                process = await _start(
+                self._process = process = await _start(
                     "florence_bt.cli",
                     "test",
                     str(scenarios.absolute()),
@@ -274,10 +293,16 @@ class ScenarioRuns:
                     raise DeviceTimeout(f"the scenarios took more than {SCENARIOS_S:g} s") from error
                 finally:
                     await _end(process)
+                    self._process = None
                 if not report.is_file():
                     told(said.decode(errors="replace"))
                     return []
                 return _results(report)
+
+    async def close(self) -> None:
+        """End what runs."""
+        if self._process is not None:
+            await _end(self._process)
 
 
 def _results(report: Path) -> list[dict[str, str]]:

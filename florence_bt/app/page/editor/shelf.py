@@ -110,7 +110,7 @@ class Shelf:
             ConfigError: This is no name of a mission, or the file cannot be read as text.
         """
         file = self.file_of(name)
-        draft = self.own / DRAFTS / f"{name}.yaml"
+        draft = self._draft_file(name)
         drafted = _read(draft) if draft.is_file() else None
         if file is None:
             return None if drafted is None else Opened("", draft, True, "", drafted)
@@ -119,7 +119,7 @@ class Shelf:
         return Opened(text, file, own, _print(text), drafted if drafted != text else None)
 
     def save(self, name: str, text: str, known: str) -> Saved:
-        """Write a mission; what stood there before is kept, and its draft is done with.
+        """Write a mission; what stood there before is kept, also in its draft, which is done with.
 
         Args:
             name: The mission.
@@ -135,20 +135,21 @@ class Shelf:
         before = _read(file) if file.is_file() else None
         if before is not None and before != text and _print(before) != known:
             raise ChangedMeanwhile(f"{file} was changed since it was opened here")
+        draft = self._keep_draft(name, text)
         kept = self._keep(name, before) if before is not None and before != text else None
         write_output(file, text, make_folder=True)
-        (self.own / DRAFTS / f"{name}.yaml").unlink(missing_ok=True)
+        draft.unlink(missing_ok=True)
         return Saved(file, kept, _print(text))
 
     def save_draft(self, name: str, text: str) -> Path:
-        """Keep a text that is not ready; no robot reads it.
+        """Keep a text that is not ready, and the draft before as an old version; no robot reads it.
 
         Raises:
             ConfigError: This is no name of a mission, the text is too long, or it cannot be written.
         """
-        checked_name(name)
-        file = self.own / DRAFTS / f"{name}.yaml"
-        write_output(file, _whole(text, file), make_folder=True)
+        text = _whole(text, self._draft_file(name))
+        file = self._keep_draft(name, text)
+        write_output(file, text, make_folder=True)
         return file
 
     def versions(self, name: str) -> list[str]:
@@ -181,6 +182,16 @@ class Shelf:
 
     def _own_file(self, name: str) -> Path:
         return self.own / f"{checked_name(name)}.yaml"
+
+    def _draft_file(self, name: str) -> Path:
+        return self.own / DRAFTS / f"{checked_name(name)}.yaml"
+
+    def _keep_draft(self, name: str, text: str) -> Path:
+        """Keep the draft as an old version unless it has this text: another may have written it."""
+        file = self._draft_file(name)
+        if file.is_file() and (drafted := _read(file)) != text:
+            self._keep(name, drafted)
+        return file
 
     def _keep(self, name: str, text: str) -> Path:
         folder = self.own / VERSIONS / name

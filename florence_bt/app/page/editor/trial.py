@@ -1,7 +1,7 @@
 """Runs one mission in the simulated flat, as a process: a request comes as a line of JSON, and what is to be
 seen goes out as lines of JSON. A second line, or the end of the input, stops the mission.
 
-``python -m florence_bt.app.page.editor.trial``
+``python -m florence_bt.app.page.editor.trial FOLDER``, an empty folder for the journal.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import base64
 import json
 import os
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable
@@ -247,10 +246,9 @@ def main() -> None:
 
     try:
         request = TrialRequest(**json.loads(sys.stdin.readline()))
-        with tempfile.TemporaryDirectory(prefix="florence_trial_") as folder:
-            trial = Trial(request, Path(folder))
-            threading.Thread(target=trial.stop_after, args=(sys.stdin,), daemon=True).start()
-            tell(over=trial.run(lambda parts: tell(**parts)))
+        trial = Trial(request, Path(sys.argv[1]))
+        threading.Thread(target=trial.stop_after, args=(sys.stdin,), daemon=True).start()
+        tell(over=trial.run(lambda parts: tell(**parts)))
     except FlorenceError as error:
         tell(problem=str(error))
 

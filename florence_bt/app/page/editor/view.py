@@ -19,7 +19,7 @@ from florence_bt.app.page.editor.helpers import check_size
 from florence_bt.app.page.editor.shelf import ChangedMeanwhile, Opened, Saved, checked_name, date_text
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
-from florence_bt.app.page.mission_form import input_field
+from florence_bt.app.page.mission_form import input_field, text_of
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
 
@@ -139,12 +139,8 @@ class InputForm:
     @property
     def values(self) -> dict[str, str]:
         """What was typed, without empty fields."""
-        texts = {name: _text_of(field.value) for name, field in self._fields.items()}
+        texts = {name: text_of(field.value) for name, field in self._fields.items()}
         return {name: text for name, text in texts.items() if text}
-
-
-def _text_of(value: Any) -> str:
-    return ("true" if value else "false") if isinstance(value, bool) else str(value or "").strip()
 
 
 class EditorPage:
@@ -232,7 +228,7 @@ class EditorPage:
                 )
                 self._run = ui.button("Run on the robot…", icon="play_arrow", on_click=self._run_on_robot)
                 self._run.props("outline no-caps").classes(short).mark("run")
-                self._run.set_enabled(self._home.there)
+                self._allow_run()
         self._short_note = ui.label(self._home.note).classes("text-xs text-gray-500 md:hidden")
 
     def _build_draft_note(self, opened: Opened) -> None:
@@ -372,9 +368,14 @@ class EditorPage:
         for note in (self._note, self._short_note):
             note.set_text(self._home.note)
         if self._name:
-            self._run.set_enabled(self._home.there)
+            self._allow_run()
             await self._look_at_text()
         await self._told(self._refresh())
+
+    def _allow_run(self) -> None:
+        """Offer to run it if the robot would: of a folder that it does not read it would run another one."""
+        shipped = self._opened is not None and not self._opened.own
+        self._run.set_enabled(self._home.there and (self._home.reads_own or shipped))
 
     async def _on_text(self, text: Any) -> None:
         if not isinstance(text, str):
@@ -395,8 +396,8 @@ class EditorPage:
         finally:
             self._looking = False
 
-    async def _look_at_text(self) -> None:
-        """Check the text as it is now, and show what came out of it."""
+    async def _look_at_text(self) -> dict[str, Any]:
+        """Check the text as it is now, and show and return what came out of it: nothing if that failed."""
         text = self._text
         try:
             check_size(text)
@@ -410,14 +411,15 @@ class EditorPage:
         except FlorenceError as error:
             self._look = {}
             self._editor.show([], str(error))
-            return
-        self._look = {**look, "text": text}
+            return {}
+        self._look = look
         errors = sum(each["severity"] == "error" for each in look["findings"])
         warnings = len(look["findings"]) - errors
         self._editor.show(look["findings"], _summary(errors, warnings))
         self._outline.show(look["outline"])
         self._form.show(look["inputs"])
         self._show_state()
+        return look
 
     def _name_in(self, text: str) -> str:
         """Return what a text calls its mission: so is its file called."""
@@ -479,11 +481,12 @@ class EditorPage:
     async def _save(self) -> None:
         if not self._name:
             return
-        await self._look_at_text()
-        text, shelf = self._text, self._home.shelf
+        text, shelf = self._text, self._home.shelf  # what is typed meanwhile is not saved
         name = self._name_in(text)
-        if not self._look.get("fits") or self._look.get("text") != text:
-            sentence = "It has errors and would not run, so it is not saved as a mission. Keep it as a draft?"
+        look = await self._look_at_text()
+        if not look.get("fits"):
+            why = "It has errors and would not run" if look else "It could not be checked"
+            sentence = f"{why}, so it is not saved as a mission. Keep it as a draft?"
             if await confirmed(sentence, "Keep the draft"):
                 file = await self._told(_now(lambda: shelf.save_draft(name, text)))
                 if file is not None:
@@ -505,15 +508,16 @@ class EditorPage:
         if saved is None:
             return
         self._opened = Opened(text, saved.file, True, saved.print)
-        self._saved = self._text
+        self._saved = text
         self._show_state()
+        self._allow_run()
         kept = f"; what stood there is kept in {saved.before}" if saved.before else ""
         ui.notify(f"saved in {saved.file}{kept}", type="positive", multi_line=True)
         if self._home.there and self._home.reads_own:
             report = await self._told(self._desk.reload())
             if report:
                 ui.notify(f"the robot: {report}", multi_line=True)
-        if name != self._name:
+        if name != self._name and text == self._text:
             self._editor.set_dirty(False)
             ui.navigate.to(f"/edit/{name}")
         else:
@@ -556,13 +560,15 @@ class EditorPage:
     async def _try_it(self) -> None:
         if not self._name:
             return
-        await self._look_at_text()
-        if not self._look.get("fits") or self._look.get("text") != self._text:
-            ui.notify("the mission has errors: mend them first", type="warning")
+        text = self._text
+        look = await self._look_at_text()
+        if not look.get("fits"):
+            why = "the mission has errors: mend them first" if look else "the mission could not be checked"
+            ui.notify(why, type="warning")
             return
         request = TrialRequest(
-            name=self._name_in(self._text),
-            text=self._text,
+            name=self._name_in(text),
+            text=text,
             folders=tuple(str(folder) for folder in self._home.shelf.folders),
             inputs=self._form.values,
             person=self._person.value if self._person.value in _PEOPLE else "",

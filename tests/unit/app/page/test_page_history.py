@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import weakref
+
 import pytest
 
 pytest.importorskip("nicegui")
 
 from nicegui import ui
 
-from florence_bt.app.page.history import add_history, run_address, runs_address
+from florence_bt.app.page.history import MOST_KEPT, RecentPlaybacks, add_history, run_address, runs_address
 from tests.unit.app.page.page_user import look_at
 from tests.unit.app.test_playback import record
 
@@ -62,3 +64,20 @@ def test_without_a_journal_the_page_says_so(tmp_path):
         await user.should_see("there is no journal")
 
     look_at(history_of(tmp_path), do)
+
+
+def test_only_the_runs_that_were_looked_at_last_are_kept_and_the_others_can_be_looked_at_still(tmp_path):
+    ids = [record(tmp_path, number) for number in range(1, MOST_KEPT + 3)]
+    recent = RecentPlaybacks(tmp_path)
+    opened = [weakref.ref(recent.open(each)[0]) for each in ids]
+    assert [each() is not None for each in opened] == [False] * 2 + [True] * MOST_KEPT
+    assert recent.moment(ids[0], 0).text == "the run started"
+    assert opened[2]() is None and opened[3]() is not None
+
+
+def test_a_run_is_read_as_it_is_when_it_is_opened(tmp_path):
+    run_id = record(tmp_path)
+    recent = RecentPlaybacks(tmp_path)
+    assert recent.open(run_id)[0].person
+    (tmp_path / run_id / "result.json").unlink()
+    assert recent.open(run_id)[0].person is None

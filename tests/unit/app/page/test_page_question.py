@@ -40,6 +40,35 @@ def test_a_question_opens_a_dialog_that_gives_the_answer(typed):
     assert request.text == (typed or "yes")
 
 
+def test_a_double_tap_answers_one_question():
+    robot = NotedRobot({"florence_bt/answer": SimpleNamespace(accepted=True, message="answered")})
+    robot.question = "'Shall I come in?'"
+
+    async def do(user):
+        await until(lambda: dialog_of(user).value)
+        user.find("yes").click()
+        user.find("yes").click()
+        await until(lambda: not dialog_of(user).value)
+
+    look_at(lambda: QuestionDialog(actor_for(robot, Role.RUN)), do)
+    assert len(robot.requests("florence_bt/answer")) == 1
+
+
+def test_an_answer_to_a_question_that_was_answered_is_not_given_to_the_next_one():
+    robot = NotedRobot({"florence_bt/answer": SimpleNamespace(accepted=True, message="answered")})
+    robot.question = "'Shall I come in?'"
+
+    async def do(user):
+        await until(lambda: dialog_of(user).value)
+        robot.question = "'Shall I throw it away?'"
+        user.find("yes").click()
+        await user.should_see("does not ask this any more", retries=100)
+        await user.should_see("'Shall I throw it away?'", retries=100)
+        assert not robot.asked and dialog_of(user).value
+
+    look_at(lambda: QuestionDialog(actor_for(robot, Role.RUN)), do)
+
+
 def test_it_closes_when_somebody_else_has_answered():
     robot = NotedRobot({})
     robot.question = "'Who is there?'"

@@ -99,6 +99,7 @@ export default {
         CM.basicSetup, signs, marks, told, look, language.of([]),
         CM.indentUnit.of("  "), CM.indentService.of(indent_after), CM.keymap.of([CM.indentWithTab]), CM.EditorView.lineWrapping,
         CM.EditorView.contentAttributes.of({ "aria-label": "mission", autocapitalize: "off", spellcheck: "false" }),
+        CM.EditorView.domEventHandlers({ blur: () => { if (this.due) this.tell(); } }), // a button is pressed next
         CM.EditorState.languageData.of(() => words),
         CM.EditorView.updateListener.of((update) => {
           if (update.docChanged) this.changed();
@@ -119,6 +120,7 @@ export default {
     changed() { clearTimeout(this.due); this.due = setTimeout(() => this.tell(), QUIET_MS); },
     tell() {
       clearTimeout(this.due);
+      this.due = 0;
       const text = this.editor.state.doc.toString();
       this.$emit("text", { text: text.length > this.most ? null : text });
     },

@@ -1,0 +1,46 @@
+"""The form that starts a mission sends what the mission server can read."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("nicegui")
+pytest.importorskip("rclpy")
+
+from florence_interfaces.msg import MissionInfo, MissionPort
+from nicegui import ui
+
+from florence_bt.app.page.access import Role
+from florence_bt.app.page.mission_form import choose_mission
+from tests.unit.app.page.page_user import NotedRobot, actor_for, click, look_at, until
+
+
+@pytest.mark.parametrize("ticked", [True, False])
+def test_a_checkbox_is_a_boolean_input(ticked):
+    mission = MissionInfo(
+        name="wave", inputs=[MissionPort(name="twice", type="boolean", default_value="false")]
+    )
+    robot = NotedRobot(
+        {
+            "florence_bt/list_missions": SimpleNamespace(missions=[mission]),
+            "florence_bt/run_mission": SimpleNamespace(accepted=True, message=""),
+        }
+    )
+
+    async def do(user):
+        await click(user, "begin")
+        await user.should_see("mission", retries=600)
+        (chosen,) = user.find(ui.select).elements
+        chosen.value = "wave"
+        await user.should_see(ui.checkbox, retries=600)
+        (box,) = user.find(ui.checkbox).elements
+        box.value = ticked
+        await click(user, "go")
+        await until(lambda: robot.requests("florence_bt/run_mission"))
+
+    look_at(lambda: ui.button("begin", on_click=lambda: choose_mission(actor_for(robot, Role.RUN))), do)
+    (request,) = robot.requests("florence_bt/run_mission")
+    assert request.input_names == ["twice"]
+    assert request.input_values == ["true" if ticked else "false"]
