@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -58,7 +59,12 @@ def look_at(show: Callable[[], Any], do: Callable[[User], Awaitable[None]]) -> N
             await user.open("/")
             await do(user)
 
-    asyncio.run(session())
+    modules = dict(sys.modules)
+    try:
+        asyncio.run(session())
+    finally:
+        # NiceGUI forgets the modules of pages, and the packages that they are in.
+        sys.modules.update(modules)
 
 
 async def until(condition: Callable[[], Any]) -> None:
