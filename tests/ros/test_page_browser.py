@@ -113,8 +113,15 @@ def wait_until_it_moves(page: Any, start: list[float], pixels: float = 15.0) -> 
 
 
 def start_by_form(page: Any, mission: str) -> None:
-    page.get_by_role("button", name="Start…").click()
-    page.get_by_role("dialog").get_by_label("mission").fill(mission)
+    asked = page.get_by_role("dialog").get_by_label("mission")
+    for _ in range(20):
+        try:  # the page asks the mission server, which may not be found yet
+            page.get_by_role("button", name="Start…").click(timeout=1_000)
+            asked.wait_for(timeout=12_000)
+            break
+        except playwright.Error:
+            continue
+    asked.fill(mission)
     page.get_by_role("option", name=mission, exact=True).click()
     page.get_by_role("dialog").get_by_role("button", name="Start").click()
 

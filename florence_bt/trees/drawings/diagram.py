@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
@@ -33,7 +33,7 @@ class Box:
     edge: str = ""
     guards: tuple[str, ...] = ()
     because: tuple[str, ...] = ()
-    position: Position | None = None
+    position: Position | None = field(default=None, compare=False)
 
     def walk(self) -> Iterator[Box]:
         """Yield this box and every box below."""
