@@ -13,7 +13,7 @@ EXTRAS = {
     "draw": ("resvg_py",),
     "home": ("paho",),
     "record": ("foxglove", "mcap"),
-    "page": ("nicegui", "fastapi", "uvicorn"),
+    "page": ("nicegui", "fastapi", "starlette", "uvicorn"),
     "mapping": ("gtsam", "rosbags"),
     "test": ("pytest",),
 }

@@ -29,6 +29,7 @@ FROM_PIP = {
     "mcap",
     "nicegui",
     "fastapi",
+    "starlette",
     "uvicorn",
 }
 """rosdep has no keys for these."""

@@ -213,7 +213,7 @@ def _cookie(headers: Mapping[str, str]) -> str:
 
 def _bounded(receive: Receive) -> Receive:
     """Refuse a request that turns out to be too large: it need not have said how long it is."""
-    from starlette.exceptions import HTTPException
+    from fastapi import HTTPException
 
     received = 0
 
