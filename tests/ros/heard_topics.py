@@ -15,10 +15,14 @@ from florence_bt.core.interfaces import load_interface
 
 LOOK_S = 1.0
 DEPTH = 1000
+OF_STARTING_PROCESSES = {"/parameter_events"}
+"""A process publishes on these as it starts: who has not found it by then hears nothing."""
 
 
 class HeardTopics:
     """Counts every message of the topics that a node called ``recorder`` hears; a context manager.
+
+    Topics on which processes publish as they start are left out.
 
     Attributes:
         messages: (topic, serialised message) -> how often it came.
@@ -59,7 +63,7 @@ class HeardTopics:
         for name, (type_name, *_) in self._node.get_topic_names_and_types():
             heard_by = {each.node_name for each in self._node.get_subscriptions_info_by_topic(name)}
             offers = [each.qos_profile for each in self._node.get_publishers_info_by_topic(name)]
-            if name in self._topics or "recorder" not in heard_by or not offers:
+            if name in self._topics | OF_STARTING_PROCESSES or "recorder" not in heard_by or not offers:
                 continue
             reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offers)
             qos = QoSProfile(
