@@ -11,6 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
 
+from florence_bt.app.recording.node import INTAKE
 from florence_bt.core.interfaces import load_interface
 
 LOOK_S = 1.0
@@ -20,7 +21,7 @@ OF_STARTING_PROCESSES = {"/parameter_events"}
 
 
 class HeardTopics:
-    """Counts every message of the topics that a node called ``recorder`` hears; a context manager.
+    """Counts every message of the topics that a recorder hears; a context manager.
 
     Topics on which processes publish as they start are left out.
 
@@ -63,7 +64,7 @@ class HeardTopics:
         for name, (type_name, *_) in self._node.get_topic_names_and_types():
             heard_by = {each.node_name for each in self._node.get_subscriptions_info_by_topic(name)}
             offers = [each.qos_profile for each in self._node.get_publishers_info_by_topic(name)]
-            if name in self._topics | OF_STARTING_PROCESSES or "recorder" not in heard_by or not offers:
+            if name in self._topics | OF_STARTING_PROCESSES or INTAKE not in heard_by or not offers:
                 continue
             reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offers)
             qos = QoSProfile(

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import socket
 import struct
-import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
@@ -15,25 +14,27 @@ from typing import Annotated, Any
 
 import foxglove
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.subscription import Subscription
 
 from florence_bt.app.recording.files import RecordingFiles, RecordingLimits, make_folder
+from florence_bt.app.recording.intake import Intake
 from florence_bt.app.recording.schemas import message_schema
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.interfaces import load_interface
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import NO_EVENTS
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
 LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
 """Every so many looks the publishers of known topics are counted, and all their offers looked at: for each
 topic the one takes a tenth of a millisecond, the other a whole one."""
+TAKE_S = 0.1
+"""How often what came is written: Foxglove shows it so much later."""
 DEPTH = 500
-"""Messages that may wait while the process has no turn."""
+"""Messages of a topic that may wait to be taken."""
+INTAKE = "_recorder_intake"
+"""The node that hears the topics."""
 MOST_HELD = 64_000_000
 """Bytes of messages that may wait for the time of a simulation; with more, nobody waits any longer."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
@@ -85,8 +86,6 @@ class _Topic:
         self.count = 0
         self.viewers = 0
         self.recorded = False
-        self.turn = 0
-        self.subscription: Subscription | None = None
         self.qos: QoSProfile | None = None
         self.publishers = 0
 
@@ -121,20 +120,24 @@ class RecorderNode(FlorenceNode):
         if not params.folder and not params.foxglove_port:
             raise ConfigError("nothing to record for", valid=["folder", "foxglove_port"])
         self._logged = foxglove.Context()
+        self._intake = Intake(INTAKE, self.context)
+        self.on_close(self._intake.close)
         self._topics: dict[str, _Topic] = {}
         self._refused: set[str] = set()
         self._looks = 0
         self._simulated_ns: int | None = None
-        self._held: list[tuple[_Topic, bytes]] | None = []
+        self._held: list[tuple[_Topic, bytes, int]] | None = []
         self._held_bytes = 0
         self._files: RecordingFiles | None = None
         if params.folder:
             self._files = RecordingFiles(Path(params.folder), limits, self._logged, self._is_wanted)
             self.on_close(self._files.close)
         self.on_close(self._write_held)
+        self.on_close(self._take)
         if params.foxglove_port:
             self._serve_foxglove(params.foxglove_port)
         call_every(self.steady, LOOK_S, self._look)
+        call_every(self.steady, TAKE_S, self._take)
         self.steady.call_at(self.steady.now() + params.clock_wait, self._write_held)
         self._look()
 
@@ -231,52 +234,40 @@ class RecorderNode(FlorenceNode):
 
         The time of a simulation is always followed: all else is written by it.
         """
-        if topic.subscription is not None:
-            self.destroy_subscription(topic.subscription)
-            topic.subscription = None
-        topic.turn += 1
         if topic.qos is None or not (topic.is_used or topic.type_name == _CLOCK):
-            return
-        topic.subscription = self.create_subscription(
-            load_interface(topic.type_name),
-            topic.name,
-            self._receiver(topic),
-            topic.qos,
-            raw=True,
-            event_callbacks=NO_EVENTS,
-        )
+            self._intake.unsubscribe(topic.name)
+        else:
+            self._intake.subscribe(topic.name, topic.type_name, topic.qos)
 
-    def _receiver(self, topic: _Topic) -> Callable[[bytes], None]:
-        is_clock, turn = topic.type_name == _CLOCK, topic.turn
+    # ---- messages -------------------------------------------------------------------------------------
 
-        def receive(serialised: bytes) -> None:
-            if topic.turn != turn:
-                return  # of the subscription before, which is not gone yet
-            if is_clock:
+    def _take(self) -> None:
+        """Write what came since the last time, or keep it until it is known which time counts."""
+        for received_ns, name, serialised in self._intake.take():
+            topic = self._topics[name]
+            if topic.type_name == _CLOCK:
                 seconds, nanoseconds = _TIME.unpack_from(serialised)
                 self._simulated_ns = seconds * 1_000_000_000 + nanoseconds
                 self._write_held()
             if self._held is None:
-                self._write(topic, serialised)
-                return
-            self._held.append((topic, serialised))
+                self._write(topic, serialised, received_ns)
+                continue
+            self._held.append((topic, serialised, received_ns))
             self._held_bytes += len(serialised)
             if self._held_bytes > MOST_HELD:
                 self._write_held()
 
-        return receive
-
-    def _write(self, topic: _Topic, serialised: bytes) -> None:
+    def _write(self, topic: _Topic, serialised: bytes, received_ns: int) -> None:
         if not topic.is_used:
             return
         topic.count += 1
-        topic.channel.log(serialised, log_time=self._simulated_ns or time.time_ns())
+        topic.channel.log(serialised, log_time=self._simulated_ns or received_ns)
 
     def _write_held(self) -> None:
         """Write what came before it was known which time counts, which nothing waits for any longer."""
         held, self._held = self._held or (), None
-        for topic, serialised in held:
-            self._write(topic, serialised)
+        for message in held:
+            self._write(*message)
 
     # ---- Foxglove -------------------------------------------------------------------------------------
 
@@ -300,7 +291,7 @@ class RecorderNode(FlorenceNode):
         topic = self._topics[name]
         topic.viewers += more
         # A new viewer needs the last message of a latched topic.
-        if topic.subscription is None or not topic.recorded or (more > 0 and topic.is_latched):
+        if topic.name not in self._intake or not topic.recorded or (more > 0 and topic.is_latched):
             self._subscribe(topic)
 
 
