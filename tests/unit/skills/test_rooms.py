@@ -48,6 +48,13 @@ def test_a_door_in_the_corner_divides_rooms_too():
     assert len(areas(home(door_at=0.0))) == 2
 
 
+@pytest.mark.parametrize("low", [0.6, 3.0, 3.6])
+def test_so_does_a_wall_with_a_hole_where_a_mirror_hangs(low):
+    grid = home()
+    block(grid, 3.95, low, 4.05, low + 0.4, FREE)
+    assert areas(grid) == pytest.approx([15.8, 15.8], abs=0.3)
+
+
 def test_a_wide_opening_does_not():
     assert areas(home(door=1.8)) == pytest.approx([32.0], abs=0.3)
 

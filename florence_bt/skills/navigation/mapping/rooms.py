@@ -1,8 +1,9 @@
 """Proposes rooms on a map: where they are, and where the robot is to stand in each.
 
 A door is a gap in a thin wall. Furniture leaves gaps of the same width, but stands against a wall, or is
-deep: only what has free floor close on both sides is a wall that can have a door. Gaps of doors are closed;
-what is still connected then is a room.
+deep: only what has free floor close on both sides is a wall that can have a door. Gaps of doors are closed,
+and so are narrower ones: the laser sees through a wall where a mirror hangs. What is still connected then is
+a room.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ class _Piece:
 
 @dataclass(frozen=True, slots=True)
 class _Gap:
-    """A gap that may be a door, in cells of the turned map, (row, column) each.
+    """A gap that may be a door, or a hole in a wall, in cells of the turned map, (row, column) each.
 
     Attributes:
         along: Axis of the wall: 1 for rows, 0 for columns.
@@ -263,7 +264,7 @@ class _Rows:
         return round(length * self._per_metre)
 
     def gaps(self) -> Iterator[_Gap]:
-        """Find the gaps that may be doors."""
+        """Find the gaps that may be doors, and those too narrow for one."""
         for piece in self._pieces:
             for (row, end), step in zip(piece.ends, (-1, 1), strict=True):
                 gap = self._gap(piece, row, end, step)
@@ -271,14 +272,14 @@ class _Rows:
                     yield gap
 
     def _gap(self, piece: _Piece, row: int, end: int, step: int) -> _Gap | None:
-        """Return the gap at an end of a piece, to the right for a step of 1; None when there is no door."""
+        """Return the gap at an end of a piece, to the right for a step of 1; None when there is none."""
         rows, last = slice(max(0, row - 1), row + 2), self._floor.shape[1] - 1
-        least, ordinary, most = map(self._cells, DOOR_M)
+        _, ordinary, most = map(self._cells, DOOR_M)
         begin = self._behind_leaf(row, rows, end + step, step)
         ahead = np.arange(begin, begin + step * (most + 2), step)
         open_floor = self._floor[rows, ahead[(ahead >= 0) & (ahead <= last)]].all(axis=0)
         width = int(np.argmin(open_floor)) if not open_floor.all() else 0
-        if not least <= width <= most:
+        if not 0 < width <= most:
             return None
         stop = begin + step * width
         beyond = np.arange(stop, stop + step * (self._cells(_HINGE_M) + 1), step).clip(0, last)
@@ -332,11 +333,12 @@ def _thin(floor: BoolGrid, thickest: int) -> tuple[BoolGrid, BoolGrid]:
 
 def _doors(gaps: list[_Gap], resolution: float) -> list[_Gap]:
     """Leave out the gaps beside open leaves: what has the length of the door at its foot."""
-    near, longest = _LEAF_M / resolution, DOOR_M[-1] / resolution
+    near, narrowest, longest = _LEAF_M / resolution, DOOR_M[0] / resolution, DOOR_M[-1] / resolution
 
     def is_leaf(piece: _Piece, gap: _Gap) -> bool:
         return piece.length <= longest and any(
             other.along != gap.along
+            and other.width >= narrowest
             and other.wall > gap.wall
             and abs(other.width - piece.length) <= near
             and min(math.dist(a, b) for a in piece.ends for b in (other.start, other.stop)) <= near
