@@ -18,7 +18,6 @@ from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
 from florence_bt.app.page.question import QuestionDialog
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.core.errors import FlorenceError
 
 
 def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
@@ -61,15 +60,7 @@ class Page:
             TreeView().classes("w-full h-full").mark("tree")
         if actor.may(Role.RUN):
             DrivePad().classes("fixed right-2 bottom-2 z-10 max-w-full")
-        self._menu = MapMenu(view, actor)
-        ui.timer(0.1, self._read_places, once=True)
-
-    async def _read_places(self) -> None:
-        """Show the rooms and objects of the locator's file; without a locator there are none."""
-        try:
-            self._menu.places = await self._actor.read_places()
-        except FlorenceError as error:
-            ui.notify(f"no places are shown: {error}", type="warning", multi_line=True)
+        MapMenu(view, actor)
 
     def _add_controls(self, actor: Actor) -> None:
         ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
