@@ -34,6 +34,7 @@ from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
 from florence_bt.ros.topics import MANUAL_OVERRIDE  # noqa: E402
 from florence_bt.skills.locator.node import LocatorNode  # noqa: E402
 from tests.ros.conftest import Child  # noqa: E402
+from tools.page_figures import browser_socket  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -245,6 +246,22 @@ def test_a_message_that_is_too_large_ends_that_viewer_only(ros: Any, page: int) 
     hostile.close()
     ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
     viewer.close()
+
+
+def test_a_flood_on_the_socket_of_nicegui_ends_that_browser_only(ros: Any, page: int) -> None:
+    ros.add(Robot())
+    viewer = Viewer(page)
+    with browser_socket(page) as (hostile, event), browser_socket(page) as (calm, _):
+        with pytest.raises(ConnectionClosed):
+            for _ in range(10_000):
+                hostile.send(event)
+        assert hostile.close_code == 1008
+        calm.send(event)
+        calm.ping().wait(60)
+        assert calm.close_code is None
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    viewer.close()
+    assert get(page, "/_nicegui_ws/socket.io/?EIO=4&transport=polling")[0] == 400
 
 
 def test_on_the_network_it_needs_a_token(

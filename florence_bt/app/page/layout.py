@@ -8,7 +8,7 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from florence_interfaces.srv import PauseMission, ResumeMission, StopMission
-from nicegui import ui
+from nicegui import core, ui
 
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.acting import Actor
@@ -34,6 +34,9 @@ def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
         Page(Actor(ros, request.scope.get(ROLE, Role.LOOK)))
 
     add_history(runs)
+    # By WebSocket alone, as the live stream: long polling would be another way in, which nobody counts.
+    core.app.config.socket_io_js_transports = ["websocket"]
+    core.sio.eio.transports = ["websocket"]
     ui.run_with(app, title="Florence", show_welcome_message=False)
 
 
