@@ -69,7 +69,7 @@ class Page:
         ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
         _icon("pause", "pause the mission", self._pause)
-        _icon("resume", "go on with the mission", self._resume)
+        _icon("play_circle_outline", "go on with the mission", self._resume)
         QuestionDialog(actor)
         ui.button("STOP THE ROBOT", on_click=lambda: actor.override(True), color="negative").mark("override")
         ui.button("release", on_click=lambda: actor.override(False)).props("flat").mark("release")
