@@ -10,6 +10,7 @@ import argparse
 import http.client
 import json
 import os
+import re
 import shutil
 import socket
 import statistics
@@ -24,6 +25,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+from florence_bt.app.page.access import PAGES_S
 from tools.tables import milliseconds, table, write_between_marks
 
 NODES = 2_000
@@ -335,17 +337,63 @@ def flood(page: Page) -> str:
     hostile.ended = True  # it takes nothing any more
     hostile.join()
     ended = "all are taken"
+    before, begin = viewer.frames, time.monotonic()
     try:
         for _ in range(10_000):
             hostile.socket.send("drive 1 x " + "y" * 10_000)
     except ConnectionClosed:
         ended = "it is left alone"
-    before = viewer.frames
-    time.sleep(3.0)
-    beside = (viewer.frames - before) / 3.0
+    return f"{ended}; {beside(viewer, before, begin)}"
+
+
+def beside(viewer: Viewer, before: int, begin: float) -> str:
+    """Return how often a viewer gets a frame, at least 3 s long, and let it leave."""
+    time.sleep(max(0.0, begin + 3.0 - time.monotonic()))
+    frames = (viewer.frames - before) / (time.monotonic() - begin)
     viewer.close()
-    hostile.close()
-    return f"{ended}; the viewer beside it gets {beside:.1f} frames a second"
+    return f"the viewer beside it gets {frames:.1f} frames a second"
+
+
+@contextmanager
+def browser_socket(port: int) -> Iterator[tuple[Any, str]]:
+    """Open NiceGUI's own socket as a browser does; gives it, and an event with 10 kB for an element."""
+    from websockets.sync.client import connect
+
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as client:
+        client.request("GET", "/")
+        found = re.search(r"client_id': '([0-9a-f-]{36})'", client.getresponse().read().decode())
+    assert found is not None
+    query = f"client_id={found[1]}&next_message_id=0&implicit_handshake=true&tab_id=t&document_id=d"
+    address = f"ws://127.0.0.1:{port}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}"
+    event = {"client_id": found[1], "id": 0, "listener_id": "x", "args": [json.dumps("y" * 10_000)]}
+    with connect(address, origin=f"http://127.0.0.1:{port}", max_size=None) as opened:
+        opened.send("40")
+        while not opened.recv(timeout=60.0).startswith("40"):
+            pass
+        yield opened, "42" + json.dumps(["event", event])
+
+
+def flood_of_events(page: Page) -> str:
+    """Return what becomes of a browser that sends 10,000 events on NiceGUI's own socket, and of a viewer."""
+    from websockets.exceptions import ConnectionClosed
+
+    viewer, ended = Viewer(page), "all are taken"
+    with browser_socket(page.port) as (hostile, event):
+        before, begin = viewer.frames, time.monotonic()
+        try:
+            for _ in range(10_000):
+                hostile.send(event)
+        except ConnectionClosed:
+            ended = "it is left alone"
+        return f"{ended}; {beside(viewer, before, begin)}"
+
+
+def flood_of_pages(page: Page) -> str:
+    """Return what becomes of somebody who opens a page 500 times, and of a viewer."""
+    viewer = Viewer(page)
+    before, begin = viewer.frames, time.monotonic()
+    served = sum(page.get("/")[0] == 200 for _ in range(500))
+    return f"it gets {served} pages; {beside(viewer, before, begin)}"
 
 
 def rows(folder: Path) -> Iterator[Sequence[str]]:
@@ -370,6 +418,9 @@ def rows(folder: Path) -> Iterator[Sequence[str]]:
             )
             yield "memory of the page", f"{page.memory_mb():.0f} MB"
             yield "a viewer that says 10,000 long things at once", flood(page)
+            yield "10,000 long events at once on NiceGUI's own socket", flood_of_events(page)
+            yield "somebody who opens a page 500 times", flood_of_pages(page)
+            time.sleep(PAGES_S)
         for rate in (2.0, 10.0):
             with robot_process(NODES, rate):
                 share, frames = looked_at(page, VIEWERS)

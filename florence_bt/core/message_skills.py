@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -208,6 +208,8 @@ class AnswerWait(MessageWait):
     ) -> None:
         super().__init__(clock, label, served)
         self._keep_s = served.keep_s
+        self._choices_of = served.choices
+        self._choices: Sequence[str] = ()
         self._report = report
         self._sentence = ""
         self._open_until = -math.inf
@@ -220,6 +222,12 @@ class AnswerWait(MessageWait):
         if self._runs or self._clock.now() <= self._open_until:
             return f"{self._sentence!r}" if self._sentence else "a question without words"
         return ""
+
+    @property
+    def question_with_choices(self) -> str:
+        """The question, with a line for each answer that the mission names; empty when there is none."""
+        choices = [" ".join(each.split()) for each in self._choices] if self._runs else []
+        return "\n  ".join([self.question, *filter(None, choices)])
 
     def hear(self, sentence: str) -> None:
         """Take what the robot says now; empty when it is silent."""
@@ -235,6 +243,7 @@ class AnswerWait(MessageWait):
     def start(self, inputs: Inputs) -> SkillRun:
         """Wait from now on; an answer that was kept ends the wait at once."""
         run = super().start(inputs)
+        self._choices = self._choices_of(inputs)
         kept, self._kept = self._kept, None
         if kept is not None:
             self._give(kept)

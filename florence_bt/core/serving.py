@@ -7,7 +7,7 @@ imported, and messages are read by their fields, so that the rig and ``florence 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -143,7 +143,9 @@ class QuestionBinding(WaitBinding):
     Attributes:
         said: The topic with the sentence that is being said, empty when there is none.
         keep_s: Seconds after a question in which an answer is kept for the next wait.
+        choices: The answers that the mission names, by the inputs of the wait; any other counts as well.
     """
 
     said: str
     keep_s: float
+    choices: Callable[[Inputs], Sequence[str]]

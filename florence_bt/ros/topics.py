@@ -28,5 +28,8 @@ USER_SEEN = "home_sensors/user_seen"
 ANSWER = "answer"
 """``std_msgs/String``: what somebody answers to the robot: the name of a button, or words."""
 
+HOTSPOTS = "hotspots"
+"""``visualization_msgs/MarkerArray``, latched: the rooms and objects of the locator."""
+
 ZONES = "zones"
 """``florence_interfaces/Zones``, latched: where the robot does not drive, or drives slowly."""

@@ -17,10 +17,12 @@ pytest.importorskip("rclpy")
 connect = pytest.importorskip("websockets.sync.client").connect
 
 from florence_interfaces.msg import RunState  # noqa: E402
+from florence_interfaces.srv import SetHotspot  # noqa: E402
 from geometry_msgs.msg import Twist  # noqa: E402
 from nav_msgs.msg import Path as PathMsg  # noqa: E402
 from sensor_msgs.msg import LaserScan as LaserScanMsg  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 
 from florence_bt.core.geometry import Pose2  # noqa: E402
@@ -30,7 +32,9 @@ from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
 from florence_bt.ros.topics import MANUAL_OVERRIDE  # noqa: E402
+from florence_bt.skills.locator.node import LocatorNode  # noqa: E402
 from tests.ros.conftest import Child  # noqa: E402
+from tools.page_figures import browser_socket  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -137,6 +141,36 @@ def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any,
     ros.spin_until(lambda: not robot.scan.get_subscription_count(), what="the end of the subscriptions")
 
 
+def test_places_that_somebody_changes_elsewhere_are_shown_at_once(
+    ros: Any, page: int, tmp_path: Path
+) -> None:
+    file = tmp_path / "home.yaml"
+    room = "{label: kitchen, x: 1, y: 2, yaw: 90 deg, polygon: [[0, 0], [3, 0], [3, 3], [0, 3]]}"
+    file.write_text(f"hotspots:\n- {room}\n- {{label: sofa, x: 2, y: 1, kind: object}}\n")
+    locator = ros.add(LocatorNode(parameters={"hotspots_file": str(file)}))
+    client = locator.create_client(SetHotspot, "florenceLocator/setHotspot")
+    viewer = Viewer(page)
+
+    def places() -> dict[str, tuple[float, float, str]]:
+        return {
+            each["label"]: (each["x"], each["y"], each["kind"]) for each in viewer.take().get("places", [])
+        }
+
+    ros.spin_until(lambda: "sofa" in places(), what="the places of the file")
+    assert places() == {"kitchen": (1.0, 2.0, "room"), "sofa": (2.0, 1.0, "object")}
+    client.call_async(SetHotspot.Request(label="sofa", x=2.5, y=1.5, phi=0.0))
+    ros.spin_until(lambda: places().get("sofa") == (2.5, 1.5, "object"), what="the sofa where it is now")
+    file.write_text(
+        f"hotspots:\n- {room}\nzones:\n- {{label: rug, kind: keep_out, polygon: [[0, 0], [1, 0], [1, 1]]}}\n"
+    )
+    reload = locator.create_client(Trigger, "florenceLocator/reloadHotspots")
+    reload.call_async(Trigger.Request())
+    ros.spin_until(lambda: "sofa" not in places(), what="the end of the sofa")
+    ros.spin_until(lambda: viewer.take()["zones"], what="the zone")
+    assert [zone["label"] for zone in viewer.parts["zones"]] == ["rug"]
+    viewer.close()
+
+
 def test_a_hand_drives_while_the_override_is_on_and_a_viewer_that_vanishes_stops_the_robot(
     ros: Any, page: int
 ) -> None:
@@ -212,6 +246,22 @@ def test_a_message_that_is_too_large_ends_that_viewer_only(ros: Any, page: int) 
     hostile.close()
     ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
     viewer.close()
+
+
+def test_a_flood_on_the_socket_of_nicegui_ends_that_browser_only(ros: Any, page: int) -> None:
+    ros.add(Robot())
+    viewer = Viewer(page)
+    with browser_socket(page) as (hostile, event), browser_socket(page) as (calm, _):
+        with pytest.raises(ConnectionClosed):
+            for _ in range(10_000):
+                hostile.send(event)
+        assert hostile.close_code == 1008
+        calm.send(event)
+        calm.ping().wait(60)
+        assert calm.close_code is None
+    ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    viewer.close()
+    assert get(page, "/_nicegui_ws/socket.io/?EIO=4&transport=polling")[0] == 400
 
 
 def test_on_the_network_it_needs_a_token(

@@ -103,7 +103,7 @@ outputs: {answer: {type: text, description: what came}}
 tree:
   sequence:
     - say: {text: Did you drink?}
-    - wait_for_answer: {time_limit: 10 min}
+    - wait_for_answer: {time_limit: 10 min, choices: [yes, not yet]}
       out: {answer: answer}
 """
 
@@ -133,3 +133,9 @@ def test_the_answer_of_a_mission_comes_by_the_service(ros, tmp_path):
     end = ros.spin_until(lambda: (now := call(MissionStatus, "status")).state == "SUCCEEDED" and now)
     assert "yes" in end.tree
     assert not call(AnswerQuestion, "answer", text="no").accepted
+    call(RunMission, "run_mission", mission="quiz")
+    told = ros.spin_until(
+        lambda: (said := call(AnswerQuestion, "answer").message.splitlines())[1:] and said,
+        what="the answers that the mission names",
+    )
+    assert "Did you drink?" in told[0] and told[1:] == ["  yes", "  not yet"]

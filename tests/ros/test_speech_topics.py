@@ -37,7 +37,7 @@ def test_a_text_that_is_said_is_heard_and_a_button_answers(ros, tmp_path):
 
     ros.spin_until(events.get_subscription_count, what="the home sensors")
     ros.spin_until(lambda: server.count_publishers("answer"), what="the button")
-    waiting = skills["wait_for_answer"].start({"time_limit": 600.0})
+    waiting = skills["wait_for_answer"].start({"time_limit": 600.0, "choices": ()})
     earlier = stamp_to_ros(house.timebase.now() - 60.0)
 
     def pressed():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from rich.console import Console
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.app.maps.watching import MapFiles, MapWatch
 from florence_bt.app.runs.client import MissionClient, RunWatch
+from florence_bt.skills.navigation.navigate.results import OUT_OF_REACH
 
 if TYPE_CHECKING:
     from florence_bt.app.bringup.options import BringUp
@@ -76,14 +78,36 @@ def explore_home(files: MapFiles, console: Console, system: BringUp | None = Non
             raise
         end = run.result()
         watch.write(files)
-        for line in end.tree.splitlines():
-            if line.startswith("outputs "):  # whether the map stays open, and whether the robot is back
-                console.out(line)
         succeeded = bool(end.state == "SUCCEEDED")
-        if not succeeded:
+        if succeeded:
+            console.out(end_sentence(end.tree))
+        else:
             console.out(f"the robot has not seen everything: {end.reason or end.state}")
             console.out("florence map explore goes on where it ended, while the system is up")
         return succeeded
+
+
+def end_sentence(status: str) -> str:
+    """Tell how an exploration ended: whether the map is whole, how many looks it took, where the robot is.
+
+    Args:
+        status: The status of the mission after its end, with its outputs as the mission language writes them;
+            those of a mission of one's own, which may be others, are told as they are.
+    """
+    told = next((line for line in status.splitlines() if line.startswith("outputs ")), "the robot is done")
+    outputs = dict(re.findall(r"(\w+): (\w+)", told))
+    if not outputs.keys() >= {"complete", "looks", "left_aside", "returned"}:
+        return told
+    where = re.search(f"{OUT_OF_REACH}: (.*)", status)
+    open_at = f"at {where[1]}" if where else "where the robot got no further"
+    whole = outputs["complete"] == "true"
+    looks, aside = int(outputs["looks"]), int(outputs["left_aside"])
+    missed = f" ({aside} of the places it did not get to)" if aside else ""
+    return (
+        ("the map is complete" if whole else f"the map stays open, {open_at}: a room may be missing")
+        + f"; {looks} look{'s' * (looks != 1)}{missed}; the robot "
+        + ("is back where it began" if outputs["returned"] == "true" else "is not quite where it began")
+    )
 
 
 def _bring_up(

@@ -6,9 +6,12 @@ import enum
 import hashlib
 import hmac
 import json
+import math
 import os
 import secrets
 import socket
+import time
+from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -24,6 +27,12 @@ ROLE = "florence_role"
 """Key of the role in an ASGI scope."""
 LARGEST_REQUEST = 1_000_000
 """Bytes of a request, and of a message on a WebSocket."""
+MOST_MESSAGES, MOST_BYTES = 100, 2 * LARGEST_REQUEST
+"""What one WebSocket may bring in a second: a text of 100 kB three times, a pad that is dragged, and more."""
+MOST_PAGES, PAGES_S = 50, 10.0
+"""How often somebody may open a page, and in how many seconds: making one takes some 0.05 s."""
+_PARTS = ("/_nicegui", "/picture/")
+"""Where what belongs to a page begins: files and pictures, which cost little."""
 _TOO_LARGE = "the request is too large"
 _MONTH_S = 30 * 86_400
 
@@ -170,6 +179,7 @@ class Guard:
     def __init__(self, app: App, access: Access) -> None:
         self._app = app
         self._access = access
+        self._opened = _Span(PAGES_S)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or WebSocket."""
@@ -186,9 +196,20 @@ class Guard:
             await _refuse(scope, send, problem or "a token is needed: open the page as …/?token=TOKEN")
         elif token and self._access.tokens and scope["type"] == "http":
             await _keep_token(scope, send, token)
+        elif scope["type"] == "http" and self._opens_too_much(scope, _cookie(headers)):
+            await _refuse(scope, send, f"{MOST_PAGES} pages in {PAGES_S:g} s are enough: wait a moment", 429)
         else:
             scope[ROLE] = role
-            await self._app(scope, _bounded(receive) if scope["type"] == "http" else receive, send)
+            bounded = _bounded(receive) if scope["type"] == "http" else _metered(receive, send)
+            await self._app(scope, bounded, send)
+
+    def _opens_too_much(self, scope: Scope, token: str) -> bool:
+        """Count the pages that somebody opens; who that is says the token, and the address."""
+        if scope["path"].startswith(_PARTS):
+            return False
+        host, _ = scope.get("client") or ("", 0)
+        known = token if self._access.tokens else ""
+        return self._opened.add(f"{host} {known}") > MOST_PAGES
 
     def _problem_with(self, headers: Mapping[str, str]) -> str:
         host = headers.get("host", "")
@@ -228,12 +249,47 @@ def _bounded(receive: Receive) -> Receive:
     return receive_more
 
 
-async def _refuse(scope: Scope, send: Send, why: str) -> None:
+def _metered(receive: Receive, send: Send) -> Receive:
+    """Close a WebSocket that brings more in a second than it may, before any of it is decoded."""
+    second = _Span(1.0)
+
+    async def receive_more() -> Mapping[str, Any]:
+        message = await receive()
+        if message["type"] != "websocket.receive":
+            return message
+        size = len(message.get("text") or message.get("bytes") or b"")
+        if second.add("messages") <= MOST_MESSAGES and second.add("bytes", size) <= MOST_BYTES:
+            return message
+        await send({"type": "websocket.close", "code": 1008, "reason": "too much at once"})
+        return {"type": "websocket.disconnect", "code": 1008}
+
+    return receive_more
+
+
+class _Span:
+    """Counts what comes in a span of time; after it, counting begins anew."""
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._end = -math.inf
+        self._counts: Counter[str] = Counter()
+
+    def add(self, what: str, amount: int = 1) -> int:
+        """Count; gives how much there is of it in this span."""
+        now = time.monotonic()
+        if now >= self._end:
+            self._end = now + self._seconds
+            self._counts.clear()
+        self._counts[what] += amount
+        return self._counts[what]
+
+
+async def _refuse(scope: Scope, send: Send, why: str, status: int = 403) -> None:
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": 1008, "reason": why})
         return
     headers = [(b"content-type", b"text/plain; charset=utf-8")]
-    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": f"{why}\n".encode()})
 
 

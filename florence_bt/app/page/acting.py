@@ -7,15 +7,12 @@ from typing import Any
 
 from florence_interfaces.srv import RunMission, SetHotspot
 from nicegui import ui
-from rcl_interfaces.srv import GetParameters
 
 from florence_bt.app.page.access import Role
-from florence_bt.app.page.parts import places_part
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 
 
 class Actor:
@@ -78,35 +75,13 @@ class Actor:
         self.ros.tell_pose(pose)
         self.ros.node.get_logger().info(f"{self.caller} told the localiser that the robot is at {pose}")
 
-    async def read_places(self) -> Hotspots:
-        """Read the hotspots of the running system and show them on every map.
-
-        Raises:
-            FlorenceError: There is no locator, or its file is not on this machine.
-        """
-        question = GetParameters.Request(names=["hotspots_file"])
-        answer = await self.ros.ask(GetParameters, f"{LOCATOR}/get_parameters", question)
-        file = answer.values[0].string_value if answer.values else ""  # none when undeclared
-        if not file:
-            raise FlorenceError("the locator does not say where its hotspots are")
-        places = load_hotspots(file)
-        self.ros.node.parts.put("places", places_part(places))
-        return places
-
-    async def set_hotspot(self, label: str, pose: Pose2) -> Hotspots | None:
-        """Add a hotspot at a pose, or move the one with that label there; every map shows it.
-
-        Returns:
-            The hotspots then; None when that did not work.
-        """
+    async def set_hotspot(self, label: str, pose: Pose2) -> None:
+        """Add a hotspot at a pose, or move the one with that label there: the locator tells every map."""
         request = SetHotspot.Request(label=label, x=pose.x, y=pose.y, phi=pose.yaw)
         work = self.ros.ask(SetHotspot, f"{LOCATOR}/setHotspot", request)
         answer = await self.told(work, lambda answer: f"{label}: {answer.message}")
-        if answer is None or not answer.success:
-            return None
-        self.ros.node.get_logger().info(f"{self.caller} put the hotspot {label!r} at {pose}")
-        places: Hotspots | None = await self.told(self.read_places(), lambda _: "")
-        return places
+        if answer is not None and answer.success:
+            self.ros.node.get_logger().info(f"{self.caller} put the hotspot {label!r} at {pose}")
 
 
 async def confirmed(question: str, yes: str) -> bool:

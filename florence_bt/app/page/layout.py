@@ -8,7 +8,7 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from florence_interfaces.srv import PauseMission, ResumeMission, StopMission
-from nicegui import ui
+from nicegui import core, ui
 
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.acting import Actor
@@ -18,7 +18,6 @@ from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
 from florence_bt.app.page.question import QuestionDialog
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.core.errors import FlorenceError
 
 
 def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
@@ -35,6 +34,9 @@ def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
         Page(Actor(ros, request.scope.get(ROLE, Role.LOOK)))
 
     add_history(runs)
+    # By WebSocket alone, as the live stream: long polling would be another way in, which nobody counts.
+    core.app.config.socket_io_js_transports = ["websocket"]
+    core.sio.eio.transports = ["websocket"]
     ui.run_with(app, title="Florence", show_welcome_message=False)
 
 
@@ -61,21 +63,13 @@ class Page:
             TreeView().classes("w-full h-full").mark("tree")
         if actor.may(Role.RUN):
             DrivePad().classes("fixed right-2 bottom-2 z-10 max-w-full")
-        self._menu = MapMenu(view, actor)
-        ui.timer(0.1, self._read_places, once=True)
-
-    async def _read_places(self) -> None:
-        """Show the rooms and objects of the locator's file; without a locator there are none."""
-        try:
-            self._menu.places = await self._actor.read_places()
-        except FlorenceError as error:
-            ui.notify(f"no places are shown: {error}", type="warning", multi_line=True)
+        MapMenu(view, actor)
 
     def _add_controls(self, actor: Actor) -> None:
         ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
         _icon("pause", "pause the mission", self._pause)
-        _icon("resume", "go on with the mission", self._resume)
+        _icon("play_circle_outline", "go on with the mission", self._resume)
         QuestionDialog(actor)
         ui.button("STOP THE ROBOT", on_click=lambda: actor.override(True), color="negative").mark("override")
         ui.button("release", on_click=lambda: actor.override(False)).props("flat").mark("release")

@@ -12,7 +12,6 @@ from florence_bt.app.page.access import Role
 from florence_bt.app.page.acting import Actor, confirmed
 from florence_bt.app.page.components import MapView, pose_from_browser
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.locator.hotspots import Hotspots
 
 DRIVE = "goto_pose"
 """The shipped mission that drives to a pose."""
@@ -30,7 +29,6 @@ class MapMenu:
     def __init__(self, map_view: MapView, actor: Actor) -> None:
         self._map = map_view
         self._actor = actor
-        self.places = Hotspots()
         map_view.on("place", self._on_place)
 
     async def _on_place(self, event: GenericEventArguments) -> None:
@@ -38,6 +36,7 @@ class MapMenu:
         if pose is None:
             return
         self._map.show_chosen(pose)
+        places = self._actor.ros.node.places
         with ui.dialog() as dialog, ui.card().classes("gap-2 w-72 items-stretch"):
             heading = self._show(pose)
             if self._actor.may(Role.RUN):
@@ -45,7 +44,7 @@ class MapMenu:
                 ui.button("The robot is here", on_click=lambda: dialog.submit("initial")).props("outline")
             if self._actor.may(Role.EDIT):
                 label = (
-                    ui.input("name of a place", autocomplete=list(self.places.labels()))
+                    ui.input("name of a place", autocomplete=list(places.labels()))
                     .props(f"dense maxlength={MOST_LETTERS}")
                     .classes("w-full")
                     .mark("place-name")
@@ -61,7 +60,7 @@ class MapMenu:
 
     def _show(self, pose: Pose2) -> Any:
         """Show a pose; gives the field of its heading in degrees."""
-        room = self.places.room_of(pose.x, pose.y)
+        room = self._actor.ros.node.places.room_of(pose.x, pose.y)
         ui.label(f"{pose.x:.2f} m, {pose.y:.2f} m{f' in {room}' if room else ''}").mark("pose")
         degrees = round(math.degrees(pose.yaw))
         return (
@@ -79,7 +78,7 @@ class MapMenu:
         elif chosen == "place" and not name:
             ui.notify("a place needs a name", type="warning")
         elif chosen == "place":
-            known = self.places.get(name) is not None
+            known = self._actor.ros.node.places.get(name) is not None
             question = f"Move the place {name} to {where}?" if known else f"Add the place {name} at {where}?"
             if await confirmed(question, "Move" if known else "Add"):
-                self.places = await self._actor.set_hotspot(name, pose) or self.places
+                await self._actor.set_hotspot(name, pose)

@@ -21,7 +21,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import MarkerArray
 
-from florence_bt.app.page.parts import LiveParts, ShownNode, tree_parts
+from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
 from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.errors import FrameError
@@ -33,7 +33,9 @@ from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_fr
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.ros.topics import HOTSPOTS, MANUAL_OVERRIDE, ZONES
+from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.markers import hotspots_from_ros
 
 MAP_FRAME, BASE_FRAME = "map", "base_link"
 FOLLOW_S = 0.1
@@ -67,6 +69,7 @@ class PageNode(FlorenceNode):
     Attributes:
         parts: What viewers are sent.
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
+        places: The rooms and objects of the locator.
         question: What a mission waits to be answered; empty when none does.
     """
 
@@ -74,6 +77,7 @@ class PageNode(FlorenceNode):
         super().__init__("page", context=context)
         self.parts = LiveParts()
         self.pictures: dict[str, bytes] = {}
+        self.places = Hotspots()
         # From the wall clock, in milliseconds, which JavaScript counts exactly: browsers keep pictures longer
         # than a simulation lasts, and its stamps begin anew.
         self._versions = itertools.count(time.time_ns() // 1_000_000)
@@ -125,7 +129,8 @@ class PageNode(FlorenceNode):
 
     def _subscribe_to_states(self) -> None:
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
-        self.create_subscription(Zones, "zones", self._on_zones, LATCHED)
+        self.create_subscription(MarkerArray, HOTSPOTS, self._on_hotspots, LATCHED)
+        self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
         self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop, LATCHED)
@@ -141,6 +146,10 @@ class PageNode(FlorenceNode):
     def _on_map(self, message: OccupancyGridMsg) -> None:
         grid = grid_from_ros(message)
         self.parts.put("map", _placed(grid, self.add_picture("map", map_picture(grid))))
+
+    def _on_hotspots(self, message: MarkerArray) -> None:
+        self.places = hotspots_from_ros(message)
+        self.parts.put("places", places_part(self.places))
 
     def _on_zones(self, message: Zones) -> None:
         self.parts.put(

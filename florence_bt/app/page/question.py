@@ -1,4 +1,4 @@
-"""A question of the robot, as a dialog: what it asks, the usual answers, and a field for any other."""
+"""A question of the robot, as a dialog: what it asks, a button for each answer, and a field for any other."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from florence_bt.app.page.acting import Actor
 LOOK_S = 0.5
 """How often a viewer's page looks whether there is a question."""
 USUAL = ("yes", "no")
-"""Answers that are buttons: missions tell words, and do not declare which they understand."""
+"""Answers that are buttons where the mission names none."""
 LONGEST_ANSWER = 200
 
 
@@ -44,10 +44,11 @@ class QuestionDialog:
 
     def _build(self, question: str) -> None:
         """Make what answers this question; a tap that comes late meets nothing that answers the next one."""
+        asked, *choices = map(str.strip, question.splitlines() or [""])
         ui.label("The robot asks").classes("text-sm text-grey")
-        ui.label(question).classes("text-lg").mark("question")
+        ui.label(asked).classes("text-lg").mark("question")
         with ui.row():
-            for word in USUAL:
+            for word in choices or USUAL:
                 ui.button(word, on_click=lambda word=word: self._answer(question, word)).mark(word)
         field = ui.input("another answer").props(f"dense maxlength={LONGEST_ANSWER}").mark("words")
         field.on("keydown.enter", lambda: self._answer(question, field.value))

@@ -134,7 +134,7 @@ class Controls:
             taken = self._answers.offer(String(data=text))
             response.accepted, response.message = taken.accepted, taken.text
         else:
-            question = self._answers.question
+            question = self._answers.question_with_choices
             response.accepted = bool(question)
             response.message = f"{OPEN_QUESTION}{question}" if question else NOBODY_ASKS
         return response

@@ -28,6 +28,7 @@ from nav2_msgs.msg import CostmapFilterInfo
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, FlorenceError
@@ -42,12 +43,13 @@ from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_from_ro
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN, ZONES
+from florence_bt.ros.topics import HOTSPOTS, MANUAL_OVERRIDE, USER_SEEN, ZONES
 from florence_bt.ros.zones import zones_to_ros
 from florence_bt.skills.locator.habits import RoomHabits, load_habits
 from florence_bt.skills.locator.hotspot_file import HotspotFile
 from florence_bt.skills.locator.hotspots import OBJECT, ROOM_NAMES, Hotspot, Hotspots, load_hotspots
 from florence_bt.skills.locator.locator import LastSeen, Locator
+from florence_bt.skills.locator.markers import hotspots_to_ros
 
 RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
 ANSWER_WITHIN_S = 5.0
@@ -119,8 +121,10 @@ class LocatorNode(FlorenceNode):
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self._hotspots = self.create_publisher(MarkerArray, HOTSPOTS, LATCHED)
         self._zones = self.create_publisher(Zones, ZONES, LATCHED)
         self._filters = _FilterMasks(self, self._params)
+        self._tell_hotspots()
         self._tell_zones()
         self._create_getters()
         self._create_setters()
@@ -265,6 +269,7 @@ class LocatorNode(FlorenceNode):
     def _save(self, hotspot: Hotspot) -> tuple[bool, str]:
         file = self._params.hotspots_file
         if not file:
+            self._tell_hotspots()
             return True, f"kept as {_a(hotspot.kind)} until the node ends: it has no hotspots_file"
         try:
             changed = HotspotFile(file)
@@ -291,8 +296,12 @@ class LocatorNode(FlorenceNode):
         """Take over the hotspots of a file that was changed."""
         changed = hotspots.zones != self._locator.hotspots.zones
         self._locator.hotspots = hotspots
+        self._tell_hotspots()
         if changed:
             self._tell_zones()
+
+    def _tell_hotspots(self) -> None:
+        self._hotspots.publish(hotspots_to_ros(self._locator.hotspots, self._map_header()))
 
     def _tell_zones(self) -> None:
         zones = self._locator.hotspots.zones

@@ -38,6 +38,12 @@ WAIT_FOR_ANSWER = SkillDeclaration(
     summary="Wait for an answer: a button of the home sensors, `florence answer`, the topic `answer`",
     inputs={
         "time_limit": Port(Kind.DURATION, "how long to wait", default=30.0, minimum=1.0, maximum=600.0),
+        "choices": Port(
+            Kind.LIST_OF_TEXT,
+            "the answers that the mission understands: `florence answer` lists them, the page has a button "
+            "for each; any other is taken, too",
+            default=(),
+        ),
     },
     outputs={"answer": Port(Kind.TEXT, "the name of the button, or the first 200 characters of what came")},
     failures={"no_answer": "nobody answered in time"},
@@ -76,6 +82,7 @@ BINDINGS = (
         name="answer",
         said="speaking",
         keep_s=ANSWERS_KEPT_S,
+        choices=lambda inputs: inputs["choices"],
         result=lambda message: success(answer=message.data[:LONGEST_ANSWER]),
         time_limit=lambda inputs: inputs["time_limit"],
         nothing=lambda inputs: failure("no_answer", f"nobody answered within {inputs['time_limit']:g} s"),

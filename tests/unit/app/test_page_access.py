@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 
 import pytest
 
 from florence_bt.app.page.access import (
     COOKIE,
+    MOST_MESSAGES,
+    MOST_PAGES,
     ROLE,
     Access,
     Guard,
@@ -94,6 +97,62 @@ def test_a_request_that_does_not_say_how_long_it_is_is_counted():
     client = testing.TestClient(guarded, base_url="http://localhost")
     assert client.post("/words", content=iter([b"x" * 400_000] * 2)).json() == 800_000
     assert client.post("/words", content=iter([b"x" * 400_000] * 3)).status_code == 413
+
+
+def heard(messages):
+    """Send messages on one WebSocket; give how many the application got, and what was said to the end."""
+    got, sent = [], []
+    left = iter(messages)
+
+    async def receive():
+        return {"type": "websocket.receive", **next(left)}
+
+    async def app(scope, receive, send):
+        while (message := await receive())["type"] == "websocket.receive":
+            got.append(message)
+
+    async def send(message):
+        sent.append(message)
+
+    scope = {"type": "websocket", "path": "/", "query_string": b"", "headers": [(b"host", b"localhost")]}
+    with contextlib.suppress(StopIteration, RuntimeError):  # nothing is left to be sent
+        asyncio.run(Guard(app, OPEN)(scope, receive, send))
+    return len(got), [(each["type"], each.get("code")) for each in sent]
+
+
+CLOSED = [("websocket.close", 1008)]
+
+
+def test_a_websocket_that_brings_too_much_at_once_is_closed():
+    assert heard([{"text": "ok"}] * MOST_MESSAGES) == (MOST_MESSAGES, [])
+    assert heard([{"text": "ok"}] * 10_000) == (MOST_MESSAGES, CLOSED)
+    assert heard([{"bytes": b"x" * 900_000}] * 3) == (2, CLOSED)
+    assert heard([{"text": "x" * 900_000}] * 3) == (2, CLOSED)
+
+
+def test_who_opens_pages_without_end_is_told_to_wait_and_nobody_else_is(tokens):
+    given, access, _ = tokens
+
+    async def app(scope, receive, send):
+        await send({"status": 200})
+
+    guard = Guard(app, access)
+
+    def opened(role, path="/"):
+        sent = []
+
+        async def send(message):
+            sent.append(message)
+
+        headers = [(b"host", b"robot"), (b"cookie", f"{COOKIE}={given[role]}".encode())]
+        scope = {"type": "http", "path": path, "query_string": b"", "headers": headers, "client": ("::1", 5)}
+        asyncio.run(guard(scope, None, send))
+        return sent[0]["status"]
+
+    assert {opened("look") for _ in range(MOST_PAGES)} == {200}
+    assert opened("look") == opened("look", "/edit/") == 429
+    assert opened("look", "/_nicegui/static/x.js") == opened("look", "/picture/map") == 200
+    assert opened("edit") == 200
 
 
 def test_with_tokens_everybody_needs_one(tokens):

@@ -13,7 +13,7 @@ from florence_bt.core.serving import QuestionBinding
 from florence_bt.skills.speech.declaration import ANSWERS_KEPT_S, BINDINGS
 
 (ANSWERS,) = (served for served in BINDINGS if isinstance(served, QuestionBinding))
-LIMIT = {"time_limit": 30.0}
+LIMIT = {"time_limit": 30.0, "choices": ()}
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_an_answer_shortly_after_the_wait_goes_to_the_same_question(answers, clo
 
 def test_an_answer_to_one_question_is_none_to_another(answers, clock, reports):
     say(answers, clock, "Did you drink?")
-    answers.start({"time_limit": 1.0})
+    answers.start({**LIMIT, "time_limit": 1.0})
     clock.advance(2.0)
     assert give(answers)
     say(answers, clock, "Are you well?")
@@ -122,3 +122,12 @@ def test_the_open_question_is_known(answers, clock):
     assert "Did you drink?" in answers.start(LIMIT).feedback
     clock.advance(30.0 + ANSWERS_KEPT_S + 0.1)
     assert answers.question == "" and clock.next_time() is None
+
+
+def test_the_answers_that_the_mission_names_are_told_while_it_waits(answers, clock):
+    answers.hear("Tea or coffee?")
+    assert answers.question_with_choices == answers.question
+    run = answers.start({"time_limit": 30.0, "choices": ("tea", "black\ncoffee", " ")})
+    assert answers.question_with_choices.splitlines() == [answers.question, "  tea", "  black coffee"]
+    assert give(answers, "water")
+    assert run.poll() == success(answer="water") and not answers.question_with_choices

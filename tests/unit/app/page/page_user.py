@@ -13,6 +13,7 @@ from nicegui.testing.user_simulation import user_simulation
 from florence_bt.app.page.acting import Actor
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.core.errors import FlorenceError
+from florence_bt.skills.locator.hotspots import Hotspots
 
 
 class NotedRobot:
@@ -31,6 +32,7 @@ class NotedRobot:
         self.parts = LiveParts()
         self.lines: list[str] = []
         self.question = ""
+        self.places = Hotspots()
 
     async def ask(self, service_type: Any, name: str, request: Any) -> Any:
         self.asked.append((name, request))

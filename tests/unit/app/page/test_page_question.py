@@ -40,6 +40,22 @@ def test_a_question_opens_a_dialog_that_gives_the_answer(typed):
     assert request.text == (typed or "yes")
 
 
+def test_the_answers_that_the_mission_names_are_buttons():
+    robot = NotedRobot({"florence_bt/answer": SimpleNamespace(accepted=True, message="answered")})
+    robot.question = "'Tea or coffee?'\n  tea\n  black coffee"
+
+    async def do(user):
+        await until(lambda: dialog_of(user).value)
+        await user.should_see("'Tea or coffee?'")
+        await user.should_not_see("yes")
+        user.find("black coffee").click()
+        await until(lambda: not dialog_of(user).value)
+
+    look_at(lambda: QuestionDialog(actor_for(robot, Role.RUN)), do)
+    (request,) = robot.requests("florence_bt/answer")
+    assert request.text == "black coffee"
+
+
 def test_a_double_tap_answers_one_question():
     robot = NotedRobot({"florence_bt/answer": SimpleNamespace(accepted=True, message="answered")})
     robot.question = "'Shall I come in?'"
