@@ -227,3 +227,16 @@ def test_on_a_phone_nothing_is_wider_than_the_screen(page: Any) -> None:
         page.wait_for_selector("[role=status], table")
         page.wait_for_function("document.documentElement.scrollWidth <= 390")
     assert page.get_by_role("link", name="the robot").is_visible()
+
+
+BLANK_ICONS = """() => document.fonts.ready.then(() => [...document.querySelectorAll("i.material-icons")].filter(icon => {
+  const glyph = document.createRange(); glyph.selectNodeContents(icon);
+  const wide = glyph.getBoundingClientRect().width, size = parseFloat(getComputedStyle(icon).fontSize);
+  return icon.offsetWidth && Math.abs(wide - size) > 1;
+}).map(icon => icon.textContent))"""
+"""The names of icons that the font does not have: they show nothing."""
+
+
+def test_every_icon_is_one_that_the_font_has(page: Any) -> None:
+    expect(page.get_by_role("button", name="go on with the mission")).to_be_visible()
+    assert page.evaluate(BLANK_ICONS) == []

@@ -6,6 +6,7 @@ const COLOURS = {
   robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#4a9be8", goal: "#2a9d3f",
   chosen: "#c2185b", person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
 };
+const FONT = "12px sans-serif";
 const MOST_TRAIL = 600;
 const LAYERS = [
   { name: "global_costmap", icon: "layers", title: "what a way costs (global costmap)" },
@@ -192,7 +193,7 @@ export default {
         if (this.layers[name]) this.grid(c, this.layers[name], this.layers[name].image);
       }
       for (const zone of zones || []) this.polygon(c, zone.corners, COLOURS[zone.kind]);
-      for (const place of places || []) this.mark(c, place, px);
+      for (const place of places || []) this.circle(c, place.x, place.y, Math.max(0.05, 3 * px), COLOURS.place);
       this.line(c, this.trail, COLOURS.trail, 2 * px);
       if (plan && plan.length) this.line(c, plan, COLOURS.plan, 2 * px, [6 * px, 4 * px]);
       if (goal) this.arrow(c, goal, 0.25, COLOURS.goal);
@@ -212,6 +213,7 @@ export default {
         this.polygon(c, this.footprint || [], COLOURS.robot); c.restore();
         this.arrow(c, scene.pose, 0.3, "#fff");
       }
+      this.labels(c, places || [], px);
     },
     grid(c, { origin, size }, image) {
       c.save(); c.translate(origin[0], origin[1]); c.rotate(origin[2]);
@@ -238,12 +240,18 @@ export default {
       c.moveTo(length / 2, 0); c.lineTo(-length / 3, length / 3); c.lineTo(-length / 6, 0);
       c.lineTo(-length / 3, -length / 3); c.closePath(); c.fill(); c.restore();
     },
-    mark(c, place, px) {
-      this.circle(c, place.x, place.y, Math.max(0.05, 3 * px), COLOURS.place);
-      this.text(c, place.label, place.x, place.y - 0.22, px);
+    // Rooms first; a label that would lie on another one waits until the map is larger.
+    labels(c, places, px) {
+      const taken = [];
+      c.font = FONT;
+      for (const { label, x, y } of [...places].sort((a, b) => (b.kind === "room") - (a.kind === "room"))) {
+        const half = c.measureText(label).width * px / 2;
+        if (taken.some((other) => Math.abs(x - other.x) < half + other.half && Math.abs(y - other.y) < 13 * px)) continue;
+        taken.push({ x, y, half }); this.text(c, label, x, y - 13 * px, px);
+      }
     },
     text(c, text, x, y, px) {
-      c.save(); c.translate(x, y); c.scale(px, -px); c.font = "12px sans-serif"; c.textAlign = "center";
+      c.save(); c.translate(x, y); c.scale(px, -px); c.font = FONT; c.textAlign = "center";
       c.lineWidth = 3; c.strokeStyle = "rgba(255,255,255,.85)"; c.strokeText(text, 0, 4);
       c.fillStyle = "#333"; c.fillText(text, 0, 4); c.restore();
     },
