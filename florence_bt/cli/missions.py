@@ -118,9 +118,6 @@ def schema(
     hotspots: Annotated[
         Path | None, typer.Option(help="Hotspots of the flat: editors complete their labels.")
     ] = None,
-    scenarios: Annotated[
-        bool, typer.Option("--scenarios", help="The schema of scenario files (florence test) instead.")
-    ] = False,
 ) -> None:
     """Write the JSON Schema of mission files: node kinds, skills with their inputs, missions, codes.
 
@@ -128,9 +125,9 @@ def schema(
     `# yaml-language-server: $schema=mission.schema.json` (docs/manual/checking.md).
     """
     from florence_bt.app.mission_files.output import write_output
-    from florence_bt.app.mission_files.schema_file import scenario_schema_text, schema_text
+    from florence_bt.app.mission_files.schema_file import schema_text
 
-    text = scenario_schema_text(folders or []) if scenarios else schema_text(folders or [], hotspots)
+    text = schema_text(folders or [], hotspots)
     if out is None:
         typer.echo(text, nl=False)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -81,7 +82,7 @@ def add(
     """
     from florence_bt.app.places.target import add_hotspot
 
-    _change(hotspots, add_hotspot(label, key_values(values)), create=True)
+    _change(hotspots, partial(add_hotspot, label=label, values=key_values(values)), create=True)
 
 
 @hotspot.command(cls=RosVerb, epilog=f"Example: florence hotspot here sofa\n\n{EXIT_CODES}")
@@ -100,7 +101,7 @@ def here(
 
     given = key_values(values or [])
     with PlacesTarget(hotspots) as target:
-        edit = put_here(label, target.robot_pose(), given)
+        edit = partial(put_here, label=label, pose=target.robot_pose(), values=given)
         _tell(target.change(edit, create=True))
 
 
@@ -115,7 +116,7 @@ def move(
     """Change some values of a hotspot; the others stay."""
     from florence_bt.app.places.target import move_hotspot
 
-    _change(hotspots, move_hotspot(label, key_values(values)))
+    _change(hotspots, partial(move_hotspot, label=label, values=key_values(values)))
 
 
 @hotspot.command(cls=RosVerb, epilog=f"Example: florence hotspot rename sofa settee\n\n{EXIT_CODES}")
@@ -127,7 +128,7 @@ def rename(
     """Give a hotspot another label; missions that name it must be changed, too: florence check finds them."""
     from florence_bt.app.places.target import rename_hotspot
 
-    _change(hotspots, rename_hotspot(label, new))
+    _change(hotspots, partial(rename_hotspot, old=label, new=new))
 
 
 @hotspot.command(
@@ -169,7 +170,7 @@ def remove(label: LabelArgument, hotspots: HotspotsOption = None) -> None:
     """Remove a hotspot."""
     from florence_bt.app.places.target import remove_hotspot
 
-    _change(hotspots, remove_hotspot(label))
+    _change(hotspots, partial(remove_hotspot, label=label))
 
 
 @hotspot.command(
@@ -243,7 +244,7 @@ def add_zone(
     """Add a zone, or replace the one with this label; the running system keeps to it at once."""
     from florence_bt.app.places import target
 
-    _change(hotspots, target.add_zone(label, key_values(values)), create=True)
+    _change(hotspots, partial(target.add_zone, label=label, values=key_values(values)), create=True)
 
 
 @zone.command("remove", cls=RosVerb, epilog=f"Example: florence hotspot zone remove stairs\n\n{EXIT_CODES}")
@@ -251,7 +252,7 @@ def remove_zone(label: LabelArgument, hotspots: HotspotsOption = None) -> None:
     """Remove a zone."""
     from florence_bt.app.places import target
 
-    _change(hotspots, target.remove_zone(label))
+    _change(hotspots, partial(target.remove_zone, label=label))
 
 
 @app.command(

@@ -18,7 +18,7 @@ from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put
 from florence_bt.mission_testing.paths import MissionMap, MissionMaps, NodeRef, all_declarations, made_up_node
 from florence_bt.mission_testing.record import STATUSES, seconds_text
 from florence_bt.mission_testing.test_run import TestRun
-from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
+from florence_bt.mission_testing.values import read_duration, read_pose
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus, TriggerPolicy
@@ -27,7 +27,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
 
-LIMIT = "1 day"
+LIMIT = "24 h"
 """How long a test waits for something, in the time of the mission."""
 MAX_EVENTS = 100_000
 """How much may happen while a test waits for one thing: one that never ends is noticed within seconds."""
@@ -344,7 +344,7 @@ class MissionTester:
         raise AssertionError(f"more than {MAX_EVENTS} events before {seconds_text(when)}")
 
     def _wait(self, done: Callable[[], bool], test_run: TestRun, problem: str, limit: float | str) -> None:
-        end = self.clock.now() + read_limit(limit)
+        end = self.clock.now() + read_duration(limit, "a limit")
         for _ in range(MAX_EVENTS):
             self.check_mocks()
             if done():

@@ -13,7 +13,6 @@ from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.trees.language.quantities import example_of, guess_value, out_of_range, range_of, read_value
 
 _POSE_PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
-_DAY = re.compile(r"\s*(\d{1,6})\s*days?\s*")
 _PAIR = re.compile(r"\s*(\w+)\s*[:=]\s*(.+?)\s*")
 
 
@@ -28,16 +27,6 @@ def read_duration(value: Any, what: str = "a duration") -> float:
     if not math.isfinite(seconds) or seconds < 0.0:
         raise ConfigError(f"{what} cannot be {value!r}", valid=["3 s", "500 ms", "2 min"])
     return seconds
-
-
-def read_limit(limit: float | str) -> float:
-    """Read seconds from what :func:`read_duration` reads, or from ``1 day``.
-
-    Raises:
-        ConfigError: It is neither.
-    """
-    days = _DAY.fullmatch(limit) if isinstance(limit, str) else None
-    return 86_400.0 * int(days[1]) if days else read_duration(limit, "a limit")
 
 
 def read_port(value: Any, port: Port) -> Any:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -24,11 +23,6 @@ from florence_bt.trees.language.findings import ERROR, Finding
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
-Stamp = tuple[int, int, int]
-"""Time of the last change in ns, size in bytes, inode: what an edit changes."""
-YOUNG_NS = 2_000_000_000
-"""A file can change twice within one step of its file system's clock, which is up to 2 s long (FAT). Until
-its stamp is as old as that, its text is compared too."""
 READINGS = 5
 """How often files that change while they are read are read again."""
 
@@ -69,7 +63,6 @@ class MissionFolders:
     Args:
         load: Reads all folders again.
         declarations: What the skills say about themselves.
-        date_ns: Tells the date, in the unit of the files' stamps.
 
     Attributes:
         library: The missions in force.
@@ -83,20 +76,14 @@ class MissionFolders:
         self,
         load: Callable[[], MissionLibrary],
         declarations: Mapping[str, SkillDeclaration],
-        *,
-        date_ns: Callable[[], int] = time.time_ns,
     ) -> None:
         self.held: dict[str, str] = {}
         self._load = load
         self._declarations = declarations
-        self._date_ns = date_ns
         self._known_versions: dict[str, str] = {}
         self._checked: dict[str, tuple[Mission, list[Finding]]] = {}
-        self._stamps: dict[Path, Stamp] = {}
-        self._prints: dict[Path, str] = {}
-        self._young: set[Path] = set()
         self.library = load()  # only its folders count: what is in force comes from files that held still
-        self.library, self._stamps, self._prints = self._read()
+        self.library, self._prints = self._read()
         self._versions = self._file_versions(self.library)
         self._skills_at_start = _skills_files(self._prints)
 
@@ -121,7 +108,7 @@ class MissionFolders:
         return cls(partial(MissionLibrary.load, folders, built_in=built_in), declarations)
 
     def refresh(self) -> ReloadReport:
-        """Take edits over, if there are any; a look at the files' dates when there are none.
+        """Take edits over, if there are any; a look at the files' texts when there are none.
 
         A folder that is out of reach for a moment changes nothing.
         """
@@ -146,14 +133,14 @@ class MissionFolders:
         names = [name, *sorted(_called_by(self.library, name))]
         return "; ".join(f"{each}: {self.held[each]}" for each in names if each in self.held)
 
-    def _look(self) -> dict[Path, Stamp]:
-        stamps = {}
+    def _look(self) -> dict[Path, str]:
+        """Return the fingerprint of the text of each file."""
+        found = {}
         for folder in self.library.folders:
-            with os.scandir(folder) as entries:
-                for entry in entries:
-                    if entry.name.endswith(".yaml") and not entry.name.startswith("."):
-                        stamps[folder / entry.name] = _stamp(entry)
-        return stamps
+            for name in os.listdir(folder):
+                if name.endswith(".yaml") and not name.startswith("."):
+                    found[folder / name] = _fingerprint(folder / name)
+        return found
 
     def findings_of(self, mission: Mission) -> list[Finding]:
         """Return what the check says about a mission in force; it is checked once as long as it stays."""
@@ -163,19 +150,11 @@ class MissionFolders:
         return known[1]
 
     def edited(self) -> bool:
-        """Tell whether a file is not as it was read; young ones are compared by their texts."""
-        stamps = self._look()
-        if stamps != self._stamps or any(_fingerprint(path) != self._prints[path] for path in self._young):
-            return True
-        self._young = self._young_of(stamps)
-        return False
+        """Tell whether a file is not as it was read."""
+        return self._look() != self._prints
 
-    def _young_of(self, stamps: Mapping[Path, Stamp]) -> set[Path]:
-        oldest = self._date_ns() - YOUNG_NS
-        return {path for path, stamp in stamps.items() if stamp[0] > oldest}
-
-    def _read(self) -> tuple[MissionLibrary, dict[Path, Stamp], dict[Path, str]]:
-        """Read all folders: the missions with the stamps and the fingerprints of the very same texts.
+    def _read(self) -> tuple[MissionLibrary, dict[Path, str]]:
+        """Read all folders: the missions, with the fingerprints of the very same texts.
 
         Without that a broken edit could get the fingerprint of the good one before, and pass as no edit.
 
@@ -183,34 +162,28 @@ class MissionFolders:
             ConfigError: The files do not hold still.
         """
         for _ in range(READINGS):
-            stamps = self._look()
-            young = self._young_of(stamps)
-            same = {path for path, stamp in stamps.items() if stamp == self._stamps.get(path)} - young
-            prints = {path: self._prints[path] if path in same else _fingerprint(path) for path in stamps}
+            prints = self._look()
             library = self._load()
-            changed = any(_fingerprint(path) != prints[path] for path in stamps.keys() - same)
-            if not changed and self._look() == stamps:
-                self._young = young
-                return library, stamps, prints
+            if self._look() == prints:
+                return library, prints
         raise ConfigError(
             "the files of the missions are being written at this moment", valid=["a reload later"]
         )
 
     def _reload(self) -> ReloadReport:
         before = self.library
-        new, stamps, prints = self._read()
-        self._prints = prints
+        new, self._prints = self._read()
         versions = self._file_versions(new)
         edited = {
             name
-            for name in {*before.names(), *new.names(), *(path.stem for path in stamps)}
+            for name in {*before.names(), *new.names(), *(path.stem for path in self._prints)}
             if versions.get(name) != self._versions.get(name)
         }
         held = self._hold(before, new, edited)
         for name in held:
             versions[name] = self._versions[name]
         held |= self._hold_skills(new)
-        self._stamps, self.library, self._versions, self.held = stamps, new, versions, held
+        self.library, self._versions, self.held = new, versions, held
         self._known_versions.clear()
         self._checked.clear()
         good = sorted(edited - set(held))
@@ -280,14 +253,6 @@ class MissionFolders:
 def _skills_files(prints: Mapping[Path, str]) -> dict[Path, str]:
     """Return the fingerprints of the files that declare skills."""
     return {path: fingerprint for path, fingerprint in prints.items() if is_skills_file(path)}
-
-
-def _stamp(entry: os.DirEntry[str]) -> Stamp:
-    try:
-        stat = entry.stat()
-    except FileNotFoundError:  # a link that leads nowhere, or gone this very moment
-        return (0, 0, 0)
-    return (stat.st_mtime_ns, stat.st_size, stat.st_ino)
 
 
 def _fingerprint(file: Path) -> str:

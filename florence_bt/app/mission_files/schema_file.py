@@ -6,7 +6,6 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
@@ -28,25 +27,6 @@ def schema_text(folders: Sequence[Path] = (), hotspots: Path | None = None) -> s
         known = load_hotspots(hotspots)
         labels = {"hotspot": list(known.labels()), "room": [room.label for room in known.rooms()]}
     library = MissionLibrary.load(folders)
-    schema = make_schema(_skills(library), library.missions(), labels)
+    skills = {**library.declarations, **collect_declarations()}
+    schema = make_schema(dict(sorted(skills.items())), library.missions(), labels)
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
-
-
-def scenario_schema_text(folders: Sequence[Path] = ()) -> str:
-    """Write the schema of scenario files as JSON.
-
-    Args:
-        folders: More mission folders, whose skills and missions an editor completes.
-
-    Raises:
-        ConfigError: A folder does not exist.
-    """
-    from florence_bt.mission_testing.scenarios.scenario_schema import scenario_schema
-
-    library = MissionLibrary.load(folders)
-    return json.dumps(scenario_schema(library, _skills(library)), indent=1, ensure_ascii=False) + "\n"
-
-
-def _skills(library: MissionLibrary) -> dict[str, SkillDeclaration]:
-    """Return the skills that missions of a library can use: of files, of Python packages, and our own."""
-    return dict(sorted({**library.declarations, **collect_declarations()}.items()))

@@ -133,86 +133,58 @@ def _file_of_system(client: MissionClient) -> Path:
     return file
 
 
-def add_hotspot(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
-    """Return the edit that adds a hotspot whose values are given as texts."""
-
-    def edit(file: HotspotFile) -> str:
-        if file.hotspots.get(label) is not None:
-            raise ConfigError(f"there is a hotspot {label!r} already", valid=["florence hotspot move"])
-        hotspot = read_hotspot(label, {"kind": kind_of_new(label)} | dict(values))
-        file.put(hotspot, values)
-        return f"the {hotspot.kind} {label} added"
-
-    return edit
+def add_hotspot(file: HotspotFile, label: str, values: Mapping[str, str]) -> str:
+    """Add a hotspot whose values are given as texts; say what was done, as all edits here."""
+    if file.hotspots.get(label) is not None:
+        raise ConfigError(f"there is a hotspot {label!r} already", valid=["florence hotspot move"])
+    hotspot = read_hotspot(label, {"kind": kind_of_new(label)} | dict(values))
+    file.put(hotspot, values)
+    return f"the {hotspot.kind} {label} added"
 
 
-def move_hotspot(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
-    """Return the edit that changes some values of a hotspot, given as texts."""
-
-    def edit(file: HotspotFile) -> str:
-        known = file.hotspots.get(label)
-        if known is None:
-            raise ConfigError(file.hotspots.unknown(label))
-        file.put(read_hotspot(label, values, known), values)
-        return f"{label} moved"
-
-    return edit
+def move_hotspot(file: HotspotFile, label: str, values: Mapping[str, str]) -> str:
+    """Change some values of a hotspot, given as texts."""
+    known = file.hotspots.get(label)
+    if known is None:
+        raise ConfigError(file.hotspots.unknown(label))
+    file.put(read_hotspot(label, values, known), values)
+    return f"{label} moved"
 
 
-def put_here(label: str, pose: Pose2, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
-    """Return the edit that moves a hotspot to a pose, or adds one there."""
+def put_here(file: HotspotFile, label: str, pose: Pose2, values: Mapping[str, str]) -> str:
+    """Move a hotspot to a pose, or add one there."""
     here = {
         "x": f"{pose.x:.3f}",
         "y": f"{pose.y:.3f}",
         "yaw": f"{math.degrees(math.remainder(pose.yaw, math.tau)):.1f} deg",
     } | dict(values)
-
-    def edit(file: HotspotFile) -> str:
-        known = file.hotspots.get(label)
-        kind = {} if known else {"kind": kind_of_new(label)}
-        hotspot = read_hotspot(label, kind | here, known)
-        file.put(hotspot, here)
-        place = f"({here['x']} m, {here['y']} m), {here['yaw']}"
-        return f"the {hotspot.kind} {label} {'moved to' if known else 'added at'} {place}"
-
-    return edit
+    known = file.hotspots.get(label)
+    kind = {} if known else {"kind": kind_of_new(label)}
+    hotspot = read_hotspot(label, kind | here, known)
+    file.put(hotspot, here)
+    place = f"({here['x']} m, {here['y']} m), {here['yaw']}"
+    return f"the {hotspot.kind} {label} {'moved to' if known else 'added at'} {place}"
 
 
-def rename_hotspot(old: str, new: str) -> Callable[[HotspotFile], str]:
-    """Return the edit that gives a hotspot another label."""
-
-    def edit(file: HotspotFile) -> str:
-        file.rename(old, new)
-        return f"{old} is called {new}"
-
-    return edit
+def rename_hotspot(file: HotspotFile, old: str, new: str) -> str:
+    """Give a hotspot another label."""
+    file.rename(old, new)
+    return f"{old} is called {new}"
 
 
-def remove_hotspot(label: str) -> Callable[[HotspotFile], str]:
-    """Return the edit that removes a hotspot."""
-
-    def edit(file: HotspotFile) -> str:
-        file.remove(label)
-        return f"{label} removed"
-
-    return edit
+def remove_hotspot(file: HotspotFile, label: str) -> str:
+    """Remove a hotspot."""
+    file.remove(label)
+    return f"{label} removed"
 
 
-def add_zone(label: str, values: Mapping[str, str]) -> Callable[[HotspotFile], str]:
-    """Return the edit that adds a zone, or replaces the one with its label."""
-
-    def edit(file: HotspotFile) -> str:
-        file.put_zone(read_zone(label, values))
-        return f"the zone {label} added"
-
-    return edit
+def add_zone(file: HotspotFile, label: str, values: Mapping[str, str]) -> str:
+    """Add a zone, or replace the one with its label."""
+    file.put_zone(read_zone(label, values))
+    return f"the zone {label} added"
 
 
-def remove_zone(label: str) -> Callable[[HotspotFile], str]:
-    """Return the edit that removes a zone."""
-
-    def edit(file: HotspotFile) -> str:
-        file.remove_zone(label)
-        return f"the zone {label} removed"
-
-    return edit
+def remove_zone(file: HotspotFile, label: str) -> str:
+    """Remove a zone."""
+    file.remove_zone(label)
+    return f"the zone {label} removed"

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from py_trees import composites, decorators, logging
+from py_trees import composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
@@ -19,7 +19,6 @@ from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.stepping import Stepping
 
-INFO = logging.Level.INFO
 RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
 
 Tick = Callable[[Any], Status]
@@ -28,7 +27,6 @@ Halt = Callable[[Any], None]
 """Stops a node with what is below it: ``node.stop(Status.INVALID)``."""
 StatusChange = tuple[Behaviour, Status, Status]
 """A node, its status before and its status after."""
-Visit = Callable[[Behaviour], None]
 
 
 class TickTable:
@@ -36,7 +34,6 @@ class TickTable:
 
     Args:
         record: Whether every change of a status is kept in :attr:`changes`.
-        visit: Called with each node when its tick is over, in the order in which py_trees yields them.
 
     Attributes:
         ticks: How a node is ticked, by its class.
@@ -44,9 +41,8 @@ class TickTable:
         changes: The changes since they were cleared, in order.
     """
 
-    def __init__(self, record: bool, visit: Visit | None) -> None:
+    def __init__(self, record: bool) -> None:
         self.record = record
-        self.visit = visit
         self.changes: list[StatusChange] = []
         self.ticks: dict[type, Tick] = _ByClass(self._learn)
         self.halts: dict[type, Halt] = _ByClass(self._learn)
@@ -115,18 +111,16 @@ class Ticker:
     Args:
         root: The root of the tree.
         record: Whether :attr:`changes` has every change of a status.
-        visit: Called with each node that was ticked, when its tick is over.
 
     Attributes:
         root: The root of the tree.
         count: How many ticks there were.
     """
 
-    def __init__(self, root: Behaviour, *, record: bool = False, visit: Visit | None = None) -> None:
+    def __init__(self, root: Behaviour, *, record: bool = False) -> None:
         self.root = root
         self.count = 0
-        self._table = TickTable(record, visit)
-        self._py_trees_tick, _ = make_own(self._table, type(root))
+        self._table = TickTable(record)
 
     @property
     def changes(self) -> tuple[StatusChange, ...]:
@@ -145,8 +139,6 @@ class Ticker:
         root, table = self.root, self._table
         table.changes.clear()
         self.count += 1
-        if logging.level < INFO:
-            return self._py_trees_tick(root)  # with the debug texts of py_trees
         return table.ticks[root.__class__](root)
 
     def stop(self) -> None:
@@ -254,28 +246,12 @@ def make_prepared_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 def make_own(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """Make those of a class with its own ``tick`` or ``stop``: these run, for the node and all below it."""
 
-    def run(node: Behaviour) -> None:
-        for visited in node.tick():
-            if table.visit is not None:
-                table.visit(visited)
-
     def tick(node: Any) -> Status:
-        table.watch((node,), lambda: run(node))
+        table.watch((node,), node.tick_once)
         status: Status = node.status
         return status
 
     return tick, table.stop_by_itself
-
-
-def visited(tick: Tick, visit: Callable[[Behaviour], None]) -> Tick:
-    """Make a function that ticks a node and then visits it."""
-
-    def tick_and_visit(node: Any) -> Status:
-        new = tick(node)
-        visit(node)
-        return new
-
-    return tick_and_visit
 
 
 # ---- composites -----------------------------------------------------------------------------------------
@@ -514,7 +490,4 @@ def _functions_of(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
         make = make_stepping
     else:
         make = MAKERS.get((cls.tick, cls.stop), make_own)
-    tick, halt = make(table, cls)
-    if table.visit is not None and make is not make_own:
-        tick = visited(tick, table.visit)
-    return tick, halt
+    return make(table, cls)

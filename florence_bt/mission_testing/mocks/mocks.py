@@ -25,8 +25,7 @@ class Step:
         after: Seconds from the start to the result. 0 means within the start.
         accept_after: Seconds from the start to the acceptance of the goal; a cancel takes effect only then.
         cancel_takes: Seconds from the cancel (after acceptance) to the end.
-        feedback: What the run says about itself.
-        feedback_at: What it says later: seconds from the start and the text.
+        feedback_at: What the run says about itself: seconds from the start and the text.
         error: An exception that the run raises instead of giving a result.
     """
 
@@ -34,7 +33,6 @@ class Step:
     after: float = 0.0
     accept_after: float = 0.0
     cancel_takes: float = 0.0
-    feedback: str = ""
     feedback_at: tuple[tuple[float, str], ...] = ()
     error: Exception | None = None
 
@@ -44,16 +42,15 @@ class MockRun(BaseRun):
 
     Args:
         clock: Drives the run.
-        feedback: What it says about itself at the start.
 
     Attributes:
         cancelled: Whether it was cancelled before its end.
     """
 
-    def __init__(self, clock: Clock, feedback: str = "") -> None:
+    def __init__(self, clock: Clock) -> None:
         self.cancelled = False
         self._clock = clock
-        super().__init__(feedback)
+        super().__init__()
         self._timers: list[Timer] = []
         self._error: Exception | None = None
 
@@ -92,7 +89,7 @@ class ScriptedRun(MockRun):
     """A run that follows one step of a script."""
 
     def __init__(self, clock: Clock, step: Step, inputs: Mapping[str, Any]) -> None:
-        super().__init__(clock, step.feedback)
+        super().__init__(clock)
         self.inputs = inputs
         self._step = step
         for seconds, text in step.feedback_at:

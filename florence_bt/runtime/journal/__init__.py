@@ -6,7 +6,7 @@
 from florence_bt.runtime.journal.journal import Journal, JournalParameters
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
-from florence_bt.runtime.journal.schema import JOURNAL_FILE, JournalBroken, JournalTooNew
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, JournalBroken
 
 __all__ = [
     "JOURNAL_FILE",
@@ -14,7 +14,6 @@ __all__ = [
     "JournalBroken",
     "JournalParameters",
     "JournalReader",
-    "JournalTooNew",
     "JournaledEvent",
     "JournaledRun",
 ]

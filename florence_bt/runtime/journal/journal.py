@@ -20,7 +20,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, NotNegative
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
-from florence_bt.runtime.journal.schema import JOURNAL_FILE, OWN_FILE
+from florence_bt.runtime.journal.schema import JOURNAL_FILE
 from florence_bt.runtime.journal.store import EventRow, Job, LastEntry, NewRun, RunUpdate, Store
 from florence_bt.runtime.journal.writer_guard import WriterGuard
 from florence_bt.runtime.run import MissionRun
@@ -135,7 +135,7 @@ class Journal:
 
     def exists(self) -> bool:
         """Tell whether there is a file already."""
-        return any((self.folder / name).is_file() for name in (JOURNAL_FILE, OWN_FILE))
+        return (self.folder / JOURNAL_FILE).is_file()
 
     def set_aside(self, broken: str) -> None:
         """Move a file that cannot be read out of the way and begin a new one; only before the first write.

@@ -19,13 +19,11 @@ from florence_bt.runtime.journal.rows import (
 )
 from florence_bt.runtime.journal.schema import (
     JOURNAL_FILE,
-    OWN_FILE,
     WRITTEN,
     JournalBroken,
-    JournalTooNew,
-    bring_up_to_date,
     check_version,
     is_damage,
+    make_tables,
 )
 from florence_bt.runtime.run import FINAL
 
@@ -46,27 +44,17 @@ class JournalReader(Closing):
     it reads is damaged.
 
     Raises:
-        JournalTooNew: The journal is of a later version, and there is none of this version beside it.
         JournalBroken: The file is not a journal, or it is damaged.
         ConfigError: The folder has no journal, or it is out of reach.
     """
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / JOURNAL_FILE
-        own = folder / OWN_FILE
-        if not self.path.is_file() and own.is_file():
-            self.path = own
         if not self.path.is_file():
             raise ConfigError(
                 f"there is no journal in {str(folder)!r}", valid=[f"a folder with a file {JOURNAL_FILE}"]
             )
-        try:
-            self._connection = self._open()
-        except JournalTooNew:
-            if not own.is_file():
-                raise
-            self.path = own
-            self._connection = self._open()
+        self._connection = self._open()
 
     def close(self) -> None:
         """Close the file."""
@@ -174,5 +162,5 @@ def _open(path: Path) -> sqlite3.Connection:
 def _empty() -> sqlite3.Connection:
     """Open an empty journal, as left by a writer that died before it made the tables."""
     connection = sqlite3.connect(":memory:", isolation_level=None)
-    bring_up_to_date(connection)
+    make_tables(connection)
     return connection

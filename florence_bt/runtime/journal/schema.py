@@ -1,8 +1,4 @@
-"""The tables of the journal, and how an older file becomes one of this version.
-
-``PRAGMA user_version`` holds the version. A change of the tables adds a step to :data:`STEPS`; a file of a
-later version is not touched: this version keeps a file of its own beside it.
-"""
+"""The tables of the journal. ``PRAGMA user_version`` holds their version; a file of another one is broken."""
 
 from __future__ import annotations
 
@@ -16,7 +12,7 @@ JOURNAL_FILE = "journal.sqlite"
 WRITTEN = "written"
 """The name of the date of the last entry in the table ``notes``."""
 
-_FIRST = """
+_TABLES = """
 CREATE TABLE runs (
     id INTEGER PRIMARY KEY AUTOINCREMENT,
     run_id TEXT NOT NULL UNIQUE,
@@ -59,11 +55,8 @@ CREATE TABLE events (
 CREATE TABLE notes (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
 
-STEPS: tuple[str, ...] = (_FIRST,)
-"""The script that leads from version n to version n + 1."""
-VERSION = len(STEPS)
-OWN_FILE = f"journal-v{VERSION}.sqlite"
-"""The name of the file when :data:`JOURNAL_FILE` is of a later version."""
+VERSION = 1
+"""The version of these tables."""
 
 _UNREACHABLE = frozenset(
     {
@@ -84,12 +77,8 @@ _UNREACHABLE = frozenset(
 """What SQLite reports of a disk or a lock; the file may be whole (https://www.sqlite.org/rescode.html)."""
 
 
-class JournalTooNew(ConfigError):
-    """The file was written by a later version of this program."""
-
-
 class JournalBroken(ConfigError):
-    """The content of the file is damaged: reading it again does not help."""
+    """The content of the file is damaged, or of another version: reading it again does not help."""
 
 
 def is_damage(error: Exception) -> bool:
@@ -103,33 +92,25 @@ def is_damage(error: Exception) -> bool:
     return code is not None and code & 0xFF not in _UNREACHABLE
 
 
-def bring_up_to_date(connection: sqlite3.Connection) -> None:
-    """Make the tables of a new file, or change those of an older one.
+def make_tables(connection: sqlite3.Connection) -> None:
+    """Make the tables of a new file.
 
     Raises:
-        JournalTooNew: The file is of a later version.
+        JournalBroken: The file is of another version.
         sqlite3.Error: The file cannot be changed.
     """
-    version = check_version(connection)
-    for number in range(version, VERSION):
-        script = f"BEGIN IMMEDIATE; {STEPS[number]} PRAGMA user_version = {number + 1}; COMMIT;"
-        connection.executescript(script)
+    if not check_version(connection):
+        connection.executescript(f"BEGIN IMMEDIATE; {_TABLES} PRAGMA user_version = {VERSION}; COMMIT;")
 
 
 def check_version(connection: sqlite3.Connection) -> int:
-    """Return the version of a file, at most this program's.
+    """Return the version of a file, 0 before it has tables.
 
     Raises:
-        JournalTooNew: The file is of a later version.
-        JournalBroken: The version is below zero.
+        JournalBroken: It is none of this program's.
         sqlite3.Error: The file cannot be read.
     """
     version = int(connection.execute("PRAGMA user_version").fetchone()[0])
-    if version > VERSION:
-        raise JournalTooNew(
-            f"the journal has version {version}, this program knows up to {VERSION}",
-            valid=["a newer florence"],
-        )
-    if version < 0:
-        raise JournalBroken(f"the journal has the version {version}")
+    if version not in (0, VERSION):
+        raise JournalBroken(f"the journal has version {version}, this program has version {VERSION}")
     return version

@@ -18,14 +18,7 @@ from typing import Any
 
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.journal.rows import CHANGED_COLUMNS, EVENT_COLUMNS, RUN_COLUMNS, event_values
-from florence_bt.runtime.journal.schema import (
-    JOURNAL_FILE,
-    OWN_FILE,
-    WRITTEN,
-    JournalTooNew,
-    bring_up_to_date,
-    check_version,
-)
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, WRITTEN, check_version, make_tables
 from florence_bt.runtime.run import FINAL, RunStatus
 
 _NEW_RUN = f"INSERT INTO runs ({RUN_COLUMNS}) VALUES ({', '.join('?' * len(RUN_COLUMNS.split(',')))})"
@@ -152,12 +145,7 @@ class Store:
             self.close()
         if self._connection is None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            self.path = self.folder / JOURNAL_FILE
-            try:
-                self._connection = self._connect()
-            except JournalTooNew:
-                self.path = self.folder / OWN_FILE
-                self._connection = self._connect()
+            self._connection = self._connect()
             self._inode = self.path.stat().st_ino
         return self._connection
 
@@ -166,11 +154,11 @@ class Store:
             self.path, timeout=self._busy_s, isolation_level=None, check_same_thread=False
         )
         try:
-            check_version(connection)  # a file of a later version stays as it is
+            check_version(connection)  # before anything is written into a file of another version
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA synchronous = NORMAL")
             connection.execute("PRAGMA foreign_keys = ON")
-            bring_up_to_date(connection)
+            make_tables(connection)
         except BaseException:
             connection.close()
             raise

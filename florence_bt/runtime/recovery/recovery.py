@@ -29,9 +29,7 @@ from florence_bt.runtime.journal import (
     JournaledEvent,
     JournaledRun,
     JournalReader,
-    JournalTooNew,
 )
-from florence_bt.runtime.journal.schema import OWN_FILE
 from florence_bt.runtime.journal.text import tree_from_events, with_one_clock
 from florence_bt.runtime.recovery.replay import ReplayDiverged, replay
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
@@ -210,8 +208,6 @@ class Recovery:
         """Read the journal. One that cannot be read may hide anything: then the robot is made safe too."""
         try:
             return self._read()
-        except JournalTooNew as error:
-            self._notify(f"{error}; it is left alone, and runs are kept in {OWN_FILE} beside it")
         except JournalBroken as error:
             self._notify(f"runs that were active when the previous process died are not recovered: {error}")
             self._journal.set_aside(str(error))

@@ -41,6 +41,8 @@ OTHER_KINDS = by_spelling(
         "retry": ("retry_until_successful",),
         "succeed": ("force_success",),
         "sequence: [the node, {fail: the reason}]": ("force_failure", "forcefailure"),
+        "succeed: the node, or a sequence that ends with fail": ("force",),
+        "sequence: [{wait: 2 s}, the node]": ("delay",),
         "on_failure: {any: a node}, at the node that may fail": (
             *("try", "catch", "try_catch", "trycatch", "except", "recovery", "recovery_node", "recoverynode"),
         ),

@@ -149,10 +149,6 @@ class _MissionParser(Reader):
         if len(kinds) != 1:
             return self._not_one_kind(source, [key for key, _ in kinds])
         key, value = kinds[0]
-        if key.text in vocabulary.REPLACED:
-            message = f"there is no {key.text!r} any more"
-            self.error(key.position, message, [vocabulary.REPLACED[key.text]])
-            return None
         if key.text not in vocabulary.NODE_KINDS and suggestions.is_no_skill(key, value, source):
             return self._unknown_kind(key, value, source)
         self._check_modifiers(key.text, source)

@@ -82,13 +82,7 @@ NEVER_INPUTS = (
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
-REPLACED: dict[str, str] = {
-    "delay": "sequence: [{wait: 2 s}, the node]",
-    "force": "succeed: the node; or sequence: [the node, {fail: the reason}]",
-}
-"""Kinds of nodes that there were -> what to write instead."""
-
-RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS, *REPLACED))
+RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
 """Names that no skill can have."""
 
 MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")

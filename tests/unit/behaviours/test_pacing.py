@@ -60,7 +60,7 @@ def test_a_missing_duration_does_not_start_the_child(clock):
 
 def test_timeout_stops_its_child_and_says_where_it_was(clock):
     # 0: RUNNING; 2: FAILURE, the run is cancelled
-    node, skill, context = looking(clock, Step(None, feedback="no one yet"))
+    node, skill, context = looking(clock, Step(None, feedback_at=((0.0, "no one yet"),)))
     limit = Timeout("limit", Sequence("search", True, [node]), context, 2.0)
     assert tick_until(limit, clock, context) == 2
     assert (limit.status, clock.now(), skill.active) == (Status.FAILURE, 2.0, 0)

@@ -42,7 +42,7 @@ def build(clock, *steps, way=2.0, keys=None, outputs=None):
 def test_success_writes_the_outputs_and_fills_in_defaults(clock):
     # tick at 0: RUNNING; at 3: SUCCESS
     node, skill, context, events = build(
-        clock, Step(success(driven=1.9), after=3.0, feedback="driving"), outputs={"driven": "d"}
+        clock, Step(success(driven=1.9), after=3.0, feedback_at=((0.0, "driving"),)), outputs={"driven": "d"}
     )
     assert tick_until(node, clock, context) == 2
     assert (node.status, clock.now(), context.keys.read("d")) == (Status.SUCCESS, 3.0, 1.9)
@@ -62,7 +62,7 @@ def test_an_instant_run_is_over_in_one_tick_and_sets_no_timer(clock):
 
 
 def test_feedback_is_shown_and_steady(clock):
-    node, _, context, _ = build(clock, Step(success(driven=0.0), after=3.0, feedback="driving"))
+    node, _, context, _ = build(clock, Step(success(driven=0.0), after=3.0, feedback_at=((0.0, "driving"),)))
     node.tick_once()
     node.tick_once()
     assert (node.status, node.feedback_message) == (Status.RUNNING, "driving")
@@ -115,7 +115,9 @@ def test_a_skill_that_the_robot_lacks(clock):
 
 def test_the_deadline_cancels_the_run_and_waits_for_its_end(clock):
     # 0: RUNNING; 20: FAILURE timed_out; 22: the run has ended
-    node, skill, context, events = build(clock, Step(None, feedback="1 m to go", cancel_takes=2.0))
+    node, skill, context, events = build(
+        clock, Step(None, feedback_at=((0.0, "1 m to go"),), cancel_takes=2.0)
+    )
     assert tick_until(node, clock, context) == 2
     assert (clock.now(), node.status, node.result.code) == (20.0, Status.FAILURE, "timed_out")
     assert node.result.reason == "drive was not done within 20 s, at the end: 1 m to go"

@@ -194,10 +194,10 @@ WRONG = """
     3:16 switch has no value | a value, quotes round it: "..."
 
 {force: failure, do: {work: }}
-    3:8 there is no 'force' any more | succeed: the node; or sequence: [the node, {fail: the reason}]
+    3:8 there is no skill and no kind of node 'force' | succeed: the node, or a sequence that ends with fail
 
 {delay: 2 s, do: {work: }}
-    3:8 there is no 'delay' any more | sequence: [{wait: 2 s}, the node]
+    3:8 there is no skill and no kind of node 'delay' | sequence: [{wait: 2 s}, the node]
 
 {cooldown: 2 s}
     3:8 cooldown needs a node under `do` | do: {a node}

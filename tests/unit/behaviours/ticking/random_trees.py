@@ -15,9 +15,23 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Access, ComparisonExpression, OneShotPolicy, ParallelPolicy, Status
 from py_trees.trees import BehaviourTree
 
+from florence_bt.behaviours.ticking import Ticker
+
 TICKS = 15
 ENDS = (Status.SUCCESS, Status.FAILURE)
 Log = list[tuple[Any, ...]]
+
+
+class TickedTree(BehaviourTree):
+    """The tree of py_trees, whose shape can be changed, with our ticker."""
+
+    def __init__(self, root: Behaviour) -> None:
+        super().__init__(root)
+        self._ticker = Ticker(root)
+
+    def tick(self, *_: Any) -> None:
+        self._ticker.root = self.root
+        self._ticker.tick()
 
 
 class Scripted(Behaviour):

@@ -11,9 +11,8 @@ import pytest
 from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
-from py_trees.visitors import VisitorBase
 
-from florence_bt.behaviours.ticking import BehaviourTree, Ticker
+from florence_bt.behaviours.ticking import Ticker
 from tests.unit.behaviours.ticking import random_reactive, random_trees
 
 CHUNK = 200
@@ -29,47 +28,13 @@ def restart_time(monkeypatch) -> Callable[[], None]:
     return restart
 
 
-class Recorder(VisitorBase):
-    """Writes down what it meets, with the status of the parent at that moment."""
-
-    def __init__(self, full: bool, seen: list) -> None:
-        super().__init__(full)
-        self.seen = seen
-
-    def initialise(self) -> None:
-        self.seen.append("initialise")
-
-    def run(self, behaviour: Behaviour) -> None:
-        parent = behaviour.parent
-        above = (parent.status, getattr(parent, "current_child", None)) if parent else None
-        state = (behaviour.name, behaviour.status, behaviour.feedback_message, str(above and above[0]))
-        self.seen.append((self.full, *state))
-
-    def finalise(self) -> None:
-        self.seen.append("finalise")
-
-
-def watched(make_tree, seen: list):
-    """A tree whose visitors and handlers write down what they see."""
-
-    def make(root: Behaviour) -> py_trees.trees.BehaviourTree:
-        tree = make_tree(root)
-        tree.add_visitor(Recorder(False, seen))
-        tree.add_visitor(Recorder(True, seen))
-        tree.add_pre_tick_handler(lambda t: seen.append(("before", t.count)))
-        tree.add_post_tick_handler(lambda t: seen.append(("after", t.count, t.root.status)))
-        return tree
-
-    return make
-
-
 @pytest.mark.parametrize("first", range(0, 1200, CHUNK))
 def test_random_trees(first, restart_time):
     for seed in range(first, first + CHUNK):
         restart_time()
         stock = random_trees.play(seed, py_trees.trees.BehaviourTree, depth=4)
         restart_time()
-        assert random_trees.play(seed, BehaviourTree, depth=4) == stock, f"seed {seed}"
+        assert random_trees.play(seed, random_trees.TickedTree, depth=4) == stock, f"seed {seed}"
 
 
 @pytest.mark.parametrize("first", range(5000, 5400, CHUNK))
@@ -79,7 +44,7 @@ def test_random_trees_with_leaves_that_answer_nonsense(first, restart_time, caps
         stock = random_trees.play(seed, py_trees.trees.BehaviourTree, odd=True)
         complaints = capsys.readouterr().out
         restart_time()
-        assert random_trees.play(seed, BehaviourTree, odd=True) == stock, f"seed {seed}"
+        assert random_trees.play(seed, random_trees.TickedTree, odd=True) == stock, f"seed {seed}"
         assert capsys.readouterr().out == complaints
 
 
@@ -94,17 +59,6 @@ def test_random_trees_of_our_own_nodes(first, quiet, restart_time):
         assert ours == stock, f"seed {seed}, quiet {quiet}"
 
 
-def test_visitors_and_handlers_see_the_same_at_the_same_moment(restart_time):
-    for seed in range(7000, 7200):
-        stock_seen: list = []
-        seen: list = []
-        restart_time()
-        random_trees.play(seed, watched(py_trees.trees.BehaviourTree, stock_seen))
-        restart_time()
-        random_trees.play(seed, watched(BehaviourTree, seen))
-        assert seen == stock_seen, f"seed {seed}"
-
-
 def test_every_decorator_of_py_trees_is_among_them():
     stock = {
         cls
@@ -114,25 +68,6 @@ def test_every_decorator_of_py_trees_is_among_them():
     script = random_trees.Script(1)
     made = [make(script, behaviours.Running("leaf")) for make in random_trees.DECORATORS]
     assert stock <= {type(node) for node in made}
-
-
-def test_debug_logging_of_py_trees_says_what_py_trees_says(monkeypatch, capsys):
-    def tree() -> Behaviour:
-        return composites.Sequence("root", True, [behaviours.Success("a"), behaviours.Running("b")])
-
-    monkeypatch.setattr(py_trees.logging, "level", py_trees.logging.Level.DEBUG)
-    stock = tree()
-    stock.tick_once()
-    said = capsys.readouterr().out
-    assert "Sequence.tick()" in said
-    ticker = Ticker(tree(), record=True)
-    ticker.tick()
-    assert capsys.readouterr().out == said
-    assert [(node.name, old, new) for node, old, new in ticker.changes] == [
-        ("a", Status.INVALID, Status.SUCCESS),
-        ("b", Status.INVALID, Status.RUNNING),
-        ("root", Status.INVALID, Status.RUNNING),
-    ]
 
 
 def test_an_exception_comes_through_and_leaves_the_same_statuses():

@@ -12,9 +12,6 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 
 
 @pytest.mark.parametrize("number", range(len(EXAMPLES)))
-def test_an_example_runs(number, monkeypatch, capsys):
-    monkeypatch.setattr("time.sleep", lambda seconds: None)
-    names: dict = {}
-    exec(compile(EXAMPLES[number], f"docs/notes/ticking.md example {number}", "exec"), names)
+def test_an_example_runs(number, capsys):
+    exec(compile(EXAMPLES[number], f"docs/notes/ticking.md example {number}", "exec"), {})
     assert "b INVALID -> RUNNING" in capsys.readouterr().out
-    assert names["tree"].count == 3

@@ -10,7 +10,7 @@ from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.behaviours.ticking import BehaviourTree, Ticker
+from florence_bt.behaviours.ticking import Ticker
 from tests.unit.behaviours.ticking import random_trees
 
 
@@ -66,7 +66,7 @@ def failing(name: str) -> Behaviour:
 
 
 def test_a_subtree_that_comes_later_may_have_methods_of_its_own():
-    for make in (py_trees.trees.BehaviourTree, BehaviourTree):
+    for make in (py_trees.trees.BehaviourTree, random_trees.TickedTree):
         root = composites.Sequence("root", False, [behaviours.Success("a"), behaviours.Success("b")])
         tree = make(root)
         tree.tick()

@@ -9,7 +9,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader
-from florence_bt.runtime.journal.schema import OWN_FILE, VERSION, JournalBroken
+from florence_bt.runtime.journal.schema import VERSION, JournalBroken
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
@@ -288,17 +288,18 @@ def test_the_events_of_one_run_are_bounded_and_its_end_is_kept(tmp_path):
         assert reader.events("R-001")[-1].kind == "ended"
 
 
-def test_a_file_of_a_later_version_is_left_alone(tmp_path):
+def test_a_file_of_another_version_is_moved_aside_and_said(tmp_path):
     whole_run(Journal(tmp_path), 1)
     connection = sqlite3.connect(tmp_path / JOURNAL_FILE)
     connection.execute(f"PRAGMA user_version = {VERSION + 1}")
     connection.close()
     told = []
     whole_run(Journal(tmp_path, on_trouble=told.append), 2)
-    assert told == []
+    aside = tmp_path / f"{JOURNAL_FILE}.broken-1"
+    assert any(str(aside) in line for line in told)
     with JournalReader(tmp_path) as reader:
-        assert reader.path.name == OWN_FILE and [run.run_id for run in reader.runs()] == ["R-002"]
-    connection = sqlite3.connect(tmp_path / JOURNAL_FILE)
+        assert [run.run_id for run in reader.runs()] == ["R-002"]
+    connection = sqlite3.connect(aside)
     assert connection.execute("SELECT count(*) FROM runs").fetchone() == (1,)
     connection.close()
 
