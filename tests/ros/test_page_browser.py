@@ -229,7 +229,8 @@ def test_on_a_phone_nothing_is_wider_than_the_screen(page: Any) -> None:
     assert page.get_by_role("link", name="the robot").is_visible()
 
 
-BLANK_ICONS = """() => document.fonts.ready.then(() => [...document.querySelectorAll("i.material-icons")].filter(icon => {
+BLANK_ICONS = """() => document.fonts.ready.then(() =>
+  [...document.querySelectorAll("i.material-icons")].filter(icon => {
   const glyph = document.createRange(); glyph.selectNodeContents(icon);
   const wide = glyph.getBoundingClientRect().width, size = parseFloat(getComputedStyle(icon).fontSize);
   return icon.offsetWidth && Math.abs(wide - size) > 1;

@@ -167,17 +167,19 @@ class RunsPage:
     more: bool
 
 
-def read_runs(folder: Path | None, *, skip: int, limit: int) -> RunsPage:
+def read_runs(folder: Path | None, *, skip: int, limit: int, mission: str = "", state: str = "") -> RunsPage:
     """Read a part of the list of runs, the latest first.
 
     Args:
         folder: The folder of the journal; that of ``journal_view.journal_folder`` when not given.
         skip: Not the latest so many.
         limit: At most so many.
+        mission: Only runs of this mission, of all when empty.
+        state: Only runs in this state, in all when empty.
 
     Raises:
         ConfigError: There is no journal, or it cannot be read.
     """
     with JournalReader(journal_folder(folder)) as reader:
-        found = reader.runs(limit + 1, skip=skip)
+        found = reader.runs(limit + 1, mission, state, skip=skip)
     return RunsPage(found[:limit], len(found) > limit)

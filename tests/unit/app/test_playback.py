@@ -81,8 +81,10 @@ def test_another_run_is_not_found(tmp_path, run_id):
 
 def test_the_list_comes_in_parts(tmp_path):
     for number in range(1, 8):
-        record(tmp_path, number)
+        record(tmp_path, number, mission="fetch" if number % 2 else "carry", failed=number > 3)
     first = read_runs(tmp_path, skip=0, limit=3)
     assert [run.run_id[2:7] for run in first.runs] == ["00007", "00006", "00005"] and first.more
     last = read_runs(tmp_path, skip=6, limit=3)
     assert [run.run_id[2:7] for run in last.runs] == ["00001"] and not last.more
+    only = read_runs(tmp_path, skip=0, limit=9, mission="carry", state="failed")
+    assert [run.run_id[2:7] for run in only.runs] == ["00006", "00004"]
