@@ -31,10 +31,10 @@ from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import POLITE_DISTANCE_M, Closeness, closeness
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
-from florence_bt.simulation.home.ground_truth import BestCase, best_case
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
 from florence_bt.simulation.rig.rig import navigator_parameters
+from tools.best_case import BestCase, best_case
 from tools.tables import table, write_runs
 
 CLASSES = {

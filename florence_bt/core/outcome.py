@@ -28,14 +28,12 @@ class Result:
             of the codes that every skill may end with (:data:`COMMON_CODES`). ``ok`` on success.
         reason: A sentence for people. Never empty on failure.
         outputs: The declared outputs of the skill.
-        server_code: The error code of the ROS action server, 0 when there is none.
     """
 
     outcome: Outcome
     code: str = "ok"
     reason: str = ""
     outputs: Mapping[str, Any] = field(default_factory=dict)
-    server_code: int = 0
 
     @property
     def succeeded(self) -> bool:
@@ -62,16 +60,15 @@ def success(**outputs: Any) -> Result:
     return Result(Outcome.SUCCEEDED, outputs=outputs)
 
 
-def failure(code: str, reason: str, *, server_code: int = 0, **outputs: Any) -> Result:
+def failure(code: str, reason: str, **outputs: Any) -> Result:
     """Make a failed end.
 
     Args:
         code: The name that the skill declares for this failure.
         reason: A sentence for people.
-        server_code: The error code of the ROS action server, if there is one.
         **outputs: What is known in spite of the failure.
     """
-    return Result(Outcome.FAILED, code, reason, outputs, server_code)
+    return Result(Outcome.FAILED, code, reason, outputs)
 
 
 def cancelled(reason: str = "cancelled on request") -> Result:

@@ -1,8 +1,4 @@
-"""From a file to bytes or a text, and back. What is too large, no regular file, or no text is refused.
-
-Another encoding is named only when that is sure: by a byte order mark, by the pattern of the zero bytes, or
-because every byte makes sense in the encoding of Western European texts and hardly could in another.
-"""
+"""From a file to bytes or a text, and back. What is too large, no regular file, or no text is refused."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import os
 import re
 import shutil
 import stat
-from codecs import BOM_UTF8
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -143,8 +139,6 @@ def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
         text = body.decode("utf-8")
     except UnicodeDecodeError as error:
         raise _no_utf8(data, body[: error.start + 1], path) from error
-    if "\0" in text and encoding_of(data) is not None:
-        raise _no_utf8(data, body[:1], path)  # UTF-16 without a mark, and only ASCII characters
     forbidden = _FORBIDDEN.search(text)
     if forbidden is not None:
         problem = f"the character {named(forbidden[0])} is not allowed"
@@ -163,20 +157,14 @@ def _no_utf8(data: bytes, until: bytes, path: Path) -> ConfigError:
         until: From the first character to the first byte that is not UTF-8.
         path: The file.
     """
-    text, encoding, save = readable(data), encoding_of(data), "saving the file as UTF-8"
-    if encoding is not None and encoding.startswith("UTF"):
-        return ConfigError(f"the file is written in {encoding}", file=path, line=1, column=1, valid=[save])
-    problem = f"byte 0x{until[-1]:02x} {NOT_UTF8}"
-    if text is None:
-        return ConfigError(
-            f"the file is not text ({problem})", file=path, line=1, column=1, valid=["a text file in UTF-8"]
-        )
-    before = until[:-1].decode("utf-8")
-    if encoding is not None:
-        # All before is ASCII, so one byte is one character.
-        problem += f"; in {encoding} it is {text[len(before)]!r}"
-        save += f" (now it is {encoding})"
-    return _at(before, path, problem, save)
+    problem, save = f"byte 0x{until[-1]:02x} {NOT_UTF8}", "saving the file as UTF-8"
+    if is_utf16(data):
+        problem = "the file is written in UTF-16"
+    elif readable(data) is None:
+        problem, save = f"the file is not text ({problem})", "a text file in UTF-8"
+    else:
+        return _at(until[:-1].decode("utf-8"), path, problem, save)
+    return ConfigError(problem, file=path, line=1, column=1, valid=[save])
 
 
 def _at(before: str, path: Path, problem: str, *valid: str) -> ConfigError:
@@ -191,52 +179,9 @@ def _too_large(path: Path, most: int) -> ConfigError:
     )
 
 
-LATIN_1, WINDOWS_1252, UTF_16, UTF_32 = "Latin-1", "Windows-1252", "UTF-16", "UTF-32"
-
-_CODECS = {LATIN_1: "latin-1", WINDOWS_1252: "cp1252"}
-# The mark of UTF-32 begins like that of UTF-16, so it comes first.
-_MARKS = (
-    (b"\xff\xfe\x00\x00", UTF_32, "utf-32"),
-    (b"\x00\x00\xfe\xff", UTF_32, "utf-32"),
-    (b"\xff\xfe", UTF_16, "utf-16"),
-    (b"\xfe\xff", UTF_16, "utf-16"),
-)
-# The file begins with an ASCII character; YAML 1.2, section 5.2, distinguishes encodings in the same way.
-_ZEROS = (
-    (re.compile(rb"\x00\x00\x00[^\x00]"), UTF_32, "utf-32-be"),
-    (re.compile(rb"[^\x00]\x00\x00\x00"), UTF_32, "utf-32-le"),
-    (re.compile(rb"\x00[^\x00]"), UTF_16, "utf-16-be"),
-    (re.compile(rb"[^\x00]\x00"), UTF_16, "utf-16-le"),
-)
-_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f]")
-_MULTI_BYTE = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
-"""What looks like a character of UTF-8 beyond ASCII."""
-_NOT_WESTERN = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|[\x80-\xff]{3}|[\xc2-\xf4][\x80-\xbf]{0,2}\Z")
-"""Control characters; three letters in a row beyond ASCII: Greek or Russian, not German or French; and the
-beginning of a character of UTF-8 at the very end, where a file was cut off."""
-_TYPOGRAPHIC = re.compile(rb"[\x80\x82\x84\x85\x91-\x97\x99]")
-"""Euro, quotes, dots, dashes and the trade mark of Windows-1252."""
-_C1 = re.compile(rb"[\x80-\x9f]")
-
-
-def encoding_of(data: bytes) -> str | None:
-    """Return the encoding of a file that is not UTF-8.
-
-    Args:
-        data: The whole file.
-
-    Returns:
-        ``UTF-16``, ``UTF-32``, ``Latin-1`` or ``Windows-1252``; None when it is none of them, or not surely.
-    """
-    wide = _wide(data)
-    if wide is not None:
-        return wide[0]
-    if _MULTI_BYTE.search(data) or _NOT_WESTERN.search(data) or data.isascii():
-        return None
-    rest = _TYPOGRAPHIC.sub(b"", data)
-    if _C1.search(rest):
-        return None
-    return LATIN_1 if len(rest) == len(data) else WINDOWS_1252
+def is_utf16(data: bytes) -> bool:
+    """Tell whether a file has the byte order mark of UTF-16, as some editors write it."""
+    return data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
 
 
 def readable(data: bytes) -> str | None:
@@ -248,30 +193,6 @@ def readable(data: bytes) -> str | None:
     Returns:
         The text, None when the file is not text at all.
     """
-    wide = _wide(data)
-    if wide is not None:
-        return data.decode(wide[1], errors="replace").removeprefix("\ufeff")
-    if b"\x00" in data:
-        return None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode(_CODECS.get(encoding_of(data) or "", "utf-8-sig"), errors="replace")
-
-
-def _wide(data: bytes) -> tuple[str, str] | None:
-    """Return name and codec of an encoding with two or four bytes a character, None when it is another."""
-    for mark, name, codec in _MARKS:
-        if data.startswith(mark):
-            return name, codec
-    for pattern, name, codec in _ZEROS:
-        if pattern.match(data) and _is_text(data, codec):
-            return name, codec
-    return None
-
-
-def _is_text(data: bytes, codec: str) -> bool:
-    try:
-        return _CONTROL.search(data.decode(codec)) is None
-    except UnicodeDecodeError:
-        return False
+    if is_utf16(data):
+        return data.decode("utf-16", errors="replace")
+    return None if b"\x00" in data else data.decode("utf-8-sig", errors="replace")

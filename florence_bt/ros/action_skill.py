@@ -107,7 +107,7 @@ class ActionSkill(RemoteSkill):
             return failure("server_lost", f"{self.label} does not know the goal any more; was it restarted?")
         if outcome is Outcome.FAILED and getattr(response.result, "error_code", 0) == REFUSED:
             reason = f"{self.label} refused the goal: {response.result.error_msg}"
-            return failure("rejected", reason, server_code=REFUSED)
+            return failure("rejected", reason)
         return self._to_result(response.result, outcome)
 
     def _shut_down(self) -> None:

@@ -82,7 +82,7 @@ def test_the_line_shown_is_of_the_standard_input_and_not_of_the_file_on_the_disk
     data = "mission: mine\ndescription: für mich\n".encode("latin-1")
     done = florence("check", "-", "--stdin-name", file, stdin=data)
     assert done.exit_code == FAILED
-    assert "    2 | description: für mich\n      |               ^\n" in done.stdout
+    assert "    2 | description: f\ufffdr mich\n      |               ^\n" in done.stdout
     assert "of the disk" not in done.stdout
 
 

@@ -30,7 +30,6 @@ from florence_bt.drivers.hokuyo.geometry import (
     scan_from_distances,
     summarise,
     with_echoes,
-    without_codes,
 )
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.retry_policy import RetryPolicy
@@ -340,9 +339,6 @@ class HokuyoDriver:
         undelayed = self._clock.arrival(scan.timestamp_ms, now, self._scan_interval(geometry))
         arrived = undelayed if wanted.use_sensor_clock else now
         stamp = arrived - self.latency + scan.first_step * geometry.time_increment + wanted.time_offset
-        ranges = None
-        if wanted.use_rep_117:
-            ranges = without_codes(scan.distances_mm, geometry.minimum_mm, self._errors(sensor))
         found = scan_from_distances(
             scan.distances_mm,
             scan.first_step,
@@ -352,7 +348,6 @@ class HokuyoDriver:
             wanted.frame_id,
             skip=wanted.skip,
             intensities=scan.intensities,
-            ranges=ranges,
         )
         return found if scan.echoes_mm is None else with_echoes(found, scan.echoes_mm, scan.echo_intensities)
 

@@ -108,7 +108,6 @@ def scan_from_distances(
     *,
     skip: int = 0,
     intensities: NDArray[np.int32] | None = None,
-    ranges: NDArray[np.float32] | None = None,
 ) -> LaserScan:
     """Make a laser scan of what the sensor measured.
 
@@ -124,7 +123,6 @@ def scan_from_distances(
         frame_id: The sensor's frame.
         skip: Turns left out between two scans.
         intensities: Shape (n,), device units, or none.
-        ranges: Shape (n,), metres: what to say instead of the distances, such as NaN for the error codes.
 
     Source: REFERENCE 4.8, 4.9.
     """
@@ -136,7 +134,7 @@ def scan_from_distances(
         angle_increment=geometry.step_angle * steps,
         range_min=geometry.minimum_mm / 1000.0,
         range_max=geometry.maximum_mm / 1000.0,
-        ranges=np.asarray(distances_mm, np.float32) / np.float32(1000.0) if ranges is None else ranges,
+        ranges=np.asarray(distances_mm, np.float32) / np.float32(1000.0),
         time_increment=geometry.time_increment * steps,
         scan_time=geometry.scan_period * (skip + 1),
         intensities=np.asarray(() if intensities is None else intensities, np.float32),
@@ -208,27 +206,6 @@ def range_errors(model: str, maximum_mm: int) -> Mapping[int, str]:
         maximum_mm: DMAX of the sensor.
     """
     return UTM_ERRORS if "UTM" in model or maximum_mm > LONG_RANGE_MM else URG_ERRORS
-
-
-def without_codes(
-    distances_mm: NDArray[np.int32], minimum_mm: int, errors: Mapping[int, str]
-) -> NDArray[np.float32]:
-    """Return ranges as REP 117 wants them: no number where nothing was measured.
-
-    Args:
-        distances_mm: Shape (n,).
-        minimum_mm: DMIN; smaller values are codes.
-        errors: The sensor's codes.
-
-    Returns:
-        Shape (n,), metres: +inf for a UTM's "no object", -inf for its "too near", NaN for other codes.
-    """
-    ranges = np.asarray(distances_mm, np.float32) / np.float32(1000.0)
-    ranges[distances_mm < minimum_mm] = np.nan
-    if errors is UTM_ERRORS:
-        ranges[distances_mm == 1] = np.inf
-        ranges[distances_mm == 2] = -np.inf
-    return ranges
 
 
 def summarise(distances_mm: NDArray[np.int32], minimum_mm: int, errors: Mapping[int, str]) -> str:

@@ -37,8 +37,6 @@ class HokuyoParameters(CheckedParameters):
             before.
         use_sensor_clock: Take the spacing of the stamps from the sensor's clock, so that a scan that was
             delayed on its way does not look newer; hokuyo_node took the arrival alone.
-        use_rep_117: Say NaN (a UTM: also inf and -inf) for the error codes below range_min, as later versions
-            of hokuyo_node; otherwise they pass as ranges of some millimetres.
         self_test_scans: Scans of each stream of the self test, 1..99; hokuyo_node took 99.
         reply_timeout_s: Wait this long for the answer to a command.
         silence_timeout_s: Start again when the next scan is overdue by this long.
@@ -62,7 +60,6 @@ class HokuyoParameters(CheckedParameters):
     calibrate_time: bool = True
     latency_s: Annotated[float, Limits(0.0, 1.0)] | None = None
     use_sensor_clock: bool = True
-    use_rep_117: bool = False
     self_test_scans: Annotated[int, Limits(1, 99)] = 99
     reply_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 1.0
     silence_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 1.0

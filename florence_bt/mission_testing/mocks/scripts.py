@@ -177,19 +177,19 @@ def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:
             defaults = {name: port.default for name, port in declaration.outputs.items() if not port.required}
             return success(**defaults | read_outputs(reply.outputs, declaration))
         case Ending.FAILURE:
-            code, number = _code(reply.code, declaration)
+            code = _code(reply.code, declaration)
             meaning = {**COMMON_CODES, **declaration.failures}[code]
-            return failure(code, reply.reason or meaning, server_code=number)
+            return failure(code, reply.reason or meaning)
         case Ending.CANCELLED:
             return cancelled(reply.reason or "cancelled by its server")
         case _:
             return None
 
 
-def _code(code: str | int | None, declaration: SkillDeclaration) -> tuple[str, int]:
-    """Return the code and server code of a failure."""
+def _code(code: str | int | None, declaration: SkillDeclaration) -> str:
+    """Return the code of a failure."""
     if code is None:
-        return next(iter(declaration.failures), "rejected"), 0
+        return next(iter(declaration.failures), "rejected")
     if isinstance(code, int):
         if code not in declaration.server_codes:
             raise ConfigError(
@@ -199,11 +199,11 @@ def _code(code: str | int | None, declaration: SkillDeclaration) -> tuple[str, i
                     *declaration.failures,
                 ],
             )
-        return declaration.server_codes[code], code
+        return declaration.server_codes[code]
     known = (*declaration.failures, *COMMON_CODES)
     if code not in known:
         raise ConfigError(f"{declaration.name} cannot fail with {code!r}", valid=_codes_like(code, known))
-    return code, 0
+    return code
 
 
 def _codes_like(code: str, known: tuple[str, ...]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.polygons import Polygon, distance_to, edges
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
 
 FLORENCE_FOOTPRINT = (-0.16, -0.16, -0.16, 0.16, 0.19, 0.16, 0.24, 0.0, 0.19, -0.16)
 """x, y of each corner in metres (document, section 3.3.2)."""
-
-Corners = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +29,7 @@ class Footprint:
         circumscribed_radius: Distance from the origin to the farthest corner.
     """
 
-    corners: Corners
+    corners: Polygon
     inscribed_radius: float
     circumscribed_radius: float
 
@@ -57,15 +56,14 @@ class Footprint:
         padded = tuple(
             (x + math.copysign(padding, x or 0.0), y + math.copysign(padding, y or 0.0)) for x, y in corners
         )
-        edges = list(zip(padded, (*padded[1:], padded[0]), strict=True))
-        sides = [x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in edges]
+        sides = [x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in edges(padded)]
         if not (all(side > 0.0 for side in sides) or all(side < 0.0 for side in sides)):
             raise ConfigError(
                 "the footprint does not go around the origin of base_footprint once, without dents",
                 valid=[f"footprint: {list(FLORENCE_FOOTPRINT)}"],
                 parameters=["footprint"],
             )
-        inner = min(_distance_to_edge(*start, *end) for start, end in edges)
+        inner = distance_to(padded, 0.0, 0.0)
         return Footprint(padded, inner, max(math.hypot(x, y) for x, y in padded))
 
     def outline(self, spacing: float) -> NDArray[np.float64]:
@@ -80,17 +78,17 @@ class Footprint:
 
 
 @lru_cache(maxsize=16)
-def _outline(corners: Corners, spacing: float) -> NDArray[np.float64]:
+def _outline(corners: Polygon, spacing: float) -> NDArray[np.float64]:
     import numpy as np
 
     points = []
-    for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
+    for (x0, y0), (x1, y1) in edges(corners):
         count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))
         points += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
     return np.array(points)
 
 
-def corners_from_flat(numbers: Sequence[float]) -> Corners:
+def corners_from_flat(numbers: Sequence[float]) -> Polygon:
     """Return corners from x, y, x, y, ... as a parameter holds them.
 
     Raises:
@@ -103,10 +101,3 @@ def corners_from_flat(numbers: Sequence[float]) -> Corners:
             parameters=["footprint"],
         )
     return tuple(zip(numbers[::2], numbers[1::2], strict=True))
-
-
-def _distance_to_edge(x0: float, y0: float, x1: float, y1: float) -> float:
-    dx, dy = x1 - x0, y1 - y0
-    length = dx * dx + dy * dy
-    along = min(1.0, max(0.0, -(x0 * dx + y0 * dy) / length)) if length > 0.0 else 0.0
-    return math.hypot(x0 + along * dx, y0 + along * dy)

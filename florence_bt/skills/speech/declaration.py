@@ -55,7 +55,7 @@ def _said(message: Any, outcome: Outcome) -> Result:
     if outcome is Outcome.CANCELLED:
         return cancelled()
     if outcome is Outcome.FAILED:
-        return failure("not_said", message.error_msg, server_code=message.error_code)
+        return failure("not_said", message.error_msg)
     return success()
 
 

@@ -70,8 +70,3 @@ def test_results():
     assert success(x=1).succeeded and success(x=1).outputs == {"x": 1} and success().code == "ok"
     assert not failure("low", "empty").succeeded and not cancelled().succeeded
     assert (cancelled().outcome, cancelled().code) == (Outcome.CANCELLED, "cancelled")
-    assert [r.server_code for r in (success(), failure("a", "b"), failure("a", "b", server_code=7))] == [
-        0,
-        0,
-        7,
-    ]

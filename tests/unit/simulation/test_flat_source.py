@@ -96,7 +96,7 @@ def test_no_flat_at_all(tmp_path, text):
 def test_another_encoding_is_told_as_in_a_mission(tmp_path):
     file = tmp_path / "x.source.yaml"
     file.write_bytes(b"# K\xfcche\n" + SMALL.encode())
-    with pytest.raises(ConfigError, match="byte 0xfc is not UTF-8; in Latin-1 it is 'ü'") as caught:
+    with pytest.raises(ConfigError, match="byte 0xfc is not UTF-8") as caught:
         load_flat(file)
     assert (caught.value.line, caught.value.column) == (1, 4)
 

@@ -12,7 +12,6 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.flat import Solid, load_flat
 from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.generate import choose_flat
-from florence_bt.simulation.home.ground_truth import best_case
 from florence_bt.simulation.home.people import place_person
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import (
@@ -24,6 +23,7 @@ from florence_bt.simulation.home.situations import (
     room_with_decoy,
 )
 from florence_bt.simulation.home.world import SimulatedWorld
+from tools.best_case import best_case
 
 
 @pytest.fixture(scope="module")

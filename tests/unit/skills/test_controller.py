@@ -237,7 +237,7 @@ def test_a_turn_that_would_hit_does_not_begin() -> None:
     command, result = Spin(2.0, SpinParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
     assert command == STANDSTILL
     assert result is not None
-    assert (result.code, result.server_code) == ("collision_ahead", 703)
+    assert result.code == "collision_ahead"
     command, result = Spin(-0.3, SpinParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
     assert result is None
     assert command.angular < 0.0

@@ -128,26 +128,26 @@ def test_no_point_of_a_path_is_too_near_to_an_obstacle() -> None:
 
 
 @pytest.mark.parametrize(
-    ("goal", "code", "server_code"),
+    ("goal", "code"),
     [
-        (Pose2(40.0, 1.0), "goal_outside", 204),
-        (Pose2(4.05, 1.0), "goal_occupied", 206),
-        (Pose2(3.9, 1.0), "goal_occupied", 206),
-        (Pose2(8.4, 2.0), "no_path", 208),
-        (Pose2(math.nan, 1.0), "bad_input", 200),
+        (Pose2(40.0, 1.0), "goal_outside"),
+        (Pose2(4.05, 1.0), "goal_occupied"),
+        (Pose2(3.9, 1.0), "goal_occupied"),
+        (Pose2(8.4, 2.0), "no_path"),
+        (Pose2(math.nan, 1.0), "bad_input"),
     ],
 )
-def test_what_cannot_be_planned(goal: Pose2, code: str, server_code: int) -> None:
+def test_what_cannot_be_planned(goal: Pose2, code: str) -> None:
     result = plan_path(costmap(), Pose2(1.0, 1.0), goal, PARAMETERS)
     assert isinstance(result, Result)
-    assert (result.code, result.server_code) == (code, server_code)
+    assert result.code == code
     assert result.reason
 
 
 def test_a_robot_outside_of_the_map() -> None:
     result = plan_path(costmap(), Pose2(-9.0, 1.0), Pose2(1.0, 1.0), PARAMETERS)
     assert isinstance(result, Result)
-    assert (result.code, result.server_code) == ("start_outside", 203)
+    assert result.code == "start_outside"
 
 
 def test_a_tolerance_finds_the_nearest_free_place() -> None:

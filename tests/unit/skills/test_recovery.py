@@ -18,11 +18,10 @@ from florence_bt.skills.navigation.navigate.recovery import (
     DriveEvent,
     DriveState,
     LostTime,
-    as_mermaid,
-    as_table,
 )
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World
+from tools.recovery_page import as_mermaid, as_table
 
 DOOR: Box = (3.9, 2.0, 4.2, 2.8)
 BUMPER = BaseStop("bumper", "the left bumper is pressed")

@@ -7,8 +7,8 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
-from florence_bt.simulation.home.ground_truth import BestCase
 from florence_bt.simulation.home.person import PersonSpec
+from tools.best_case import BestCase
 from tools.trials import RUN, SUMMARY, Trial, _is_false, _met, main, page, row, run_trial, summary
 
 STANDING = PersonSpec("user", Pose2(1.0, 1.0))

@@ -24,7 +24,6 @@ from florence_bt.skills.navigation.navigate.recovery import (
     ProgressWatch,
     RecoveryBehaviour,
 )
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.staging import (
     has_room_to_turn,
@@ -148,9 +147,7 @@ class Drive:
         here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
         forbidden = zones.problem_with(self._goal)
         if forbidden is not None:
-            return self._hopeless(
-                failure("goal_occupied", forbidden, server_code=SERVER_CODES["goal_occupied"])
-            )
+            return self._hopeless(failure("goal_occupied", forbidden))
         narrow = self._is_narrow(here)
         self._stage = None
         if narrow and self._plan_to_stage(here):
@@ -343,7 +340,7 @@ class Drive:
         if touched.code:
             return touched.failure(f"{touched.text}, and no way round it was found: {reason}")
         tried = f"{reason}; gave up after {self._all_recoveries} recoveries"
-        return failure(code, tried, server_code=SERVER_CODES[code])
+        return failure(code, tried)
 
     def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
         """Return the next recovery behaviour; a robot that is wedged in backs out first, if there is room."""

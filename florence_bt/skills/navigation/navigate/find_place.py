@@ -12,7 +12,6 @@ from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
 from florence_bt.skills.navigation.navigate.straight import StraightDrive
@@ -65,7 +64,7 @@ class FindPlace:
             return STANDSTILL, contact
         if state.now > self._end:
             tried = " after turning and driving a little" if self.moved else ""
-            return STANDSTILL, failure("no_pose", NO_PLACE + tried, server_code=SERVER_CODES["no_pose"])
+            return STANDSTILL, failure("no_pose", NO_PLACE + tried)
         if contact is not None:
             self._motion = self._way = None
             return contact, None

@@ -23,7 +23,6 @@ from florence_bt.skills.navigation.navigate.following.vanished import Vanished
 from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 _STUCK_S = 1.0
@@ -173,4 +172,4 @@ def _lost_after(unseen: float) -> Result:
 
 
 def _lost(reason: str) -> Result:
-    return failure("user_lost", reason, server_code=SERVER_CODES["user_lost"])
+    return failure("user_lost", reason)

@@ -32,7 +32,7 @@ from florence_bt.skills.navigation.navigate.path_drive import PathDrive
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
+from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
@@ -337,8 +337,7 @@ class Navigator:
         self._begin(now)
         problem = self._problem_with(goal)
         if problem is not None:
-            code, reason = problem
-            self._end = failure(code, reason, server_code=SERVER_CODES[code])
+            self._end = failure(*problem)
         else:
             self._goal = Drive(goal, self._costmaps, self._p, now)
 
@@ -428,8 +427,7 @@ class Navigator:
         """
         self._begin(now)
         if not math.isfinite(angle) or not math.isfinite(time_allowance):
-            reason = f"a turn by {angle} rad in {time_allowance} s cannot be done"
-            self._end = failure("bad_input", reason, server_code=SPIN_SERVER_CODES["bad_input"])
+            self._refuse(f"a turn by {angle} rad in {time_allowance} s cannot be done")
         else:
             self._goal = Spin(angle, self._p.turn, now, time_allowance)
 
@@ -527,7 +525,7 @@ class Navigator:
             self._goal.saw(stamp, people)
 
     def _refuse(self, reason: str) -> None:
-        self._end = failure("bad_input", reason, server_code=SERVER_CODES["bad_input"])
+        self._end = failure("bad_input", reason)
 
     def cancel(self) -> None:
         """End the goal; the next step stops the robot and reports it. Without a goal nothing happens."""

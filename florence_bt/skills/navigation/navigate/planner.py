@@ -21,7 +21,6 @@ from florence_bt.skills.navigation.navigate._wave_kernels import (
     spread_wave,
 )
 from florence_bt.skills.navigation.navigate.costmap import Costmap
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
 
@@ -96,12 +95,12 @@ def plan_path(
         REFERENCE 7.5; the codes of 7.9.
     """
     if not goal.is_finite():
-        return _failure("bad_input", f"the goal {goal} is not finite")
+        return failure("bad_input", f"the goal {goal} is not finite")
     start_cell, goal_cell = costmap.cell_of(start.x, start.y), costmap.cell_of(goal.x, goal.y)
     if goal_cell is None:
-        return _failure("goal_outside", f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map")
+        return failure("goal_outside", f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map")
     if start_cell is None:
-        return _failure("start_outside", f"the robot at ({start.x:.2f}, {start.y:.2f}) is outside of the map")
+        return failure("start_outside", f"the robot at ({start.x:.2f}, {start.y:.2f}) is outside of the map")
     cells = costmap.master if costs is None else costs
     crossing = _crossing_costs(cells, parameters)
     columns = crossing.shape[1]
@@ -129,10 +128,10 @@ def plan_path(
     if end_cell is None:
         if blocked:
             return _occupied(goal)
-        return _failure("no_path", f"no way leads to ({goal.x:.2f}, {goal.y:.2f})")
+        return failure("no_path", f"no way leads to ({goal.x:.2f}, {goal.y:.2f})")
     points = _path_points(potential, columns, end_cell, costmap)
     if points is None:
-        return _failure("no_path", f"the way to ({goal.x:.2f}, {goal.y:.2f}) could not be traced back")
+        return failure("no_path", f"the way to ({goal.x:.2f}, {goal.y:.2f}) could not be traced back")
     return _finish(points, start, goal, None if end_cell == goal_cell else end_cell, costmap)
 
 
@@ -153,12 +152,8 @@ def ways_from(cell: tuple[int, int], floor: NDArray[np.bool_], resolution: float
     return ways
 
 
-def _failure(code: str, reason: str) -> Result:
-    return failure(code, reason, server_code=SERVER_CODES[code])
-
-
 def _occupied(goal: Pose2) -> Result:
-    return _failure(
+    return failure(
         "goal_occupied", f"the robot does not fit at ({goal.x:.2f}, {goal.y:.2f}): an obstacle is too near"
     )
 

@@ -169,31 +169,3 @@ class LostTime:
             return False
         self._ever, self.seconds = remaining, 0.0
         return True
-
-
-def as_mermaid() -> str:
-    """Draw the table as a state diagram in Mermaid."""
-    lines = ["stateDiagram-v2", "    [*] --> planning"]
-    names = {state: state.value.replace(" ", "_") for state in DriveState}
-    for (state, event), after in TRANSITIONS.items():
-        lines.append(f"    {names[state]} --> {names[after]}: {event.value}")
-    for state in (DriveState.SUCCEEDED, DriveState.ABORTED):
-        lines.append(f"    {names[state]} --> [*]")
-    return "\n".join(lines)
-
-
-def as_table() -> str:
-    """Write the table and the order of the recovery behaviours in Markdown."""
-    rows = [
-        f"| {state.value} | {event.value} | {after.value} |" for (state, event), after in TRANSITIONS.items()
-    ]
-    order = ", ".join(behaviour.value for behaviour in RECOVERY_BEHAVIOURS)
-    return "\n".join(
-        [
-            "| state | event | next |",
-            "|---|---|---|",
-            *rows,
-            "",
-            f"Recovery behaviours in order: {order}.",
-        ]
-    )

@@ -254,7 +254,7 @@ def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outc
     if outcome is Outcome.CANCELLED:
         return cancelled(text or "cancelled on request")
     code = skill.server_codes.get(number, unknown)
-    return failure(code, text or f"{skill.name} failed with error code {number}", server_code=number)
+    return failure(code, text or f"{skill.name} failed with error code {number}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,4 +283,4 @@ class BaseStop:
 
     def failure(self, text: str = "") -> Result:
         """End a goal because of it, with another text than its own where one is given."""
-        return failure(self.code, text or self.text, server_code=SERVER_CODES[self.code])
+        return failure(self.code, text or self.text)

@@ -11,7 +11,6 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.limits import CheckedParameters, Limits, Positive, check_order
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.clearance import Clearance
-from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,11 +92,11 @@ class Spin:
             return STANDSTILL, success() if abs(twist.angular) < AT_REST_TURN_SPEED else None
         if now > self._deadline:
             left = math.degrees(self.remaining)
-            return STANDSTILL, _failure(
+            return STANDSTILL, failure(
                 "time_allowance", f"{left:.0f} degrees were left when the time was over"
             )
         if not clearance.is_free(0.0, self.remaining):
-            return STANDSTILL, _failure("collision_ahead", "something is in the way of the turn")
+            return STANDSTILL, failure("collision_ahead", "something is in the way of the turn")
         self._phase = _Phase.TURNING
         return Twist2(0.0, self._speed()), None
 
@@ -105,7 +104,3 @@ class Spin:
         p = self._parameters
         speed = min(p.spin_max_speed, max(p.spin_min_speed, p.spin_gain * abs(self.remaining)))
         return math.copysign(speed, self.remaining)
-
-
-def _failure(code: str, reason: str) -> Result:
-    return failure(code, reason, server_code=SPIN_SERVER_CODES[code])

@@ -20,7 +20,6 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETH
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.clearance import MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 
 _LOOK_AGAIN_S = 1.0
 """Seconds between two searches for the way out; each is a wave over the map."""
@@ -162,7 +161,7 @@ class ZoneLayer:
             else f"keep-out zones ({names}) close"
         )
         reason = f"{zones} every way to ({goal.x:.2f}, {goal.y:.2f})"
-        return failure("no_path", reason, server_code=SERVER_CODES["no_path"])
+        return failure("no_path", reason)
 
     def speed_limit(self, x: float, y: float, greatest: float) -> float:
         """Return the lowest limit of the slow zones at a place (map frame), m/s; infinity without one."""

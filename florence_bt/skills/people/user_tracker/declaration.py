@@ -88,7 +88,7 @@ def _looked(message: Any, outcome: Outcome) -> Result:
         return cancelled()
     if not message.found:
         code = LOOK_FOR_USER.server_codes.get(message.error_code, "no_user_seen")
-        return failure(code, message.error_msg or "no user seen", server_code=message.error_code)
+        return failure(code, message.error_msg or "no user seen")
     user = Pose2(message.x, message.y, message.phi)
     return success(
         user=user,

@@ -13,7 +13,6 @@ from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 _BEFORE_RAD = 1.0
@@ -81,6 +80,6 @@ class KeepDistance:
             self._free_since = state.now
         elif state.now - self._free_since > _BLOCKED_S:
             reason = f"{self._path_follower.trouble or 'something is in the way'}, for {_BLOCKED_S:g} s"
-            result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
+            result = failure("blocked", reason)
             return Move(STANDSTILL, reason, result)
         return Move(command.slowed_to(speed), "following, round what is in the way")
