@@ -29,7 +29,7 @@ def pytest_configure() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Leave the tests themselves out of what is searched for garbage: half a million objects, for each ROS test."""
+    """Leave the tests, half a million objects, out of the search for garbage after each ROS test."""
     gc.collect()
     gc.freeze()
 
