@@ -19,7 +19,11 @@ from florence_bt.simulation.home.people import PersonSpec
 
 pytestmark = pytest.mark.slow
 
-ROOMS = ("kitchen", "bedroom", "bathroom", "living_room", "study", "hall")
+ROUND = (
+    *("kitchen", "living_room", "bedroom", "bathroom", "study", "hall"),
+    *("living_room", "kitchen", "hall"),
+)
+"""From the hall through each of the six doors, both ways."""
 
 
 def speed(rig, seconds=0.5):
@@ -99,7 +103,7 @@ def test_it_drives_round_a_shoe_that_the_laser_does_not_see(x, y):
 
 def test_it_drives_through_every_door_and_touches_nothing():
     rig = make_rig(seed=3, person="absent")
-    for room in (*ROOMS, *reversed(ROOMS)):
+    for room in ROUND:
         run = rig.run("goto_room", {"room": room})
         assert run.status is RunStatus.SUCCEEDED, f"{room}: {run.reason}"
         here = rig.world.robot_pose
