@@ -91,10 +91,10 @@ def test_an_unknown_room_is_named_before_anything_starts(ros_domain, tmp_path):
     assert not (tmp_path / "logs").exists()
 
 
-def test_without_a_system_every_client_verb_says_what_to_do(ros_domain):
-    for verb in (["status"], ["stop"], ["run", "goto_user"]):
-        done = florence(*verb)
-        assert done.returncode == 3 and "florence up --sim" in done.stderr, done.stderr
+def test_without_a_system_every_client_verb_says_what_to_do(ros_domain, start_process):
+    children = [start_process(*FLORENCE, *verb) for verb in (["status"], ["stop"], ["run", "goto_user"])]
+    for child in children:
+        assert child.process.wait(PATIENCE_S) == 3 and "florence up --sim" in child.output, child.output
 
 
 def wait_for(condition, what: str):
@@ -294,18 +294,6 @@ def check_recording(file: Path, heard: HeardTopics) -> None:
     assert all(count <= 0.02 * topics[topic] for topic, count in lost.items()), (lost, topics)
     for topic in ("/odom", "/filtered_laser_scan"):  # each has a stamp of its own
         assert max(count for (name, _), count in recorded.items() if name == topic) == 1, topic
-
-
-def test_a_process_that_cannot_be_started_again_ends_the_bring_up_with_its_log(system):
-    process, output, folder = system
-    victim = next(
-        pid for pid in processes_of(folder) if b"simulator" in Path(f"/proc/{pid}/cmdline").read_bytes()
-    )
-    os.kill(victim, signal.SIGKILL)
-    assert process.wait(PATIENCE_S) == 3
-    text = output.read_text()
-    assert "the process 'simulator' was killed by SIGKILL" in text
-    assert processes_of(folder) == []
 
 
 def test_a_bring_up_travels_as_json(tmp_path):

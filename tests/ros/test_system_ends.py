@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -66,22 +67,28 @@ def assert_clean(child, folder, code):
 
 
 MOMENTS = {
-    "while the parts are loaded": None,
-    "while the processes start": "starting simulator, hardware",
-    "while the mission runs": "calling the mission service",
+    "while the parts are loaded": (None, [signal.SIGINT]),
+    "while the processes start": ("starting simulator, hardware", [signal.SIGTERM]),
+    "while the mission runs": ("calling the mission service", [signal.SIGTERM]),
+    "by the impatient": (
+        "calling the mission service",
+        [signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGINT],
+    ),
 }
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("moment", MOMENTS)
-def test_a_demo_can_be_interrupted_at_every_moment(start_process, tmp_path, moment, number):
+def test_a_demo_can_be_interrupted_at_every_moment(start_process, tmp_path, moment):
+    text, signals = MOMENTS[moment]
     folder = tmp_path / "out"
     child = bring_up(start_process, "demo", folder, speed="1")
-    if MOMENTS[moment]:
-        child.wait_for(MOMENTS[moment], PATIENCE_S)
+    if text:
+        child.wait_for(text, PATIENCE_S)
     else:
         wait_for_module(child, "rclpy")
-    child.end(number, PATIENCE_S)
+    for number in signals:
+        child.process.send_signal(number)
+    child.end(signals[-1], PATIENCE_S)
     assert_clean(child, folder, 130)
 
 
@@ -93,31 +100,15 @@ def wait_for_module(child, name):
         time.sleep(0.001)
 
 
-def test_a_bring_up_in_the_background_of_a_script_ends_at_sigterm(start_process, tmp_path):
-    """Where SIGINT is ignored, as under nohup SIGHUP is; every process inherits that."""
+@contextmanager
+def background():
+    """A script's background under nohup: SIGINT and SIGHUP are ignored, which every process inherits."""
     before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
     try:
-        child = bring_up(start_process, "up", tmp_path / "out")
+        yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    child.wait_for("starting simulator, hardware", PATIENCE_S)
-    for number in before:  # they stay ignored
-        child.process.send_signal(number)
-    child.wait_for("ready after", PATIENCE_S)
-    child.end(signal.SIGTERM, PATIENCE_S)
-    assert "was killed" not in child.output
-    assert_clean(child, tmp_path / "out", 130)
-
-
-def test_the_impatient_leave_nothing_either(start_process, tmp_path):
-    folder = tmp_path / "out"
-    child = bring_up(start_process, "up", folder)
-    child.wait_for("ready after", PATIENCE_S)
-    for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM):
-        child.process.send_signal(number)
-    child.end(signal.SIGINT, PATIENCE_S)
-    assert_clean(child, folder, 130)
 
 
 def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_dies(
@@ -165,7 +156,9 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert_clean(system, folder, 3)
 
 
-def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_process, tmp_path, patrol):
+def test_a_killed_bring_up_hinders_no_other_not_even_one_in_the_background_of_a_script(
+    start_process, tmp_path, patrol
+):
     folder = tmp_path / "out"
     first = bring_up(start_process, "up", folder, "--missions", patrol)
     first.wait_for("ready after", PATIENCE_S)
@@ -177,12 +170,18 @@ def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_
     while left_over(folder):
         assert time.monotonic() < end
         time.sleep(0.02)
-    fresh = bring_up(start_process, "up", folder)
+
+    with background():
+        fresh = bring_up(start_process, "up", folder)
+    fresh.wait_for("starting simulator, hardware", PATIENCE_S)
+    for number in (signal.SIGINT, signal.SIGHUP):  # they stay ignored
+        fresh.process.send_signal(number)
     fresh.wait_for("ready after", PATIENCE_S)
     (run_id,) = recorded(folder)
     old = start_process(*FLORENCE, "status", "--run", run_id)
     assert old.process.wait(PATIENCE_S) == 0 and "STOPPED" in old.output
-    fresh.end(signal.SIGINT, PATIENCE_S)
+    fresh.end(signal.SIGTERM, PATIENCE_S)
+    assert "was killed" not in fresh.output
     assert_clean(fresh, folder, 130)
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+from tests.ros.conftest import own_domain
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
@@ -85,63 +88,64 @@ def after_the_death_of_the_mission_server(system: Any, action: Any = lambda: Non
     system.wait(lambda: not system.status().blocked_by, "the end of the recovery", PATIENCE_S)
 
 
-def test_nothing_drives_off_after_a_crash_that_a_person_had_stopped(ros_domain: int) -> None:
+@pytest.fixture(scope="module")
+def system() -> Iterator[Any]:
+    """The system that the tests here share, in their order."""
     pytest.importorskip("rclpy")
     from tools.safety_campaign.running_system import RunningSystem
 
-    with RunningSystem(5) as system:
-        person = Person(system)
-        system.drive_by_mission()  # its on_restart says restart
-        system.wait(lambda: system.truth["moving"], "the drive", PATIENCE_S)
-        person.asks("pause", reason="a visitor")
-        after_the_death_of_the_mission_server(system)
-        stands(system)
-        assert (system.status().state, system.status().reason) == ("PAUSED", "a visitor")
-        person.asks("resume")
-        system.wait(lambda: system.truth["moving"], "the drive", PATIENCE_S)
-
-        def override_comes_and_goes() -> None:
-            person.switches_override(True)
-            person.switches_override(False)
-
-        after_the_death_of_the_mission_server(system, override_comes_and_goes)
-        stands(system)
-        assert "manual override" in system.status().reason
+    with own_domain(), RunningSystem(5) as running:
+        yield running
 
 
-def test_a_person_drives_by_hand_while_something_hangs(ros_domain: int) -> None:
-    pytest.importorskip("rclpy")
-    from tools.safety_campaign.running_system import RunningSystem
+def test_nothing_drives_off_after_a_crash_that_a_person_had_stopped(system: Any) -> None:
+    person = Person(system)
+    system.drive_by_mission()  # its on_restart says restart
+    system.wait(lambda: system.truth["moving"], "the drive", PATIENCE_S)
+    person.asks("pause", reason="a visitor")
+    after_the_death_of_the_mission_server(system)
+    stands(system)
+    assert (system.status().state, system.status().reason) == ("PAUSED", "a visitor")
+    person.asks("resume")
+    system.wait(lambda: system.truth["moving"], "the drive", PATIENCE_S)
 
-    with RunningSystem(6) as system:
-        person = Person(system)
-        system.drive_by_mission()
-        system.wait(lambda: system.truth["moving"], "the drive", PATIENCE_S)
+    def override_comes_and_goes() -> None:
         person.switches_override(True)
-        turning = lambda: any(system.truth["wheels"])  # noqa: E731
-        person.turns_by_hand(turning)
-        for group in ("people", "navigation"):
-            system.send(group, signal.SIGSTOP)
-            hung = f"the process {group!r} has not answered"
-            person.turns_by_hand(lambda hung=hung: hung in system.output)
-            back = system.output.count("the robot may drive again")
-            assert mostly(person.turns_by_hand(looks(20))), group
-            system.send(group, signal.SIGCONT)
-            person.turns_by_hand(lambda back=back: system.output.count("the robot may drive again") > back)
-        system.send("missions", signal.SIGSTOP)  # until it is killed, and started again
-        assert mostly(person.turns_by_hand(lambda: "is up again" in system.output))
-
-        system.wait(
-            lambda: not system.status().blocked_by.startswith("the robot"), "the recovery", PATIENCE_S
-        )
-        system.send("people", signal.SIGSTOP)
-        hangs = system.output.count("'people' has not answered")
-        person.turns_by_hand(lambda: system.output.count("'people' has not answered") > hangs)
         person.switches_override(False)
-        system.spin_until(lambda: not any(system.truth["wheels"]), PATIENCE_S)
-        turned = person.turns_by_hand(looks(20))
-        assert not any(turned[1:]), "nobody drives after the release as long as the robot is held"
-        person.switches_override(True)
-        person.turns_by_hand(turning)
-        # Killed after 5 s, and started again; the hand drives meanwhile.
-        assert mostly(person.turns_by_hand(lambda: "'people' is up again" in system.output))
+
+    after_the_death_of_the_mission_server(system, override_comes_and_goes)
+    stands(system)
+    assert "manual override" in system.status().reason
+
+
+def test_a_person_drives_by_hand_while_something_hangs(system: Any) -> None:
+    person = Person(system)
+    system.drive_by_mission()
+    system.wait(lambda: system.truth["moving"], "the drive", PATIENCE_S)
+    person.switches_override(True)
+    turning = lambda: any(system.truth["wheels"])  # noqa: E731
+    person.turns_by_hand(turning)
+    for group in ("people", "navigation"):
+        system.send(group, signal.SIGSTOP)
+        hung = f"the process {group!r} has not answered"
+        person.turns_by_hand(lambda hung=hung: hung in system.output)
+        back = system.output.count("the robot may drive again")
+        assert mostly(person.turns_by_hand(looks(20))), group
+        system.send(group, signal.SIGCONT)
+        person.turns_by_hand(lambda back=back: system.output.count("the robot may drive again") > back)
+    ups = system.output.count("'missions' is up again")
+    system.send("missions", signal.SIGSTOP)  # until it is killed, and started again
+    assert mostly(person.turns_by_hand(lambda: system.output.count("'missions' is up again") > ups))
+
+    system.wait(lambda: not system.status().blocked_by.startswith("the robot"), "the recovery", PATIENCE_S)
+    system.send("people", signal.SIGSTOP)
+    hangs = system.output.count("'people' has not answered")
+    person.turns_by_hand(lambda: system.output.count("'people' has not answered") > hangs)
+    person.switches_override(False)
+    system.spin_until(lambda: not any(system.truth["wheels"]), PATIENCE_S)
+    turned = person.turns_by_hand(looks(20))
+    assert not any(turned[1:]), "nobody drives after the release as long as the robot is held"
+    person.switches_override(True)
+    person.turns_by_hand(turning)
+    # Killed after 5 s, and started again; the hand drives meanwhile.
+    assert mostly(person.turns_by_hand(lambda: "'people' is up again" in system.output))

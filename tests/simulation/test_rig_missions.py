@@ -19,7 +19,11 @@ from florence_bt.simulation.home.people import PersonSpec
 
 pytestmark = pytest.mark.slow
 
-ROOMS = ("kitchen", "bedroom", "bathroom", "living_room", "study", "hall")
+ROUND = (
+    *("kitchen", "living_room", "bedroom", "bathroom", "study", "hall"),
+    *("living_room", "kitchen", "hall"),
+)
+"""From the hall through each of the six doors, both ways."""
 
 
 def speed(rig, seconds=0.5):
@@ -59,12 +63,16 @@ def test_the_same_seed_gives_the_same_run_bit_for_bit(tmp_path):
 
 def test_another_seed_gives_another_run(tmp_path):
     rigs = [make_rig(seed=seed, person="bathroom") for seed in (7, 8)]
-    ends = {(rig.run("goto_user").ended, rig.world.robot_pose) for rig in rigs}
-    assert len(ends) == 2
+    for rig in rigs:
+        rig.executor.trigger(MissionRequest("goto_user", caller="test"))
+        rig.clock.advance(5.0)
+    first, second = (rig.world.robot_pose for rig in rigs)
+    assert first != second
+    assert first.distance_to(rigs[0].world.flat.start) > 0.1, "they drive"
 
 
-def test_with_nobody_at_home_it_looks_all_round_fails_and_stands_still():
-    rig = make_rig(seed=2, person="absent", user_room="living_room")
+def test_a_person_elsewhere_than_believed_is_looked_for_all_round_and_the_robot_stands_still():
+    rig = make_rig(seed=4, person="bathroom", user_room="living_room")
     run = rig.run("goto_user")
     assert run.status is RunStatus.FAILED
     assert run.code == "no_more_views"
@@ -95,7 +103,7 @@ def test_it_drives_round_a_shoe_that_the_laser_does_not_see(x, y):
 
 def test_it_drives_through_every_door_and_touches_nothing():
     rig = make_rig(seed=3, person="absent")
-    for room in (*ROOMS, *reversed(ROOMS)):
+    for room in ROUND:
         run = rig.run("goto_room", {"room": room})
         assert run.status is RunStatus.SUCCEEDED, f"{room}: {run.reason}"
         here = rig.world.robot_pose
@@ -142,12 +150,6 @@ def test_a_goal_in_a_wall_fails_and_nothing_moves():
     run = rig.run("goto_pose", {"x": f"{wall.x} m", "y": f"{wall.y} m", "phi": "0 deg"})
     assert run.status is RunStatus.FAILED and run.code in ("goal_occupied", "goal_outside", "no_path")
     assert speed(rig) == pytest.approx(0.0, abs=1e-4)
-
-
-def test_a_person_elsewhere_than_believed_is_not_found():
-    rig = make_rig(seed=4, person="bathroom", user_room="living_room")
-    run = rig.run("goto_user")
-    assert run.status is RunStatus.FAILED and run.code == "no_more_views"
 
 
 @pytest.mark.parametrize(("p2r", "r2p"), [(0.0, 0.0), (-90.0, 90.0)], ids=["before", "beside"])

@@ -22,8 +22,8 @@ from tools.tables import milliseconds, table
 
 SERVERS = ("alive", "hung", "dead")
 DRIVES = ("mission", "goal_pose", "foreign goal")
-BLOCK = 60
-"""Trials in one bring-up."""
+BLOCK = 20
+"""Trials of each state of the mission server in one bring-up."""
 PLACES = ((3.3, 5.2), (7.3, 4.9), (3.6, 2.95), (6.7, 2.975))
 """Free places of the flat, metres."""
 TRIES = 5
@@ -64,61 +64,60 @@ class Trial:
 
 
 def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Trial]:
-    """Run the trials, a bring-up for each block of them; one whose robot is stuck is given up.
+    """Run the trials, a bring-up for a block of each state; one whose robot is stuck is given up.
 
     Raises:
         CampaignFailed: Too many bring-ups were given up.
     """
     dice = random.Random(seed)
     trials: list[Trial] = []
-    blocks = deque(_blocks(count))
+    servers = deque(_servers(count))
     given_up = 0
     numbers = itertools.count(seed)
-    while blocks:
-        server, size = blocks.popleft()
-        begin = len(trials)
+    while servers:
+        dead = 0
         try:
             with RunningSystem(next(numbers)) as system:
-                for done in range(size):
-                    trials.append(_next_trial(system, server, done, dice, say))
+                while servers and (servers[0] == "dead" or not dead):  # it does not come back
+                    trials.append(_next_trial(system, servers[0], dead, dice, say))
+                    dead += servers.popleft() == "dead"
         except CampaignFailed as error:
             given_up += 1
             if given_up > GIVEN_UP:
                 raise
             say(str(error))
-            blocks.appendleft((server, size - (len(trials) - begin)))
         say(f"{len(trials)} of {count} overrides")
     return trials
 
 
 def _next_trial(
-    system: RunningSystem, server: str, done: int, dice: random.Random, say: Callable[[str], None]
+    system: RunningSystem, server: str, dead: int, dice: random.Random, say: Callable[[str], None]
 ) -> Trial:
-    drive = _drive_for(server, done, dice)
-    if server == "dead" and done == 1:
+    """Try once, in a bring-up whose mission server has been dead for so many trials."""
+    drive = _drive_for(server, dead, dice)
+    if dead == 1:
         _kill_server(system)
-    trial = _try_once(system, server, drive, dice, dies=server == "dead" and done == 0)
+    trial = _try_once(system, server, drive, dice, dies=server == "dead" and not dead)
     if trial.commanded or trial.shifted_m > SHIFT_M:
         say(f"it moved: {trial}; {_speeds(system.truths)}")
     system.spin(0.2)
     return trial
 
 
-def _blocks(count: int) -> Iterator[tuple[str, int]]:
-    """Yield the (state of the mission server, trials): the states take turns."""
+def _servers(count: int) -> Iterator[str]:
+    """Yield the state of the mission server in each trial: the states take turns, a block of each."""
     share = {server: count // 3 + (count % 3 > index) for index, server in enumerate(SERVERS)}
     while any(share.values()):
         for server in SERVERS:
             size = min(BLOCK, share[server])
             share[server] -= size
-            if size:
-                yield server, size
+            yield from [server] * size
 
 
-def _drive_for(server: str, done: int, dice: random.Random) -> str:
+def _drive_for(server: str, dead: int, dice: random.Random) -> str:
     """Choose a drive; a dead server has driven at most once: in the first trial it dies during it."""
     if server == "dead":
-        return dice.choice(DRIVES[1:]) if done else DRIVES[0]
+        return dice.choice(DRIVES[1:]) if dead else DRIVES[0]
     return dice.choice(DRIVES)
 
 

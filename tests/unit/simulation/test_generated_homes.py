@@ -17,6 +17,8 @@ from florence_bt.simulation.home.generate import (
 from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
 from florence_bt.simulation.home.world import SimulatedWorld
 
+pytestmark = pytest.mark.xdist_group("generated homes")  # which take seconds to make
+
 SEEDS = [*range(16), 2003, 1_021_115]
 """The largest room of 2003 has no outer wall; in the first plan of the last one an inner wall has no door."""
 
