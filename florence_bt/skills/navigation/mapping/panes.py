@@ -59,7 +59,7 @@ _BETWEEN_SCANS_M = 1.0
 """Longer ways between two kept scans are not known to be straight."""
 _ACROSS_RAD = math.radians(35.0)
 _ACROSS = math.cos(_ACROSS_RAD)
-"""What was touched stands along the walls when the robot met it less askew than this."""
+"""What was touched stands along the walls when it was met less askew than this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,7 +289,7 @@ def find_panes(
         angle: By which its walls are turned to run along its axes, radians.
         scans: Of which it consists.
         poses: base_footprint at each of them, map frame.
-        touches: base_footprint where the bumper met something.
+        touches: base_footprint where the bumper met something, turned towards that.
         known: Panes that were found before.
         mirrors: Whether mirrors are told by what they show.
 
@@ -375,7 +375,7 @@ def _swapped(place: Point2, *, swap: bool) -> Point2:
 
 
 def _front(touch: Pose2) -> Point2:
-    """Return where the bumper is of a robot at a pose."""
+    """Return what the bumper has met of a robot at a pose that is turned towards it."""
     return touch.apply(_FRONT_M, 0.0)
 
 
