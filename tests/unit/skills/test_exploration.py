@@ -12,7 +12,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters
-from florence_bt.skills.navigation.navigate._cell_kernels import UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, Rays
 from florence_bt.skills.navigation.navigate.exploration import (
     Exploration,
@@ -163,6 +163,16 @@ def test_a_drive_goes_on_while_the_map_grows() -> None:
     assert trip.go(goal, each=grow).succeeded
     trip.assert_at(goal)
     assert trip.navigator.cost_at(6.0, 4.0) == 0, "the other room is known by now"
+
+
+def test_a_robot_that_does_not_get_away_forgets_what_it_touched() -> None:
+    navigator = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS)).navigator
+    navigator.replace_map(first_room())
+    touched = ROBOT.apply(0.21, 0.0)
+    for place, cost in ((ROBOT, LETHAL), (Pose2(2.3, 2.5), LETHAL), (Pose2(2.31, 2.5), 0)):
+        navigator.global_costmap.add_contact(ROBOT, 1.0)
+        navigator.next_view(place, 2)
+        assert navigator.cost_at(*touched) == cost, place
 
 
 def test_who_is_followed_is_followed_on_the_older_map() -> None:

@@ -16,6 +16,8 @@ _SQUARE, _SQUARER = math.tan(math.radians(8.0)), math.tan(math.radians(6.0))
 """Glass is seen where beams meet it within 8 degrees of a right angle; within 6 it must be."""
 _NOT_SHOWN = 2
 """A beam that is not folded at something weighs as much as so many that are, where a mirror may end."""
+_DEPTHS = 512
+"""Cells behind a gap that are told apart."""
 _GRAZING = 1.0
 """Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
 
@@ -80,7 +82,7 @@ def look_through(
     starts: NDArray[np.float64],
     ends: NDArray[np.float64],
     first: NDArray[np.int64],
-) -> tuple[int, int, int, int, float, float, int, float, float]:
+) -> tuple[int, int, int, int, int, float, float, int, float, float]:
     """Tell what beams say that met a gap: whether they were folded there, or ended, or went through.
 
     Args:
@@ -94,7 +96,8 @@ def look_through(
         first: Shape (n + 1,): the first beam of each scan.
 
     Returns:
-        The beams that end behind it, and folded at something, on free floor, or where nothing is known; the
+        The beams that end behind it, and folded at something, as many of them as lie in one plane along the
+        gap, and on free floor, or where nothing is known; the
         scans with some of the first; the parts of the gap that have ended a beam that met it squarely, or let
         it through; the beams that came through it from behind; from where to where along it they are folded
         (:func:`_best_stretch`).
@@ -104,7 +107,7 @@ def look_through(
     margin = resolution
     size = max(1, round((high - low) / resolution))
     stopped, passed = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
-    shows = np.zeros(size, np.int64)
+    shows, depths = np.zeros(size, np.int64), np.zeros(_DEPTHS, np.int64)
     folded = not_folded = unknown = scans = behind = 0
     for scan in range(len(starts)):
         height = side * (starts[scan, 1] - across)
@@ -148,14 +151,17 @@ def look_through(
             if most > 50:
                 folded += 1
                 shows[place] += 1 + _NOT_SHOWN
+                depths[min(_DEPTHS - 1, int(depth / resolution))] += 1
             elif cells[row, column] == 0:
                 not_folded += 1
             else:
                 unknown += 1
         scans += folded > before
+    flat = (depths[:-2] + depths[1:-1] + depths[2:]).max()
     start, end = _best_stretch(shows)
-    shown = low + (start - 1) * resolution, low + (end + 1) * resolution
-    return folded, not_folded, unknown, scans, stopped.mean(), passed.mean(), behind, shown[0], shown[1]
+    shown = low + start * resolution, low + end * resolution
+    parts = stopped.mean(), passed.mean()
+    return folded, flat, not_folded, unknown, scans, parts[0], parts[1], behind, shown[0], shown[1]
 
 
 @njit(cache=True)

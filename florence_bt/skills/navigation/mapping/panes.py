@@ -38,9 +38,12 @@ _FROM_M = 5.0
 _EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 150, 4, 12
 """Of so many beams one is looked at; so many of these, in so many scans, with so many in each on the average,
 tell that a gap is a mirror."""
-_NOT_FOLDED = 0.03
+_NOT_FOLDED = 0.01
 """Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
 behind."""
+_NOT_FLAT = 0.06
+"""So many of those that are folded at something do not show one and the same wall along the gap: through a
+doorway between two rooms of the same depth they do."""
 _STOPPED, _PASSED = 0.5, 0.1
 """Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
 through."""
@@ -158,6 +161,7 @@ class Evidence:
 
     Attributes:
         folded: Beams whose folded end is at something of the map.
+        flat: As many of these as end in one plane along the gap.
         not_folded: Beams whose folded end is on free floor.
         unknown: Beams whose folded end is where the map knows nothing.
         scans: In how many scans there were some of the first.
@@ -169,6 +173,7 @@ class Evidence:
     """
 
     folded: int
+    flat: int
     not_folded: int
     unknown: int
     scans: int
@@ -186,8 +191,10 @@ class Evidence:
     def is_mirror(self, *, known: bool) -> bool:
         """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
         least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
+        enough = self.folded >= least and self.scans >= _SCANS
         most = (_DOUBT if known else 1.0) * _NOT_FOLDED * self.folded
-        return self.folded >= least and self.scans >= _SCANS and max(self.not_folded, self.behind) <= most
+        shows_more = self.folded - self.flat >= _NOT_FLAT * self.folded
+        return enough and shows_more and max(self.not_folded, self.behind) <= most
 
     def is_glass(self, *, known: bool) -> bool:
         """Tell whether a pane of glass is there; ``known`` as for a mirror."""
@@ -373,9 +380,9 @@ def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2], *, mir
 
 def _mirror_in(view: View, gap: Gap, evidence: Evidence) -> tuple[Evidence, Gap] | None:
     """Return the part of a gap that shows what is before it, where it shows that best, and what was seen."""
-    if evidence.folded < _BEAMS // 2 or evidence.high - evidence.low < _LEAST_M:
-        return None
     part = gap.part(evidence.low, evidence.high)
+    if evidence.folded < _BEAMS // 2 or part.high - part.low < _LEAST_M:
+        return None
     looks = [
         (view.look(each), each) for each in (replace(part, across=part.across + by) for by in _OFFSETS_M)
     ]
