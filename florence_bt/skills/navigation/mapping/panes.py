@@ -26,8 +26,8 @@ from florence_bt.skills.navigation.mapping.wall_direction import turned
 
 _WIDTH_M = 0.45, 2.4
 """Of a gap."""
-_LEAST_M = 0.48
-"""Of the part of a gap that shows what is before it."""
+_LEAST_M, _DOORWAY_M = 0.38, 0.5
+"""Of the part of a gap that shows what is before it, and of a doorway beside that."""
 _END_CELLS, _OPEN = 2, 0.75
 """The surface on one side of a gap is so wide at least, on the other a cell less; and so much of the
 gap shows free floor."""
@@ -145,8 +145,8 @@ class Gap:
         return self.low - _TOUCH_M <= u <= self.high + _TOUCH_M and abs(v - self.across) <= _TOUCH_M
 
     def part(self, low: float, high: float) -> Gap:
-        """Return the part from somewhere to somewhere; an end that is near to its own is that."""
-        near_low, near_high = low - self.low < _BESIDE_M, self.high - high < _BESIDE_M
+        """Return the part from somewhere to somewhere; or to the end, where no doorway fits beside it."""
+        near_low, near_high = low - self.low < _DOORWAY_M, self.high - high < _DOORWAY_M
         return replace(self, low=self.low if near_low else low, high=self.high if near_high else high)
 
     def overlaps(self, other: Gap) -> bool:
@@ -380,9 +380,9 @@ def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2], *, mir
 
 def _mirror_in(view: View, gap: Gap, evidence: Evidence) -> tuple[Evidence, Gap] | None:
     """Return the part of a gap that shows what is before it, where it shows that best, and what was seen."""
-    part = gap.part(evidence.low, evidence.high)
-    if evidence.folded < _BEAMS // 2 or part.high - part.low < _LEAST_M:
+    if evidence.folded < _BEAMS // 2 or evidence.high - evidence.low < _LEAST_M:
         return None
+    part = gap.part(evidence.low, evidence.high)
     looks = [
         (view.look(each), each) for each in (replace(part, across=part.across + by) for by in _OFFSETS_M)
     ]
