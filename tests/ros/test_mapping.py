@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import StopReason
+from florence_interfaces.msg import TurtlebotSensorState
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -129,7 +129,7 @@ def test_the_map_grows_and_the_robot_is_in_it(ros: Any, tmp_path: Path) -> None:
 def test_what_a_bumper_meets_is_a_wall_of_the_map(ros: Any) -> None:
     ros.add(MappingNode(parameters={"map_update_period": 0.1}))
     driver = Driver(ros)
-    stops = driver.node.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
+    base = driver.node.create_publisher(TurtlebotSensorState, "turtlebot_node/sensor_state", RELIABLE)
     driver.sense()
     driver.drive_to(1.8)
 
@@ -138,8 +138,8 @@ def test_what_a_bumper_meets_is_a_wall_of_the_map(ros: Any) -> None:
         return grid.cells[grid.cell_of(driver.world.pose.x - 1.0 + 0.2, 0.0)]
 
     assert before_it() == 0
-    ros.spin_until(stops.get_subscription_count)
-    stops.publish(StopReason(code="bumper", text="both bumpers are pressed"))
+    ros.spin_until(base.get_subscription_count)
+    base.publish(TurtlebotSensorState(bumps_wheeldrops=3))
     ros.spin_for(0.2)
     while before_it() != 100:
         driver.sense()
@@ -155,10 +155,10 @@ class NothingIsTouched(Slam):
 def test_an_error_of_the_thread_ends_the_node(ros: Any) -> None:
     ros.add(MappingNode(NothingIsTouched))
     driver = Driver(ros)
-    stops = driver.node.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
+    base = driver.node.create_publisher(TurtlebotSensorState, "turtlebot_node/sensor_state", RELIABLE)
     driver.sense()
-    ros.spin_until(stops.get_subscription_count)
-    stops.publish(StopReason(code="bumper"))
+    ros.spin_until(base.get_subscription_count)
+    base.publish(TurtlebotSensorState(bumps_wheeldrops=1))
     with pytest.raises(ConfigError, match="no wall here"):
         ros.spin_until(lambda: False)
 

@@ -195,7 +195,8 @@ class RigRobot:
         self.odometry = motion.odometry
         before, self._touching = self._touching, bool(self.stop[0])
         if self._mapping is not None and self._touching and not before:
-            self._mapping.touched(self.odometry.pose)
+            left, right = self.world.bumpers()
+            self._mapping.touched(self.odometry.pose, left=left, right=right)
         if not motion.at_rest or self._driving():
             self._moved = now
             self._next_scan = self._next_kinect_scan = now

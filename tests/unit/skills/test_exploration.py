@@ -12,7 +12,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters
-from florence_bt.skills.navigation.navigate._cell_kernels import UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, Rays
 from florence_bt.skills.navigation.navigate.exploration import (
     Exploration,
@@ -92,6 +92,21 @@ def test_a_place_that_is_not_reached_gives_way_to_the_next_one() -> None:
     assert views[0].distance_to(views[1]) > 0.5
 
 
+def test_what_lies_behind_a_gap_without_room_to_turn_comes_last() -> None:
+    grid = first_room()
+    cells = grid.cells.copy()
+    (low, column), (high, _) = grid.cell_of(2.8, 0.3), grid.cell_of(2.8, 0.75)
+    cells[:low, column], cells[high:, column] = OCCUPIED, OCCUPIED
+    far_end = cells.copy()
+    far_end[:, : grid.cell_of(0.7, 0.0)[1]] = UNKNOWN
+    exploration = Exploration(Costmap(CostmapParameters(), replace(grid, cells=far_end)), GROWS)
+    beyond: list[bool] = []
+    while (result := exploration.next_view(ROBOT, len(beyond) + 1)).succeeded:
+        beyond.append(result.outputs["pose"].x > 2.8)
+    assert beyond == sorted(beyond), "first all on this side of the gap"
+    assert set(beyond) == {False, True}, "then the door"
+
+
 def test_a_map_that_does_not_grow_is_not_explored() -> None:
     answer = Exploration(Costmap(CostmapParameters(), first_room()), ExplorationParameters()).next_view(
         ROBOT, 1
@@ -150,6 +165,16 @@ def test_a_drive_goes_on_while_the_map_grows() -> None:
     assert trip.navigator.cost_at(6.0, 4.0) == 0, "the other room is known by now"
 
 
+def test_a_robot_that_does_not_get_away_forgets_what_it_touched() -> None:
+    navigator = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS)).navigator
+    navigator.replace_map(first_room())
+    touched = ROBOT.apply(0.21, 0.0)
+    for place, cost in ((ROBOT, LETHAL), (Pose2(2.3, 2.5), LETHAL), (Pose2(2.31, 2.5), 0)):
+        navigator.global_costmap.add_contact(ROBOT, 1.0)
+        navigator.next_view(place, 2)
+        assert navigator.cost_at(*touched) == cost, place
+
+
 def test_who_is_followed_is_followed_on_the_older_map() -> None:
     trip = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS))
     trip.navigator.start_follow(trip.world.now, 1, 1.0, 0.3, 0.5)
@@ -194,9 +219,24 @@ class Maker:
         self.scans += 1
         return self.scans % 2 == 1
 
+    def touched(self, odom_pose: Pose2) -> None:
+        """Remember where."""
+        self.touch = odom_pose
+
     def grid(self) -> OccupancyGrid:
         """Draw the map."""
         return OccupancyGrid(0.1, Pose2(), np.zeros((1, self.scans), np.int8))
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "turn"), [(True, True, 0.0), (True, False, 45.0), (False, True, -45.0)]
+)
+def test_what_half_of_the_bumper_met_is_on_that_side(*, left: bool, right: bool, turn: float) -> None:
+    maker = Maker()
+    growing = GrowingMap(maker, GrowingMapParameters())  # type: ignore[arg-type]
+    growing.touched(Pose2(1.0, 2.0, math.pi / 2.0), left=left, right=right)
+    assert maker.touch.distance_to(Pose2(1.0, 2.0)) < 1e-9
+    assert math.degrees(maker.touch.yaw) == pytest.approx(90.0 + turn)
 
 
 def test_a_newer_map_comes_only_when_there_is_more_in_it_and_not_too_often() -> None:

@@ -36,6 +36,7 @@ OTHER_ROOM: tuple[Box, ...] = (
     (1.9, -1.6, 2.8, -1.2),
 )
 START = Pose2(1.0, 1.6)
+MIRROR_END = 2.05
 
 
 class GlassWorld(World):
@@ -51,6 +52,20 @@ class GlassWorld(World):
         square = (pane < longest) & (np.sin(angles) < -math.cos(math.radians(8.0)))
         ranges = np.where(square, pane, scan.ranges).astype(np.float32)
         return replace(scan, ranges=ranges)
+
+
+class WorldOfAMirrorBesideADoorway(World):
+    """A world in whose gap there is a mirror up to ``MIRROR_END``, and a doorway from there on."""
+
+    def scan(
+        self, *, longest: float = 5.6, half_angle: float = math.radians(120), step: float = 0.00613592
+    ) -> LaserScan:
+        both = (World(self.pose, boxes=[*ROOM, *WALL, *others]) for others in (MIRRORED, OTHER_ROOM))
+        mirror, door = (world.scan(longest=longest, half_angle=half_angle, step=step) for world in both)
+        laser = self.pose @ UPSIDE_DOWN_LASER.to_pose2()
+        angles = laser.yaw - (-half_angle + step * np.arange(len(mirror.ranges)))
+        shows = laser.x - laser.y / np.tan(angles) < MIRROR_END
+        return replace(mirror, ranges=np.where(shows, mirror.ranges, door.ranges))
 
 
 def places() -> Iterable[Pose2]:
@@ -87,6 +102,16 @@ def test_the_room_in_a_mirror_is_not_on_the_map() -> None:
     ]
     assert np.mean(across) > 0.9
     assert (cells_at(grid, (0.7, 0.5, 4.0, 2.2)) == FREE).mean() > 0.9
+
+
+def test_a_doorway_beside_a_mirror_stays_open() -> None:
+    grid = drawn(WorldOfAMirrorBesideADoorway(START))
+    across = [
+        (cells_at(grid, (x, -0.1, x + 0.05, 0.11)) == OCCUPIED).any()
+        for x in np.arange(GAP[0] + 0.1, MIRROR_END - 0.1, 0.05)
+    ]
+    assert np.mean(across) > 0.9
+    assert (cells_at(grid, (MIRROR_END + 0.25, -0.6, GAP[1] - 0.1, 0.4)) == FREE).all()
 
 
 def test_a_doorway_stays_open() -> None:

@@ -14,6 +14,10 @@ _ON_M, _BEHIND_M = 0.07, 0.15
 """A beam that ends so near to a gap ends at it, and one that ends so far behind it goes through."""
 _SQUARE, _SQUARER = math.tan(math.radians(8.0)), math.tan(math.radians(6.0))
 """Glass is seen where beams meet it within 8 degrees of a right angle; within 6 it must be."""
+_NOT_SHOWN = 2
+"""A beam that is not folded at something weighs as much as so many that are, where a mirror may end."""
+_DEPTHS = 512
+"""Cells behind a gap that are told apart."""
 _GRAZING = 1.0
 """Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
 
@@ -78,7 +82,7 @@ def look_through(
     starts: NDArray[np.float64],
     ends: NDArray[np.float64],
     first: NDArray[np.int64],
-) -> tuple[int, int, int, int, float, float, int]:
+) -> tuple[int, int, int, int, int, float, float, int, float, float]:
     """Tell what beams say that met a gap: whether they were folded there, or ended, or went through.
 
     Args:
@@ -92,15 +96,18 @@ def look_through(
         first: Shape (n + 1,): the first beam of each scan.
 
     Returns:
-        The beams that end behind it, and folded at something, on free floor, or where nothing is known; the
+        The beams that end behind it, and folded at something, as many of them as lie in one plane along the
+        gap, and on free floor, or where nothing is known; the
         scans with some of the first; the parts of the gap that have ended a beam that met it squarely, or let
-        it through; the beams that came through it from behind.
+        it through; the beams that came through it from behind; from where to where along it they are folded
+        (:func:`_best_stretch`).
     """
     rows, columns = cells.shape
     across, low, high = gap
     margin = resolution
     size = max(1, round((high - low) / resolution))
     stopped, passed = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
+    shows, depths = np.zeros(size, np.int64), np.zeros(_DEPTHS, np.int64)
     folded = not_folded = unknown = scans = behind = 0
     for scan in range(len(starts)):
         height = side * (starts[scan, 1] - across)
@@ -123,8 +130,8 @@ def look_through(
             if not low < u < high:
                 continue
             slope = abs(ends[k, 0] - u0) / (height + depth)
+            place = min(size - 1, int((u - low) / resolution))
             if slope < _SQUARE:
-                place = min(size - 1, int((u - low) / resolution))
                 if depth <= _ON_M:
                     stopped[place] = True
                 elif slope < _SQUARER:
@@ -133,6 +140,7 @@ def look_through(
                 continue
             column = math.floor((ends[k, 0] - origin[0]) / resolution)
             row = math.floor((across + side * depth - origin[1]) / resolution)
+            shows[place] -= _NOT_SHOWN
             if not (1 <= row < rows - 1 and 1 <= column < columns - 1):
                 unknown += 1
                 continue
@@ -142,9 +150,29 @@ def look_through(
                     most = max(most, cells[v, w])
             if most > 50:
                 folded += 1
+                shows[place] += 1 + _NOT_SHOWN
+                depths[min(_DEPTHS - 1, int(depth / resolution))] += 1
             elif cells[row, column] == 0:
                 not_folded += 1
             else:
                 unknown += 1
         scans += folded > before
-    return folded, not_folded, unknown, scans, stopped.mean(), passed.mean(), behind
+    flat = (depths[:-2] + depths[1:-1] + depths[2:]).max()
+    start, end = _best_stretch(shows)
+    shown = low + start * resolution, low + end * resolution
+    parts = stopped.mean(), passed.mean()
+    return folded, flat, not_folded, unknown, scans, parts[0], parts[1], behind, shown[0], shown[1]
+
+
+@njit(cache=True)
+def _best_stretch(values: NDArray[np.int64]) -> tuple[int, int]:
+    """Return the beginning and the end of the stretch with the largest sum (Kadane, in Bentley 1984)."""
+    best = total = start = 0
+    found = 0, 0
+    for place in range(len(values)):
+        total += values[place]
+        if total > best:
+            best, found = total, (start, place + 1)
+        if total <= 0:
+            total, start = 0, place + 1
+    return found

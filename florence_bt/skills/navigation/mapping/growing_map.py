@@ -16,6 +16,8 @@ from florence_bt.skills.navigation.mapping.drive import Drive
 
 EMPTY_MAP = OccupancyGrid(0.05, Pose2(), np.full((1, 1), UNKNOWN, np.int8))
 """The map before the first scan."""
+_HALF_RAD = math.radians(45.0)
+"""The middle of a half of the bumper is so far to its side."""
 
 
 class MapMaker(Protocol):
@@ -37,7 +39,7 @@ class MapMaker(Protocol):
         """Take a scan; tell whether the map has more in it than before."""
 
     def touched(self, odom_pose: Pose2) -> None:
-        """Note that the bumper met something where the robot is, odometry frame."""
+        """Note that the bumper met something where the robot is, turned towards it; odometry frame."""
 
     @property
     def drive(self) -> Drive:
@@ -94,14 +96,16 @@ class GrowingMap:
         self.pose: Pose2 | None = None
         self.progress = Progress()
 
-    def touched(self, odom_pose: Pose2) -> None:
+    def touched(self, odom_pose: Pose2, *, left: bool, right: bool) -> None:
         """Note that the bumper met something: the next map has a wall there.
 
         Args:
             odom_pose: base_footprint in the odometry frame.
+            left: Whether the left half of the bumper is pressed.
+            right: Whether the right half is.
         """
         if odom_pose.is_finite():
-            self._maker.touched(odom_pose)
+            self._maker.touched(odom_pose @ Pose2(0.0, 0.0, _HALF_RAD * (left - right)))
             self._grew = True
 
     def update(

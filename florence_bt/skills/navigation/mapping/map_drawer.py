@@ -45,7 +45,7 @@ class MapDrawer:
             scans: All kept scans, more than last time or as many.
             poses: base_footprint at each of them, map frame.
             revision: Differs from last time when the poses of older scans do.
-            touches: base_footprint where the bumper met something.
+            touches: base_footprint where the bumper met something, turned towards that.
 
         Raises:
             ConfigError: It would become too large.

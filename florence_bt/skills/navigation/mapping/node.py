@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import StopReason
+from florence_interfaces.msg import TurtlebotSensorState
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import LaserScan as LaserScanMsg
@@ -42,6 +42,8 @@ PLACE = "Place in the map"
 """What the diagnosis is about; its values are those of :class:`Progress`."""
 _MOST_WAITING = 5
 """Scans that wait for the thread at most; further ones are left out: the next one says as much."""
+_BUMP_RIGHT, _BUMP_LEFT = 1, 2
+"""Bits of ``bumps_wheeldrops`` (REFERENCE 1.4)."""
 _COVARIANCE = np.diag(np.square([0.05, 0.05, 0.02]))
 """Of the pose, metres and radians; chosen: what is known is how the scans fit to each other."""
 
@@ -86,6 +88,8 @@ class _Touch:
     """What a bumper has met, for the thread."""
 
     odom_pose: Pose2
+    left: bool
+    right: bool
 
 
 class MappingNode(FlorenceNode):
@@ -125,7 +129,9 @@ class MappingNode(FlorenceNode):
         self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self._touches = False
-        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
+        self.create_subscription(
+            TurtlebotSensorState, "turtlebot_node/sensor_state", self._on_base_state, RELIABLE
+        )
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
@@ -147,11 +153,12 @@ class MappingNode(FlorenceNode):
         self._queue.add_odometry(self.timed(odometry_from_ros(message)))
         self._hand_over()
 
-    def _on_base_stop(self, message: StopReason) -> None:
+    def _on_base_state(self, message: TurtlebotSensorState) -> None:
         """Note what a bumper meets."""
-        before, self._touches = self._touches, message.code == "bumper"
+        left, right = (bool(message.bumps_wheeldrops & bit) for bit in (_BUMP_LEFT, _BUMP_RIGHT))
+        before, self._touches = self._touches, left or right
         if self._touches and not before and self._queue.odometry is not None:
-            self._work.put(_Touch(self._queue.odometry.pose))
+            self._work.put(_Touch(self._queue.odometry.pose, left, right))
 
     def _hand_over(self) -> None:
         for _, scan, odom_pose in self._queue.take_ready():
@@ -167,7 +174,7 @@ class MappingNode(FlorenceNode):
         while (work := self._work.get()) is not None:
             try:
                 if isinstance(work, _Touch):
-                    self._map.touched(work.odom_pose)
+                    self._map.touched(work.odom_pose, left=work.left, right=work.right)
                     continue
                 grid = self._map.update(work.scan, work.laser_in_base, work.odom_pose, work.now)
                 place = self._map.map_from_odom, self._map.pose

@@ -26,6 +26,8 @@ from florence_bt.skills.navigation.mapping.wall_direction import turned
 
 _WIDTH_M = 0.45, 2.4
 """Of a gap."""
+_LEAST_M, _DOORWAY_M = 0.38, 0.5
+"""Of the part of a gap that shows what is before it, and of a doorway beside that."""
 _END_CELLS, _OPEN = 2, 0.75
 """The surface on one side of a gap is so wide at least, on the other a cell less; and so much of the
 gap shows free floor."""
@@ -33,18 +35,21 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 120, 4, 8
+_EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 150, 4, 12
 """Of so many beams one is looked at; so many of these, in so many scans, with so many in each on the average,
 tell that a gap is a mirror."""
-_NOT_FOLDED = 0.03
+_NOT_FOLDED = 0.01
 """Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
 behind."""
+_NOT_FLAT = 0.06
+"""So many of those that are folded at something do not show one and the same wall along the gap: through a
+doorway between two rooms of the same depth they do."""
 _STOPPED, _PASSED = 0.5, 0.1
 """Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
 through."""
 _DOUBT = 3.0
 """So much of that is allowed where a pane is known."""
-_OFFSETS_M = (-0.025, 0.025, -0.05, 0.05)
+_OFFSETS_M = (0.0, -0.025, 0.025, -0.05, 0.05)
 """Where in its cell, or beside it, a gap may lie."""
 _NOT_IN_IT_M = 0.05
 """A scan from so near says nothing of a pane: the pose is not as exact."""
@@ -59,7 +64,7 @@ _BETWEEN_SCANS_M = 1.0
 """Longer ways between two kept scans are not known to be straight."""
 _ACROSS_RAD = math.radians(35.0)
 _ACROSS = math.cos(_ACROSS_RAD)
-"""What was touched stands along the walls when the robot met it less askew than this."""
+"""What was touched stands along the walls when it was met less askew than this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +144,11 @@ class Gap:
         u, v = place
         return self.low - _TOUCH_M <= u <= self.high + _TOUCH_M and abs(v - self.across) <= _TOUCH_M
 
+    def part(self, low: float, high: float) -> Gap:
+        """Return the part from somewhere to somewhere; or to the end, where no doorway fits beside it."""
+        near_low, near_high = low - self.low < _DOORWAY_M, self.high - high < _DOORWAY_M
+        return replace(self, low=self.low if near_low else low, high=self.high if near_high else high)
+
     def overlaps(self, other: Gap) -> bool:
         """Tell whether another one is the same, or in part."""
         beside = self.high < other.low or other.high < self.low
@@ -151,46 +161,45 @@ class Evidence:
 
     Attributes:
         folded: Beams whose folded end is at something of the map.
+        flat: As many of these as end in one plane along the gap.
         not_folded: Beams whose folded end is on free floor.
         unknown: Beams whose folded end is where the map knows nothing.
         scans: In how many scans there were some of the first.
         stopped: The part of the gap that has ended beams that met it squarely.
         passed: The part that has let such beams through.
         behind: Beams that came through it from behind.
+        low: From where along the gap beams are folded: beside a mirror there may be a doorway, metres.
+        high: To where.
     """
 
     folded: int
+    flat: int
     not_folded: int
     unknown: int
     scans: int
     stopped: float
     passed: float
     behind: int
+    low: float
+    high: float
 
     @property
     def surplus(self) -> float:
         """How much more than is needed says that a mirror is there."""
         return self.folded - self.not_folded / _NOT_FOLDED
 
-    @property
-    def may_be_mirror(self) -> bool:
-        """Whether a mirror may be there, or within a cell of there."""
-        return self.folded >= _BEAMS // 2 and self.not_folded <= self.folded
-
-    def is_pane(self, *, known: bool, mirrors: bool) -> bool:
-        """Tell whether a mirror or a pane of glass is there.
-
-        Args:
-            known: Whether it was one before: then it takes more to say that it is none.
-            mirrors: Whether mirrors are told by what they show.
-        """
+    def is_mirror(self, *, known: bool) -> bool:
+        """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
         least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
         enough = self.folded >= least and self.scans >= _SCANS
+        most = (_DOUBT if known else 1.0) * _NOT_FOLDED * self.folded
+        shows_more = self.folded - self.flat >= _NOT_FLAT * self.folded
+        return enough and shows_more and max(self.not_folded, self.behind) <= most
+
+    def is_glass(self, *, known: bool) -> bool:
+        """Tell whether a pane of glass is there; ``known`` as for a mirror."""
         doubt = _DOUBT if known else 1.0
-        is_mirror = enough and max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
-        return (mirrors and is_mirror) or (
-            self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED
-        )
+        return self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,7 +298,7 @@ def find_panes(
         angle: By which its walls are turned to run along its axes, radians.
         scans: Of which it consists.
         poses: base_footprint at each of them, map frame.
-        touches: base_footprint where the bumper met something.
+        touches: base_footprint where the bumper met something, turned towards that.
         known: Panes that were found before.
         mirrors: Whether mirrors are told by what they show.
 
@@ -355,19 +364,29 @@ def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2], *, mir
     found = []
     for gap in view.gaps():
         evidence = view.look(gap)
+        mirror = _mirror_in(view, gap, evidence) if mirrors else None
+        if mirror is not None and mirror[0].is_mirror(known=any(mirror[1].is_at(place) for place in known)):
+            found.append(mirror)
+            continue
         touched = any(gap.is_at(each.place) and each.across * gap.side <= -_ACROSS for each in felt)
-        was_one = any(gap.is_at(place) for place in known)
-        if evidence.may_be_mirror:
-            others = (replace(gap, across=gap.across + by) for by in _OFFSETS_M)
-            looks = [(evidence, gap), *((view.look(other), other) for other in others)]
-            evidence, gap = max(looks, key=lambda each: each[0].surplus)
-        if touched or evidence.is_pane(known=was_one, mirrors=mirrors):
-            found.append((evidence.surplus, gap))
+        if touched or evidence.is_glass(known=any(gap.is_at(place) for place in known)):
+            found.append((evidence, gap))
     kept: list[Gap] = []
-    for _, gap in sorted(found, key=lambda each: -each[0]):
+    for _, gap in sorted(found, key=lambda each: -each[0].surplus):
         if not any(gap.overlaps(other) for other in kept):
             kept.append(gap)
     return kept
+
+
+def _mirror_in(view: View, gap: Gap, evidence: Evidence) -> tuple[Evidence, Gap] | None:
+    """Return the part of a gap that shows what is before it, where it shows that best, and what was seen."""
+    if evidence.folded < _BEAMS // 2 or evidence.high - evidence.low < _LEAST_M:
+        return None
+    part = gap.part(evidence.low, evidence.high)
+    looks = [
+        (view.look(each), each) for each in (replace(part, across=part.across + by) for by in _OFFSETS_M)
+    ]
+    return max(looks, key=lambda each: each[0].surplus)
 
 
 def _swapped(place: Point2, *, swap: bool) -> Point2:
@@ -375,7 +394,7 @@ def _swapped(place: Point2, *, swap: bool) -> Point2:
 
 
 def _front(touch: Pose2) -> Point2:
-    """Return where the bumper is of a robot at a pose."""
+    """Return what the bumper has met of a robot at a pose that is turned towards it."""
     return touch.apply(_FRONT_M, 0.0)
 
 

@@ -190,7 +190,7 @@ class Slam:
         Nobody knows where it is before the first scan, nor from a reset of the odometry to the next scan.
 
         Args:
-            odom_pose: base_footprint in the odometry frame.
+            odom_pose: base_footprint in the odometry frame, turned towards what was met.
         """
         if self._scans and self._odom is not None and self._odom.distance_to(odom_pose) <= _RESET_M:
             number = len(self._scans) - 1

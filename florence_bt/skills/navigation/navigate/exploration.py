@@ -81,7 +81,12 @@ class Frontier:
 
 
 def frontiers(
-    costmap: Costmap, robot: Pose2, parameters: ExplorationParameters, costs: Cells | None = None
+    costmap: Costmap,
+    robot: Pose2,
+    parameters: ExplorationParameters,
+    costs: Cells | None = None,
+    *,
+    narrow: bool = True,
 ) -> Iterator[Frontier]:
     """Yield the pieces of all frontiers, and whence to look at them.
 
@@ -90,9 +95,10 @@ def frontiers(
         robot: base_footprint in its frame.
         parameters: What counts.
         costs: Costs to use in place of the costmap's own (the static layer alone), same shape.
+        narrow: Whether ways count on which the robot has no room to turn.
     """
     costs = costmap.master if costs is None else costs
-    ways = _ways(costmap, costs, robot)
+    ways = _ways(costmap, costs, robot, INSCRIBED if narrow else costmap.harmless_below)
     unknown = _large(costmap.unknown, round(parameters.frontier_area / costmap.resolution**2))
     for cells, length in _pieces(costmap, costs, unknown, parameters.frontier_length):
         middle = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))]
@@ -129,9 +135,15 @@ class Exploration:
         if number <= 1:
             self._looked.clear()
         # What the sensors have marked in a door may be gone by the time that the robot is there.
-        for costs in (self._costmap.master, self._costmap.static_master()):
-            found = [(self._times(each), each) for each in frontiers(self._costmap, robot, self._p, costs)]
-            open_ones = [each for each in found if each[0] < 2 and each[1].view is not None]
+        # Where it has no room to turn it may not get out again: it goes there last, to what may be a door.
+        seen, static = self._costmap.master, self._costmap.static_master()
+        for costs, narrow in ((seen, False), (static, False), (seen, True), (static, True)):
+            pieces = frontiers(self._costmap, robot, self._p, costs, narrow=narrow)
+            found = [(self._times(each), each) for each in pieces]
+            least = _DOOR_M if narrow else 0.0
+            open_ones = [
+                each for each in found if each[0] < 2 and each[1].view is not None and each[1].length >= least
+            ]
             if open_ones:
                 break
         else:
@@ -167,9 +179,9 @@ def _price(frontier: Frontier, robot: Pose2) -> float:
     return frontier.way + _TURN_M_PER_RAD * turn - gain
 
 
-def _ways(costmap: Costmap, costs: Cells, robot: Pose2) -> NDArray[np.float64]:
-    """Return the metres from the robot to each cell over floor that is known, infinite elsewhere."""
-    floor = costs < INSCRIBED
+def _ways(costmap: Costmap, costs: Cells, robot: Pose2, below: int) -> NDArray[np.float64]:
+    """Return the metres from the robot to each cell over floor of a cost below that, infinite elsewhere."""
+    floor = costs < below
     start = costmap.cell_of(robot.x, robot.y)
     if start is None:
         return np.full(floor.shape, math.inf)

@@ -56,6 +56,8 @@ _INTERRUPTED = (Drive, ThroughDrive, PathDrive)
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
+_STOOD_M = 0.1
+"""A robot that asks where to look next, and is no further from where it asked last, did not get away."""
 _CORRECTED_M = 0.1
 """A map whose place jumps so far was corrected, while it grows."""
 
@@ -138,6 +140,7 @@ class Navigator:
         self._newer_map: OccupancyGrid | None = None
         self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
+        self._sent_from: Pose2 | None = None
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -209,6 +212,11 @@ class Navigator:
 
     def next_view(self, robot: Pose2, number: int) -> Result:
         """Return where to look next while the map grows (:meth:`Exploration.next_view`)."""
+        before, self._sent_from = self._sent_from, robot
+        if before is not None and before.distance_to(robot) < _STOOD_M:
+            # It did not get away from there. What it has touched is a wall of the map by now.
+            for costmap in (self.global_costmap, self.local_costmap):
+                costmap.forget_contacts(before=math.inf)
         return self._exploration.next_view(robot, number)
 
     @property
