@@ -47,6 +47,7 @@ class Driver:
         self.poses: list[Pose2] = []
         self.diagnoses: list[Any] = []
         create = self.node.create_publisher
+        self._base = self.node.create_publisher(TurtlebotSensorState, "turtlebot_node/sensor_state", RELIABLE)
         self._scans = create(LaserScanMsg, "scan", SENSOR)
         self._odometry = create(OdometryMsg, "odom", STATE)
         self._static = StaticTransformBroadcaster(self.node)
@@ -77,6 +78,12 @@ class Driver:
             return len(self.poses) > told
 
         self.ros.spin_until(is_placed)
+
+    def bump(self, bits: int) -> None:
+        """Publish that the bumper is pressed."""
+        message = TurtlebotSensorState(bumps_wheeldrops=bits)
+        message.header.stamp = self.node.get_clock().now().to_msg()
+        self._base.publish(message)
 
     def _publish(self, scan: LaserScan) -> None:
         now = self.node.timebase.now()
@@ -129,7 +136,6 @@ def test_the_map_grows_and_the_robot_is_in_it(ros: Any, tmp_path: Path) -> None:
 def test_what_a_bumper_meets_is_a_wall_of_the_map(ros: Any) -> None:
     ros.add(MappingNode(parameters={"map_update_period": 0.1}))
     driver = Driver(ros)
-    base = driver.node.create_publisher(TurtlebotSensorState, "turtlebot_node/sensor_state", RELIABLE)
     driver.sense()
     driver.drive_to(1.8)
 
@@ -138,10 +144,8 @@ def test_what_a_bumper_meets_is_a_wall_of_the_map(ros: Any) -> None:
         return grid.cells[grid.cell_of(driver.world.pose.x - 1.0 + 0.2, 0.0)]
 
     assert before_it() == 0
-    ros.spin_until(base.get_subscription_count)
-    base.publish(TurtlebotSensorState(bumps_wheeldrops=3))
-    ros.spin_for(0.2)
     while before_it() != 100:
+        driver.bump(3)
         driver.sense()
 
 
@@ -155,12 +159,9 @@ class NothingIsTouched(Slam):
 def test_an_error_of_the_thread_ends_the_node(ros: Any) -> None:
     ros.add(MappingNode(NothingIsTouched))
     driver = Driver(ros)
-    base = driver.node.create_publisher(TurtlebotSensorState, "turtlebot_node/sensor_state", RELIABLE)
     driver.sense()
-    ros.spin_until(base.get_subscription_count)
-    base.publish(TurtlebotSensorState(bumps_wheeldrops=1))
     with pytest.raises(ConfigError, match="no wall here"):
-        ros.spin_until(lambda: False)
+        ros.spin_until(lambda: driver.bump(1))
 
 
 @pytest.mark.slow
