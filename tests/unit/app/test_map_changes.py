@@ -116,7 +116,7 @@ def test_an_image_of_another_format_and_a_turned_origin(home):
 
 def test_a_map_with_steps_keeps_them_and_its_unknown(home):
     text = Path("flat.yaml").read_text()
-    Path("flat.yaml").write_text(f"{text}mode: scale\n")
+    Path("flat.yaml").write_text(text.replace("mode: trinary", "mode: scale"))
     before = load_map("flat.yaml")
     assert ((before.cells > 0) & (before.cells < OCCUPIED)).any()
     florence("edit", "flat.yaml", "unknown=[[1, 1], [2, 2]]")
