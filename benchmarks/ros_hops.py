@@ -36,7 +36,7 @@ HOPPED = SkillDeclaration("hopped", "Waits for the end of a hop", deadline_s=360
 ACTION_HOP = SkillDeclaration("action_hop", "Commanded by an action", deadline_s=3600.0)
 LONG = Deadlines(result_s=3600.0)
 WAIT = WaitBinding(
-    skill=HOPPED,
+    skill=HOPPED.name,
     interface="std_msgs/msg/String",
     name="hop/done",
     result=lambda message: success(),
@@ -58,7 +58,7 @@ def make_skills(node: FlorenceNode) -> dict[str, Any]:
     """Make skills that do nothing but send to the other process and wait for it."""
     return {
         "hop": TopicPublication(node, (String, "hop/start"), lambda inputs: String(data="go")),
-        "hopped": TopicWait(node, String, WAIT),
+        "hopped": TopicWait(node, String, WAIT, deadline_s=HOPPED.deadline_s),
         "action_hop": ActionSkill(
             node,
             Spin,

@@ -22,7 +22,7 @@ _HEAD = """\
 # Skills
 
 What missions can ask of the robot. This page is written from the declarations of the skills
-(`florence_bt/skills/*/*/declaration.py`, and `florence_bt/trees/language/stock.skills.yaml`) by
+(the files `NAME.skills.yaml` in `florence_bt/skills`, and `florence_bt/trees/language/stock.skills.yaml`) by
 `python tools/skills_page.py docs/reference/skills.md`.
 
 Where a server is named, Florence need not have it itself: the skill is for robots that have one of that

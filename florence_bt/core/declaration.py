@@ -1,7 +1,7 @@
-"""What a skill says about itself, once, in code: the linter, the schema, the docs and the mocks read it.
+"""What a skill says about itself, once: the linter, the schema, the docs and the mocks read it.
 
-Every skill folder has a ``declaration.py`` with its :class:`SkillDeclaration` values and nothing heavy, so
-that ``florence check`` can read them all without numpy, ROS or a device.
+The shipped skills say it in a ``NAME.skills.yaml`` in their folder, those of a robot's folder likewise; a
+package may have :class:`SkillDeclaration` values in a module.
 """
 
 from __future__ import annotations
@@ -197,7 +197,6 @@ class SkillDeclaration:
         reports_changes: Whether the skill reports changes of its answer
             (:class:`florence_bt.core.skill.WakingSkill`), so that it is asked again then and only then.
         deprecated: What missions should use instead, when the skill is deprecated; empty otherwise.
-        server_codes: Error number of the skill's ROS server -> one of the codes above or of the common codes.
         groups: What its codes have in common with those of other skills.
     """
 
@@ -211,7 +210,6 @@ class SkillDeclaration:
     instant: bool = False
     reports_changes: bool = False
     deprecated: str = ""
-    server_codes: Mapping[int, str] = field(default_factory=dict)
     groups: tuple[CodeGroup, ...] = ()
 
     def problems_with(self, inputs: Mapping[str, Any]) -> list[str]:

@@ -1,18 +1,17 @@
 """How a shipped skill is served: over ROS by an action, a service or a topic, and in the rig by a component
 or a topic of the rig.
 
-Each ``declaration.py`` has a table ``BINDINGS`` beside its declarations. The types of ROS are named, not
-imported, and messages are read by their fields, so that the rig and ``florence check`` need no ROS.
+Each ``bindings.py`` has a table ``BINDINGS`` for the skills that the ``NAME.skills.yaml`` beside it declares.
+The types of ROS are named, not imported, and messages are read by their fields, so that the rig needs no ROS.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.skill import Inputs, Skill, SkillRun
 
@@ -22,12 +21,12 @@ class SkillBinding:
     """A served skill.
 
     Attributes:
-        skill: The declaration.
+        skill: The name of the skill.
         interface: The ROS type, such as ``nav2_msgs/action/Spin``; empty without one.
         name: The name of the action, service or topic; empty without one.
     """
 
-    skill: SkillDeclaration
+    skill: str
     interface: str = ""
     name: str = ""
 
@@ -76,10 +75,12 @@ class ActionBinding(NodeBinding):
     """A skill that is an action.
 
     Attributes:
+        error_codes: Error number of the server -> failure code of the skill.
         result: The skill's result from the result message and the way the goal ended.
         feedback: A text for people from a feedback message; steady while nothing new happens.
     """
 
+    error_codes: Mapping[int, str] = field(default_factory=dict)
     result: Callable[[Any, Outcome], Result]
     feedback: Callable[[Any], str]
 

@@ -103,7 +103,13 @@ class TopicWait(MessageWait):
     """A skill that waits for the next message of a topic."""
 
     def __init__(
-        self, node: FlorenceNode, message_type: Any, served: WaitBinding, qos: QoSProfile = RELIABLE
+        self,
+        node: FlorenceNode,
+        message_type: Any,
+        served: WaitBinding,
+        qos: QoSProfile = RELIABLE,
+        *,
+        deadline_s: float = 60.0,
     ) -> None:
         """Make a subscription.
 
@@ -112,11 +118,13 @@ class TopicWait(MessageWait):
             message_type: The type of the messages.
             served: The topic, what a message means, and how long to wait for one.
             qos: Of the topic.
+            deadline_s: What the skill declares; a publisher is looked for within
+                :func:`~florence_bt.ros._runs.search_limit`.
         """
         self._topic = node.resolve_topic_name(served.name)
         self._publishers = DiscoveredServers(lambda: node.get_publishers_info_by_topic(self._topic))
         self.label = _label(self._topic, message_type)
-        search_s = search_limit(served.skill.deadline_s)
+        search_s = search_limit(deadline_s)
         super().__init__(node.timebase, self.label, served, self.server_is_there, search_s)
         node.create_subscription(message_type, served.name, self.take, qos)
 

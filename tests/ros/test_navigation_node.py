@@ -80,11 +80,11 @@ from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
 from florence_bt.skills.navigation.navigate import node as navigate_node
-from florence_bt.skills.navigation.navigate.declaration import APPROACH_PERSON
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
+from florence_bt.trees.language.declarations import own_declarations
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, World, make_map
 
 pytestmark = pytest.mark.ros
@@ -791,7 +791,7 @@ def test_a_person_is_followed_by_the_frames_of_the_user_tracker(scene: Scene) ->
 
 def approached(scene: Scene, skill: Skill, **inputs: float) -> Result:
     """The result of the skill ``approach_person`` of the mission server."""
-    run = skill.start(APPROACH_PERSON.complete(inputs))
+    run = skill.start(own_declarations()["approach_person"].complete(inputs))
     scene.play_until(run.poll, 80.0)
     result = run.poll()
     assert result is not None

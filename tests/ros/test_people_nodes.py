@@ -38,11 +38,15 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
 from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
 from florence_bt.skills.people.user_tracker import node as tracker_node
+from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.colour_detector import ColourNetworkUnusable
-from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, NO_IMAGE, NO_USER_SEEN
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Verdict
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
+from florence_bt.trees.language.declarations import own_declarations
+
+LOOK_FOR_USER = own_declarations()["look_for_user"]
+NO_USER_SEEN, NO_IMAGE = LOOK_CODES_BY_NUMBER
 
 pytestmark = pytest.mark.ros
 

@@ -14,14 +14,14 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
-from florence_bt.skills.base.declaration import BATTERY_ABOVE
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from tests.scripted_skill import ScriptedSkill
 
 pytestmark = pytest.mark.ros
 
 DECLARATIONS = {
-    "battery_above": BATTERY_ABOVE,
+    "battery_above": own_declarations()["battery_above"],
     "drive": SkillDeclaration("drive", "Drive for ever", deadline_s=1e6),
 }
 LOW = "the battery holds 20% of its full charge"

@@ -17,7 +17,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.paths import find_data
-from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
+from florence_bt.skills.navigation.navigate.bindings import NOT_OF_NAV2
 
 pytestmark = pytest.mark.ros
 

@@ -37,7 +37,7 @@ from florence_bt.ros.topic_skill import (
     TopicWait,
 )
 from florence_bt.skills.served import BINDINGS
-from florence_bt.trees.language.declarations import skills_in
+from florence_bt.trees.language.declarations import own_declarations, skills_in
 from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.third_party import ThirdParty
 
@@ -52,8 +52,11 @@ def make_skills(
         without: Skills that nobody performs in this system; they fail with ``no_skill``.
         mappings: How the skills of files beside missions are served.
     """
+    declared = own_declarations()
     own: dict[str, Skill] = {
-        served.skill.name: _over_ros(node, served) for served in BINDINGS if served.skill.name not in without
+        served.skill: _over_ros(node, served, declared[served.skill].deadline_s)
+        for served in BINDINGS
+        if served.skill not in without
     }
     own |= {name: MissingSkill(f"nothing serves {name} with --nav nav2") for name in without}
     files = _skills_of_files(node, {name: each for name, each in (mappings or {}).items() if name not in own})
@@ -111,7 +114,7 @@ def _of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
             max_age_s = mapping.max_age_s
             return TopicCondition(node, topic, to_result=mapping.judge, max_age_s=max_age_s, qos=heard)
         case _:
-            return TopicWait(node, interface, mapping.wait(), heard)
+            return TopicWait(node, interface, mapping.wait(), heard, deadline_s=deadline_s)
 
 
 def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
@@ -168,7 +171,7 @@ def _attempt(make: Callable[[], Any], what: str) -> Any:
         return MissingSkill(f"{what} failed: {type(error).__name__}: {error}")
 
 
-def _over_ros(node: FlorenceNode, served: SkillBinding) -> Skill:
+def _over_ros(node: FlorenceNode, served: SkillBinding, deadline_s: float) -> Skill:
     """Make the client of a skill's action, service or topic."""
     if isinstance(served, AnswerBinding):
         return InstantSkill(served.answer)
@@ -180,19 +183,20 @@ def _over_ros(node: FlorenceNode, served: SkillBinding) -> Skill:
         return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
     if isinstance(served, PublicationBinding):
         topic = (interface, served.name)
-        deadline_s = served.skill.deadline_s
         return TopicPublication(
             node, topic, lambda inputs: interface(**served.message(inputs)), deadline_s=deadline_s
         )
     if isinstance(served, QuestionBinding):
         return TopicAnswerWait(node, served)
     if isinstance(served, WaitBinding):
-        return TopicWait(node, interface, served)
+        return TopicWait(node, interface, served, deadline_s=deadline_s)
     assert isinstance(served, NodeBinding)
-    return _of_node(node, served, interface)
+    return _of_node(node, served, interface, deadline_s)
 
 
-def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> ActionSkill | ServiceSkill:
+def _of_node(
+    node: FlorenceNode, served: NodeBinding, interface: Any, deadline_s: float
+) -> ActionSkill | ServiceSkill:
     message_type = interface.Goal if isinstance(served, ActionBinding) else interface.Request
 
     def to_message(inputs: Inputs) -> Any:
@@ -206,7 +210,7 @@ def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> ActionS
             to_goal=to_message,
             to_result=served.result,
             to_feedback=served.feedback,
-            deadlines=Deadlines.within(served.skill.deadline_s),
+            deadlines=Deadlines.within(deadline_s),
         )
     assert isinstance(served, ServiceBinding)
     return ServiceSkill(
@@ -215,7 +219,7 @@ def _of_node(node: FlorenceNode, served: NodeBinding, interface: Any) -> ActionS
         served.name,
         to_request=to_message,
         to_result=served.result,
-        deadline_s=served.skill.deadline_s,
+        deadline_s=deadline_s,
         judge=served.judge,
     )
 

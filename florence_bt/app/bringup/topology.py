@@ -19,12 +19,12 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
 from florence_bt.core.serving import ConditionBinding, NodeBinding, SkillBinding
 from florence_bt.ros.parameters import parameter_names
-from florence_bt.skills.base import declaration as base
-from florence_bt.skills.locator import declaration as locator
-from florence_bt.skills.navigation.navigate import declaration as navigate
+from florence_bt.skills.base import bindings as base
+from florence_bt.skills.locator import bindings as locator
+from florence_bt.skills.navigation.navigate import bindings as navigate
 from florence_bt.skills.robot_description.room import RoomParameters
 from florence_bt.skills.served import BINDINGS
-from florence_bt.skills.speech import declaration as speech
+from florence_bt.skills.speech import bindings as speech
 from florence_bt.skills.speech.voice import NONE
 
 if TYPE_CHECKING:
@@ -440,7 +440,7 @@ def _missions(settings: _Settings) -> Factory:
     from florence_bt.app.bringup.skills_ros import make_skills
     from florence_bt.app.demo.pictures import BackgroundPictures
     from florence_bt.runtime.node import MissionNode
-    from florence_bt.skills.navigation.navigate.declaration import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
+    from florence_bt.skills.navigation.navigate.bindings import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
     from florence_bt.trees.language.declarations import collect_declarations
     from florence_bt.trees.language.declared_skills import STOCK, mappings_in
     from florence_bt.trees.language.third_party import ThirdParty
@@ -466,7 +466,7 @@ def _missions(settings: _Settings) -> Factory:
             make_safety=BaseSafety,
             on_recorded=pictures.draw if has_map else None,
             other_actions=ACTIONS_WITHOUT_SKILL,
-            own_skills=[each.skill.name for each in own_bindings(settings.options)],
+            own_skills=[each.skill for each in own_bindings(settings.options)],
             only_used=alone,
             parameters=parameters,
         )

@@ -55,7 +55,7 @@ def list_skills(
 def _servers(declarations: Mapping[str, SkillDeclaration], library: MissionLibrary) -> dict[str, str]:
     """Map each skill to what serves it, as text."""
     own = {
-        served.skill.name: f"{served.interface.split('/')[1]} {served.name} ({served.interface})"
+        served.skill: f"{served.interface.split('/')[1]} {served.name} ({served.interface})"
         if served.interface
         else "the mission server itself"
         for served in BINDINGS

@@ -30,6 +30,7 @@ from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, failure, s
 from florence_bt.core.skill import Inputs
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.mission_testing.values import read_duration, read_port
+from florence_bt.skills.served import error_codes
 
 ALWAYS = -1
 """The count of a reply that is given to every further call."""
@@ -190,17 +191,15 @@ def _code(code: str | int | None, declaration: SkillDeclaration) -> str:
     """Return the code of a failure."""
     if code is None:
         return next(iter(declaration.failures), "rejected")
+    known = (*declaration.failures, *COMMON_CODES)
     if isinstance(code, int):
-        if code not in declaration.server_codes:
+        numbers = {n: name for n, name in error_codes(declaration.name).items() if name in known}
+        if code not in numbers:
             raise ConfigError(
                 f"{declaration.name} has no error number {code}",
-                valid=[
-                    *(f"{n} ({name})" for n, name in declaration.server_codes.items()),
-                    *declaration.failures,
-                ],
+                valid=[*(f"{n} ({name})" for n, name in numbers.items()), *declaration.failures],
             )
-        return declaration.server_codes[code]
-    known = (*declaration.failures, *COMMON_CODES)
+        return numbers[code]
     if code not in known:
         raise ConfigError(f"{declaration.name} cannot fail with {code!r}", valid=_codes_like(code, known))
     return code

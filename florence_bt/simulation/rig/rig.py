@@ -32,7 +32,7 @@ from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, RigV
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
-from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
+from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop

@@ -142,7 +142,7 @@ def rig_skills(
         topics: Receives the topics that the tables name, by name.
         clock: Says how old messages are.
     """
-    return {served.skill.name: _in_rig(served, components, topics, clock) for served in BINDINGS}
+    return {served.skill: _in_rig(served, components, topics, clock) for served in BINDINGS}
 
 
 def _in_rig(

@@ -15,7 +15,7 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
+from florence_bt.skills.locator.bindings import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.locator.habits import RoomHabits
 from florence_bt.skills.locator.hotspots import ROOM_NAMES, Hotspot, Hotspots, kind_of_new
 

@@ -14,7 +14,7 @@ from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.skills.speech.declaration import PROGRAM_FAILED
+from florence_bt.skills.speech.bindings import PROGRAM_FAILED
 from florence_bt.skills.speech.voice import (
     LONGEST_TEXT,
     PRINT,

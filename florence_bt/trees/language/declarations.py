@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
 from types import ModuleType
 
+import florence_bt.skills
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language.declared_skills import ENDING, read_skills_file
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.third_party import ThirdParty
 from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
@@ -18,7 +19,7 @@ class Declarations(dict[str, SkillDeclaration]):
     """Skills by name, in alphabetical order.
 
     Attributes:
-        findings: The skills of installed packages that do not count, and why.
+        findings: What is wrong with the files, and the skills of installed packages that do not count.
         owners: Skill of an installed package -> who brought it.
     """
 
@@ -33,24 +34,30 @@ class Declarations(dict[str, SkillDeclaration]):
         self.owners = dict(owners)
 
 
+@cache
+def own_declarations() -> Declarations:
+    """Read the files of our own skills, ``florence_bt/skills/**/NAME.skills.yaml``, once in a process."""
+    declared: dict[str, SkillDeclaration] = {}
+    findings: list[Finding] = []
+    for path in sorted(Path(florence_bt.skills.__file__).parent.rglob(f"*{ENDING}")):
+        read = read_skills_file(path)
+        declared |= read.declarations
+        findings += read.findings
+    return Declarations(declared.values(), findings)
+
+
 def collect_declarations(*, third_party: bool = True) -> Declarations:
     """Collect every declaration of our own skills, and those of installed packages.
 
-    Our own stand in ``florence_bt.skills.*.*.declaration``; those of a package in the module that its entry
-    point in the group ``florence_bt.skills`` names. What is wrong with a package is in the findings.
+    Those of a package stand in the module that its entry point in the group ``florence_bt.skills`` names.
+    What is wrong is in the findings.
 
     Args:
         third_party: Whether to look at installed packages.
-
-    Raises:
-        ConfigError: Two of our own skills have one name, or one that the mission language needs for itself.
     """
-    skills = importlib.import_module("florence_bt.skills")
-    modules = pkgutil.walk_packages(skills.__path__, f"{skills.__name__}.")
-    found = [module.name for module in modules if module.name.endswith(".declaration")]
-    own = declarations_in(importlib.import_module(name) for name in sorted(found))
+    own = own_declarations()
     if not third_party:
-        return Declarations(own.values())
+        return own
     packages = ThirdParty()
     further: dict[str, SkillDeclaration] = {}
     owners: dict[str, str] = {}
@@ -59,41 +66,15 @@ def collect_declarations(*, third_party: bool = True) -> Declarations:
             if skill.name in own or further.get(skill.name, skill) is not skill:
                 other = owners.get(skill.name, "Florence BT itself")
                 packages.refuse(owner, f"its skill {skill.name!r} is ignored: {other} has one of that name")
-            elif not _nameable(skill.name):
+            elif skill.name in RESERVED or not IDENTIFIER.fullmatch(skill.name):
                 packages.refuse(owner, f"a skill cannot be called {skill.name!r}", "verb_noun")
             else:
                 further[skill.name], owners[skill.name] = skill, owner
-    return Declarations([*own.values(), *further.values()], packages.findings, owners.items())
-
-
-def declarations_in(modules: Iterable[ModuleType]) -> Declarations:
-    """Collect every declaration in some modules, by name, in alphabetical order.
-
-    Raises:
-        ConfigError: As :func:`collect_declarations`.
-    """
-    declared: dict[str, SkillDeclaration] = {}
-    homes: dict[str, str] = {}
-    for module in modules:
-        for skill in skills_in(module):
-            if declared.get(skill.name) is skill:
-                continue
-            if skill.name in declared:
-                raise ConfigError(
-                    f"two skills are called {skill.name!r}: in {homes[skill.name]} and in {module.__name__}"
-                )
-            if not _nameable(skill.name):
-                raise ConfigError(
-                    f"a skill cannot be called {skill.name!r}", file=getattr(module, "__file__", None)
-                )
-            declared[skill.name], homes[skill.name] = skill, module.__name__
-    return Declarations(declared.values())
+    return Declarations(
+        [*own.values(), *further.values()], [*own.findings, *packages.findings], owners.items()
+    )
 
 
 def skills_in(module: ModuleType) -> Iterator[SkillDeclaration]:
     """Yield the skills that a module declares."""
     return (value for value in vars(module).values() if isinstance(value, SkillDeclaration))
-
-
-def _nameable(name: str) -> bool:
-    return name not in RESERVED and IDENTIFIER.fullmatch(name) is not None

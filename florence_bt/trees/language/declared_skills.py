@@ -6,7 +6,8 @@ declares such. ``florence check`` says which skills this installation lacks.
 
 A skill can be ``like`` another one: it has all that the other one has, but for the keys that it has itself.
 The other one stands above it, among the ``templates`` of the file, or in the file that comes with Florence
-(:data:`STOCK`).
+(:data:`STOCK`). What failure codes and groups of them mean to several skills the file says once, in
+``failures`` and ``groups`` of its own; the skills only name them.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from florence_bt.core.declaration import REQUIRED, CodeGroup, Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
@@ -27,17 +28,19 @@ from florence_bt.trees.language.message_mappings import MAPPING_KEYS, WAYS, Mess
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
-from florence_bt.trees.language.vocabulary import INPUT_KEYS, OUTPUT_KEYS, RESERVED
+from florence_bt.trees.language.vocabulary import RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
 SKILL_KEYS = (
-    *("like", "summary", "inputs", "outputs", "failures", "groups", "resources", "deadline", "instant"),
+    *("like", "summary", "inputs", "outputs", "failures", "groups", "resources", "deadline"),
+    *("instant", "reports_changes"),
     *MAPPING_KEYS,
 )
 """What can be said about a skill."""
 FAILURE_KEYS = ("meaning", "when")
-FILE_KEYS = ("skills", "templates")
+GROUP_KEYS = ("meaning", "codes")
+FILE_KEYS = ("skills", "templates", "failures", "groups")
 TO_BE_SAID = "say here"
 """How the texts of a draft begin; who edits it puts others in their place."""
 STOCK = Path(__file__).with_name(f"stock{ENDING}")
@@ -80,9 +83,7 @@ def read_skills_file(path: Path) -> DeclaredSkills:
             source.position, "a file of skills needs a mapping of them", ["skills: {a_skill: {...}}"]
         )
         return DeclaredSkills({}, tuple(reader.findings))
-    for key, _ in source.entries:
-        if key.text not in FILE_KEYS:
-            reader.unknown(key.position, f"unknown key of a file of skills {key.text!r}", key.text, FILE_KEYS)
+    _know_keys(reader, source, "a file of skills", FILE_KEYS)
     declared: dict[str, SkillDeclaration] = {}
     mappings: dict[str, MessageMapping] = {}
     above: dict[str, YamlMapping] = {}
@@ -97,11 +98,12 @@ def read_skills_file(path: Path) -> DeclaredSkills:
                 name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
             )
         elif name is not None:
-            declared[name.text], mapping = _skill(reader, name.text, item, stock=path == STOCK)
+            declared[name.text], mapping = _skill(reader, name.text, item, source, stock=path == STOCK)
             if mapping is not None:
                 declared[name.text] = mapping.declaration
                 mappings[name.text] = mapping
-    return DeclaredSkills(declared, tuple(reader.findings), mappings)
+    # What several skills have of one place of the file is read for each of them.
+    return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings)
 
 
 def _extended(reader: Reader, name: str, source: YamlNode, above: dict[str, YamlMapping]) -> YamlNode:
@@ -164,20 +166,16 @@ def mappings_in(folders: Iterable[Path]) -> dict[str, MessageMapping]:
 
 
 def _skill(
-    reader: Reader, name: str, source: YamlNode, *, stock: bool
+    reader: Reader, name: str, source: YamlNode, file: YamlMapping, *, stock: bool
 ) -> tuple[SkillDeclaration, MessageMapping | None]:
     table = reader.mapping(source, f"the skill {name!r}") or YamlMapping((), source.position)
-    for key, _ in table.entries:
-        if key.text not in SKILL_KEYS:
-            reader.unknown(
-                key.position, f"unknown key of the skill {name!r} {key.text!r}", key.text, SKILL_KEYS
-            )
-    summary, instant, deadline = (table.get(key) for key in ("summary", "instant", "deadline"))
-    inputs, _ = read_ports(reader, table.get("inputs"), "an input", INPUT_KEYS)
-    outputs, _ = read_ports(reader, table.get("outputs"), "an output", (*OUTPUT_KEYS, "from"))
-    resources = table.get("resources")
-    failures, conditions = _failures(reader, table.get("failures"))
-    _note_draft(reader, summary, *(each for _, each in _meanings(table.get("failures"))))
+    _know_keys(reader, table, f"the skill {name!r}", SKILL_KEYS)
+    summary, deadline, resources = (table.get(key) for key in ("summary", "deadline", "resources"))
+    inputs, _ = read_ports(reader, table.get("inputs"), "an input", SKILL_INPUT_KEYS)
+    outputs, _ = read_ports(reader, table.get("outputs"), "an output", (*SKILL_OUTPUT_KEYS, "from"))
+    told, groups = (_with_shared(reader, table, file, title) for title in ("failures", "groups"))
+    failures, conditions = _failures(reader, told)
+    _note_draft(reader, summary, *(each for _, each in _meanings(told)))
     declaration = SkillDeclaration(
         name,
         (reader.text(summary, "summary") or "") if summary is not None else "",
@@ -188,11 +186,54 @@ def _skill(
         if resources
         else frozenset(),
         _deadline(reader, deadline),
-        instant is not None and reader.choice(instant, "instant", ("true", "false")) == "true",
-        groups=_groups(reader, table.get("groups")),
+        _is_said(reader, table, "instant"),
+        _is_said(reader, table, "reports_changes"),
+        groups=_groups(reader, groups),
     )
     paths = _paths(table.get("outputs"))
     return declaration, read_mapping(reader, declaration, table, paths, conditions, stock=stock)
+
+
+def _know_keys(reader: Reader, table: YamlMapping, what: str, known: tuple[str, ...]) -> None:
+    for key, _ in table.entries:
+        if key.text not in known:
+            reader.unknown(key.position, f"unknown key of {what} {key.text!r}", key.text, known)
+
+
+def _is_said(reader: Reader, table: YamlMapping, key: str) -> bool:
+    source = table.get(key)
+    return source is not None and reader.choice(source, key, ("true", "false")) == "true"
+
+
+def _with_shared(reader: Reader, table: YamlMapping, file: YamlMapping, title: str) -> YamlNode | None:
+    """Return a table of a skill, with what the file says about those keys that stand there alone.
+
+    Args:
+        reader: Receives what is wrong.
+        table: All that the file says about the skill; its table may be a list, too, of keys alone.
+        file: The file, which may have a table of the same title.
+        title: Of the table.
+    """
+    source, shared = table.get(title), reader.mapping(file.get(title), title)
+    if isinstance(source, YamlSequence):
+        alone = YamlScalar("", False, source.position)
+        names = [item for item in source.items if reader.identifier(item, f"an item of {title}") is not None]
+        entries = [(name, alone) for name in names if isinstance(name, YamlScalar)]
+        source = YamlMapping(tuple(entries), source.position)
+    if not isinstance(source, YamlMapping):
+        return source
+    told: list[tuple[YamlScalar, YamlNode]] = []
+    for key, item in source.entries:
+        found = shared.get(key.text) if shared is not None else None
+        if not (isinstance(item, YamlScalar) and item.empty):
+            told.append((key, item))
+        elif found is not None:
+            told.append((key, found))
+        else:
+            close = closest_first(key.text, [name.text for name, _ in shared.entries]) if shared else ()
+            message = f"what {key.text!r} means is said neither here nor under {title} of the file"
+            reader.error(key.position, message, close or [f"{key.text}: ..."])
+    return YamlMapping(tuple(told), source.position)
 
 
 def _note_draft(reader: Reader, *texts: YamlNode | None) -> None:
@@ -225,10 +266,7 @@ def _failures(reader: Reader, source: YamlNode | None) -> tuple[dict[str, str], 
     for key, item in table.entries if table else ():
         code, meaning = reader.identifier(key, "a failure code"), item
         if isinstance(item, YamlMapping):
-            for word, _ in item.entries:
-                if word.text not in FAILURE_KEYS:
-                    what = f"unknown key of the failure {key.text!r} {word.text!r}"
-                    reader.unknown(word.position, what, word.text, FAILURE_KEYS)
+            _know_keys(reader, item, f"the failure {key.text!r}", FAILURE_KEYS)
             when = item.get("when")
             if code is not None and when is not None:
                 conditions[code.text] = when
@@ -247,10 +285,16 @@ def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:
     groups = []
     table = reader.mapping(source, "groups")
     for key, item in table.entries if table else ():
-        name = reader.identifier(key, "a group of failure codes")
-        codes = reader.identifiers(item, f"a code of the group {key.text}")
+        name, meaning, listed = reader.identifier(key, "a group of failure codes"), None, item
+        if isinstance(item, YamlMapping):
+            _know_keys(reader, item, f"the group {key.text!r}", GROUP_KEYS)
+            meaning, listed = item.get("meaning"), item.get("codes") or YamlSequence((), item.position)
+        codes = reader.identifiers(listed, f"a code of the group {key.text}")
+        if isinstance(listed, YamlSequence) and not listed.items:
+            reader.error(item.position, f"the group {key.text!r} needs its codes", ["codes: [a_code, ...]"])
+        text = (reader.text(meaning, f"group {key.text}") if meaning is not None else None) or ""
         if name is not None:
-            groups.append(CodeGroup(name.text, frozenset(code.text for code in codes)))
+            groups.append(CodeGroup(name.text, frozenset(code.text for code in codes), text))
     return tuple(groups)
 
 
@@ -266,29 +310,31 @@ def _deadline(reader: Reader, source: YamlNode | None) -> float:
 
 
 def skills_document(declarations: Iterable[SkillDeclaration]) -> dict[str, Any]:
-    """Write skills as the mappings of such a file; reading them gives the declarations again.
-
-    A file cannot say what a mock gives that leaves an output out.
-    """
+    """Write skills as the mappings of such a file; reading them gives the declarations again."""
     return {"skills": {declaration.name: _written(declaration) for declaration in declarations}}
 
 
 def _written(declaration: SkillDeclaration) -> dict[str, Any]:
     written: dict[str, Any] = {"summary": declaration.summary} if declaration.summary else {}
-    outputs = {name: replace(port, default=REQUIRED) for name, port in declaration.outputs.items()}
-    for title, ports in (("inputs", declaration.inputs), ("outputs", outputs)):
+    for title, ports in (("inputs", declaration.inputs), ("outputs", declaration.outputs)):
         if ports:
             written[title] = {name: port_document(port) for name, port in ports.items()}
     if declaration.failures:
         written["failures"] = dict(declaration.failures)
     if declaration.groups:
-        written["groups"] = {group.name: sorted(group.codes) for group in declaration.groups}
+        written["groups"] = {group.name: _group(group) for group in declaration.groups}
     if declaration.resources:
         written["resources"] = sorted(declaration.resources)
     written["deadline"] = format_value(declaration.deadline_s, Kind.DURATION)
-    if declaration.instant:
-        written["instant"] = "true"
+    for key in ("instant", "reports_changes"):
+        if getattr(declaration, key):
+            written[key] = "true"
     return written
+
+
+def _group(group: CodeGroup) -> Any:
+    codes = sorted(group.codes)
+    return {"meaning": group.meaning, "codes": codes} if group.meaning else codes
 
 
 def _value(value: Any, kind: Kind) -> Any:
@@ -309,6 +355,7 @@ def port_document(port: Port) -> dict[str, Any]:
     for key, value in limits.items():
         if value is not None:
             written[key] = _value(value, port.kind)
-    if port.description:
-        written["description"] = port.description
+    for key in ("names", "description"):
+        if text := getattr(port, key):
+            written[key] = text
     return written

@@ -130,7 +130,7 @@ class MessageMapping:
         limit_s = self.declaration.deadline_s
         nothing = failure("timed_out", f"nothing came from topic {self.name} within {limit_s:g} s")
         return WaitBinding(
-            skill=self.declaration,
+            skill=self.declaration.name,
             interface=self.interface,
             name=self.name,
             result=self.result,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
@@ -12,7 +13,7 @@ from florence_bt.trees.language import quantities
 from florence_bt.trees.language.literals import read_literal
 from florence_bt.trees.language.model import default_of
 from florence_bt.trees.language.reader import Reader
-from florence_bt.trees.language.vocabulary import KEY_KEYS, by_spelling
+from florence_bt.trees.language.vocabulary import KEY_KEYS, LABELLED, by_spelling
 
 _OTHER_KINDS = by_spelling(
     {
@@ -83,7 +84,7 @@ def _port(reader: Reader, name: str, fields: YamlMapping, keys: tuple[str, ...])
     description = fields.get("description")
     text = reader.text(description, "description") if description is not None else None
     minimum, maximum = (_limit(reader, fields, key, kind) for key in ("min", "max"))
-    port = Port(kind, text or "", REQUIRED, minimum, maximum)
+    port = Port(kind, text or "", REQUIRED, minimum, maximum, _names(reader, name, fields, kind))
     if minimum is not None and maximum is not None and minimum > maximum:
         reader.error(fields.position, f"the minimum of {name!r} is above its maximum")
     default = fields.get("default")
@@ -93,7 +94,16 @@ def _port(reader: Reader, name: str, fields: YamlMapping, keys: tuple[str, ...])
     problem = quantities.out_of_range(value, port) if value is not None else None
     if problem:
         reader.error(default.position, f"the default of {name!r}: {problem}", quantities.range_of(port))
-    return Port(kind, text or "", value, minimum, maximum)
+    return replace(port, default=value)
+
+
+def _names(reader: Reader, name: str, fields: YamlMapping, kind: Kind) -> str:
+    source = fields.get("names")
+    if source is None:
+        return ""
+    if Kind.TEXT not in (kind, kind.item):
+        reader.error(source.position, f"only a text names a {' or '.join(LABELLED)}: {name!r} does not")
+    return reader.choice(source, "names", LABELLED) or ""
 
 
 def _kind(reader: Reader, name: str, fields: YamlMapping) -> Kind:

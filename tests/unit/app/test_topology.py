@@ -21,7 +21,7 @@ from florence_bt.app.bringup.topology import (
     processes,
 )
 from florence_bt.skills.locator.hotspots import load_hotspots
-from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
+from florence_bt.skills.navigation.navigate.bindings import NOT_OF_NAV2
 
 TIMEOUTS = [
     ("hardware", "VelocityFilterNode", "command_timeout"),

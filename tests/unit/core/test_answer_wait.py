@@ -10,7 +10,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.message_skills import AnswerWait
 from florence_bt.core.outcome import success
 from florence_bt.core.serving import QuestionBinding
-from florence_bt.skills.speech.declaration import ANSWERS_KEPT_S, BINDINGS
+from florence_bt.skills.speech.bindings import ANSWERS_KEPT_S, BINDINGS
 
 (ANSWERS,) = (served for served in BINDINGS if isinstance(served, QuestionBinding))
 LIMIT = {"time_limit": 30.0, "choices": ()}

@@ -9,7 +9,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.message_skills import LOOK_S, MessageCondition, MessageWait
 from florence_bt.core.outcome import Outcome, failure, success
 from florence_bt.core.serving import WaitBinding
-from florence_bt.skills.speech.declaration import BINDINGS
+from florence_bt.skills.speech.bindings import BINDINGS
 
 (WAIT_FOR_ANSWER,) = (served for served in BINDINGS if isinstance(served, WaitBinding))
 

@@ -30,7 +30,7 @@ from florence_bt.mission_testing.mocks.scripts import (
 )
 
 DRIVE = SkillDeclaration(
-    "drive",
+    "navigate_to",
     "Drive",
     inputs={"way": Port(Kind.LENGTH, "how far")},
     outputs={
@@ -39,7 +39,6 @@ DRIVE = SkillDeclaration(
         "n": Port(Kind.INTEGER, "x", minimum=1),
     },
     failures={"blocked": "something is in the way", "no_path": "no way leads there"},
-    server_codes={203: "no_path", 207: "timed_out"},
 )
 
 
@@ -176,10 +175,10 @@ def test_outputs_are_read_with_their_units():
     [
         ("FAILURE", "blocked"),
         ("FAILURE no_path", "no_path"),
-        ("FAILURE 203", "no_path"),
+        ("FAILURE 208", "no_path"),
         ("FAILURE 207", "timed_out"),
         ("FAILURE server_lost", "server_lost"),
-        (fail(203), "no_path"),
+        (fail(208), "no_path"),
         (fail("blocked", "a chair"), "blocked"),
         (fail("blocked", "a chair", after="3 s"), "blocked"),
     ],
@@ -194,7 +193,7 @@ def test_codes_that_the_declaration_knows(item, code):
     ("item", "says", "valid"),
     [
         ("FAILURE no_pth", "cannot fail with 'no_pth'", "no_path"),
-        ("FAILURE 999", "no error number 999", "203 (no_path)"),
+        ("FAILURE 999", "no error number 999", "208 (no_path)"),
         ("SUCCESS (rom=kitchen)", "no output 'rom'", "room"),
         ("SUCCESS (n=two)", "whole number", "3"),
         ("SUCCESS (n=0)", "below the minimum", ""),
@@ -265,12 +264,11 @@ def test_a_cancel_before_a_broken_end_ends_it():
 
 
 def test_a_reply_means_something_else_to_another_skill_of_the_same_name():
-    reply = fail(203)
-    other = SkillDeclaration("drive", "Drive", failures={"lost": "x"}, server_codes={203: "lost"})
+    (reply,) = parse_script("FAILURE")
+    other = SkillDeclaration("navigate_to", "Drive", failures={"lost": "x"})
     assert bind_reply(reply, DRIVE) == bind_reply(reply, DRIVE)
     assert bind_reply(reply, other).result.code == "lost"
-    assert bind_reply(replace(reply, times=2), DRIVE).result.code == "no_path"
-    assert reply == fail(203)
+    assert bind_reply(replace(reply, times=2), DRIVE).result.code == "blocked"
 
 
 @pytest.mark.parametrize("first", ["SUCCESS always", "FAILURE twice, again"])

@@ -10,14 +10,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.serving import ActionBinding
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
+from florence_bt.skills.navigation.navigate.bindings import BINDINGS
 from florence_bt.skills.navigation.navigate.contact import SlipWatch
 from florence_bt.skills.navigation.navigate.costmap import Rays
-from florence_bt.skills.navigation.navigate.declaration import BINDINGS, NAVIGATE_TO, TURN
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import (
     CycleParameters,
@@ -25,13 +24,15 @@ from florence_bt.skills.navigation.navigate.parameters import (
     RecoveryParameters,
 )
 from florence_bt.skills.navigation.navigate.results import (
-    HELD_FAILURES,
+    HELD,
     SERVER_CODES,
     SPIN_SERVER_CODES,
-    TOUCH_FAILURES,
+    TOUCHES,
     BaseStop,
     result_from_server,
 )
+from florence_bt.skills.served import error_codes
+from florence_bt.trees.language.declarations import own_declarations
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, Trip, World, make_map
 
 DOOR: Box = (4.0, 2.0, 4.1, 2.8)
@@ -385,32 +386,33 @@ def test_the_same_world_gives_the_same_commands() -> None:
     assert runs[0] == runs[1]
 
 
-def answered(skill: SkillDeclaration, outcome: Outcome, number: int, text: str = "") -> Result:
-    return result_from_server(skill, "blocked", SimpleNamespace(error_code=number, error_msg=text), outcome)
+def answered(skill: str, outcome: Outcome, number: int, text: str = "") -> Result:
+    message = SimpleNamespace(error_code=number, error_msg=text)
+    return result_from_server(skill, error_codes(skill), "blocked", message, outcome)
 
 
 def test_result_codes_there_and_back() -> None:
-    for code in NAVIGATE_TO.failures:
+    for code in own_declarations()["navigate_to"].failures:
         number = SERVER_CODES[code]
         assert number > 0
-        back = answered(NAVIGATE_TO, Outcome.FAILED, number, "why")
+        back = answered("navigate_to", Outcome.FAILED, number, "why")
         assert (back.code, back.reason) == (code, "why")
-    for code in ("collision_ahead", "time_allowance", "no_pose", "no_scan", *HELD_FAILURES):
+    for code in ("collision_ahead", "time_allowance", "no_pose", "no_scan", *HELD):
         number = SPIN_SERVER_CODES[code]
-        assert answered(TURN, Outcome.FAILED, number).code == code
-    assert answered(NAVIGATE_TO, Outcome.SUCCEEDED, 0).succeeded
-    assert answered(TURN, Outcome.CANCELLED, 0).outcome is Outcome.CANCELLED
-    unknown = answered(NAVIGATE_TO, Outcome.FAILED, 9999)
+        assert answered("turn", Outcome.FAILED, number).code == code
+    assert answered("navigate_to", Outcome.SUCCEEDED, 0).succeeded
+    assert answered("turn", Outcome.CANCELLED, 0).outcome is Outcome.CANCELLED
+    unknown = answered("navigate_to", Outcome.FAILED, 9999)
     assert unknown.code == "blocked"
     assert "9999" in unknown.reason
 
 
 def test_an_error_number_that_nobody_knows_gives_a_code_of_the_skill() -> None:
     message = SimpleNamespace(error_code=1, error_msg="", path=SimpleNamespace(poses=[]))
-    with_numbers = [each for each in BINDINGS if isinstance(each, ActionBinding) and each.skill.server_codes]
+    with_numbers = [each for each in BINDINGS if isinstance(each, ActionBinding) and each.error_codes]
     assert len(with_numbers) == 7
     for served in with_numbers:
-        assert served.result(message, Outcome.FAILED).code in served.skill.failures
+        assert served.result(message, Outcome.FAILED).code in own_declarations()[served.skill].failures
 
 
 @pytest.mark.parametrize(
@@ -439,7 +441,7 @@ def touch(trip: Trip, stop: BaseStop, on: bool) -> None:
         trip.world.command = STANDSTILL
 
 
-@pytest.mark.parametrize("code", [*HELD_FAILURES])
+@pytest.mark.parametrize("code", [*HELD])
 def test_what_holds_the_base_ends_a_drive_and_a_turn_at_once(code: str) -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now)
@@ -453,7 +455,7 @@ def test_what_holds_the_base_ends_a_drive_and_a_turn_at_once(code: str) -> None:
     trip.navigator.start_spin(1.0, trip.world.now, 10.0)
     turn = trip.cycle()
     assert turn is not None
-    assert turn.code == code in TURN.failures
+    assert turn.code == code in own_declarations()["turn"].failures
 
 
 def test_a_dead_base_is_told_at_once_though_the_odometry_is_silent() -> None:
@@ -465,7 +467,7 @@ def test_a_dead_base_is_told_at_once_though_the_odometry_is_silent() -> None:
     assert step.result.code == "no_response"
 
 
-@pytest.mark.parametrize("code", [*TOUCH_FAILURES])
+@pytest.mark.parametrize("code", [*TOUCHES])
 def test_a_bumper_that_stays_pressed_fails_the_drive_within_two_seconds(code: str) -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     stop = BaseStop(code, LEFT_BUMPER.text)

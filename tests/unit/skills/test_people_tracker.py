@@ -22,13 +22,16 @@ from florence_bt.skills.people.user_tracker.appearance import (
     colour_histogram,
     distance_if_known,
 )
-from florence_bt.skills.people.user_tracker.declaration import BINDINGS, LOOK_FOR_USER
+from florence_bt.skills.people.user_tracker.bindings import BINDINGS
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.identity import Gallery
-from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
+from florence_bt.skills.people.user_tracker.look import GOAL_LIMITS, LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import LookParameters, TrackerParameters
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
+from florence_bt.trees.language.declarations import own_declarations
+
+LOOK_FOR_USER = own_declarations()["look_for_user"]
 
 PERIOD = 0.1
 
@@ -622,7 +625,7 @@ def test_senseless_parameters_are_refused(make: object) -> None:
 
 
 def test_the_declarations_are_whole() -> None:
-    assert [served.skill.name for served in BINDINGS] == [
+    assert [served.skill for served in BINDINGS] == [
         "start_tracker",
         "stop_tracker",
         "look_for_user",
@@ -630,6 +633,8 @@ def test_the_declarations_are_whole() -> None:
     ]
     assert LOOK_FOR_USER.complete({}) == {"window": 5.0, "user_id": 0, "x": 0.0, "y": 0.0}
     assert LOOK_FOR_USER.problems_with({"window": 100.0})
+    for name, port in LOOK_FOR_USER.inputs.items():
+        assert replace(port, description="") == GOAL_LIMITS[name], "the server takes what the skill may give"
 
 
 def near(x: float, **more: object) -> Detection:

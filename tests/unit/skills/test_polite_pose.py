@@ -12,9 +12,11 @@ from hypothesis import strategies as st
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
-from florence_bt.skills.people.approach_user.declaration import PROPOSE_APPROACH_POSE
 from florence_bt.skills.people.approach_user.polite_pose import RESERVE, polite_pose, propose_approach
 from florence_bt.skills.robot_description.room import RoomParameters
+from florence_bt.trees.language.declarations import own_declarations
+
+PROPOSE_APPROACH_POSE = own_declarations()["propose_approach_pose"]
 
 USER, ROBOT = Pose2(3.0, 2.0), Pose2(1.0, 2.0)
 

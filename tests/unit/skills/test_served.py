@@ -20,9 +20,9 @@ from florence_bt.core.serving import (
     SkillBinding,
 )
 from florence_bt.skills.served import ACTIONS, BINDINGS
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 
-BY_NAME = {served.skill.name: served for served in BINDINGS}
+BY_NAME = {served.skill: served for served in BINDINGS}
 POSE = Pose2(1.0, 2.0, 0.5)
 
 
@@ -39,15 +39,18 @@ def ended(name: str, outcome: Outcome, **fields: Any) -> Result:
 
 
 def test_every_declared_skill_is_served_once() -> None:
-    assert sorted(served.skill.name for served in BINDINGS) == list(collect_declarations(third_party=False))
+    declared = own_declarations()
+    assert sorted(served.skill for served in BINDINGS) == list(declared)
     moving = {
-        served.name for served in BINDINGS if served.skill.resources and isinstance(served, ActionBinding)
+        served.name
+        for served in BINDINGS
+        if declared[served.skill].resources and isinstance(served, ActionBinding)
     }
     assert moving <= set(ACTIONS)
     assert set(ACTIONS) - {served.name for served in BINDINGS} == {"follow_path", "wait"}
 
 
-@pytest.mark.parametrize("served", BINDINGS, ids=lambda served: served.skill.name)
+@pytest.mark.parametrize("served", BINDINGS, ids=lambda served: served.skill)
 def test_the_type_fits_the_table(served: SkillBinding) -> None:
     kind = {ActionBinding: "action", ServiceBinding: "srv", AnswerBinding: None, ClockBinding: None}.get(
         type(served), "msg"
@@ -215,7 +218,7 @@ def test_numbers_of_nav2_become_codes(name: str, numbers: dict[int, str]) -> Non
     for number, code in numbers.items():
         result = ended(name, Outcome.FAILED, error_code=number, error_msg="")
         assert result.code == code
-        assert code == "bad_input" or code in BY_NAME[name].skill.failures
+        assert code == "bad_input" or code in own_declarations()[name].failures
         assert str(number) in result.reason
 
 

@@ -9,20 +9,14 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.skill import Skill
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
-from florence_bt.skills.time_of_day.declaration import (
-    BINDINGS,
-    LOOK_UP_TIME,
-    TIME_REACHED,
-    TimeReached,
-    next_moment,
-)
+from florence_bt.skills.time_of_day.bindings import BINDINGS, TimeReached, next_moment
+from florence_bt.trees.language.declarations import own_declarations
 
 
 def seconds(*date: int) -> float:
@@ -58,7 +52,7 @@ def test_the_next_time_that_it_is(zone: str, now, text: str, utc, berlin) -> Non
 def test_what_is_no_time_of_day(text: str) -> None:
     assert next_moment(text, 0.0) is None
     clock = ManualClock()
-    (look_up,) = (served.make(clock, clock.now) for served in BINDINGS if served.skill is LOOK_UP_TIME)
+    (look_up,) = (served.make(clock, clock.now) for served in BINDINGS if served.skill == "look_up_time")
     assert look_up.start({"time": text}).poll().code == "no_time"
 
 
@@ -74,13 +68,13 @@ def test_the_condition_reports_the_moment() -> None:
     assert skill.start({"date": 130.0}).poll().succeeded
 
 
-DECLARATIONS: dict[str, SkillDeclaration] = {skill.name: skill for skill in (LOOK_UP_TIME, TIME_REACHED)}
+DECLARATIONS = own_declarations()
 MISSION = 'mission: m\non_restart: resume\ntree: {wait_until: "22:00"}\n'
 
 
 def process(folder: Path, now: float, name: str):
     clock = ManualClock(now)
-    skills: dict[str, Skill] = {served.skill.name: served.make(clock, clock.now) for served in BINDINGS}
+    skills: dict[str, Skill] = {served.skill: served.make(clock, clock.now) for served in BINDINGS}
     missions = MissionFolders.of([folder], DECLARATIONS, built_in=False)
     journal, told = Journal(folder / "runs"), []
     executor = Executor(missions, skills, DECLARATIONS, clock, RunIds(name), log=journal)

@@ -1,11 +1,11 @@
-import sys
-from types import ModuleType
+from pathlib import Path
 
 import pytest
 
-from florence_bt.core.declaration import SkillDeclaration
+import florence_bt.skills
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language.declarations import collect_declarations, declarations_in
+from florence_bt.trees.language.declarations import own_declarations
+from florence_bt.trees.language.declared_skills import read_skills_file
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 
 
@@ -44,12 +44,6 @@ def test_one_broken_file_does_not_take_the_others_away(tmp_path):
     assert library.add_file(tmp_path / "bad.yaml") is library.get("bad")
 
 
-def module(name, **values):
-    made = ModuleType(name)
-    made.__dict__.update(values)
-    return made
-
-
 def test_a_mission_may_call_those_that_lie_beside_its_file_and_so_may_they(tmp_path):
     calls = {"first": ["known", "second", "nowhere"], "second": ["first", "third"], "third": ["known"]}
     for name, called in calls.items():
@@ -62,25 +56,9 @@ def test_a_mission_may_call_those_that_lie_beside_its_file_and_so_may_they(tmp_p
     assert sorted(library.names()) == ["first", "known", "second", "third"]
 
 
-def test_declarations_are_collected_by_their_type():
-    one, two = SkillDeclaration("one", "1"), SkillDeclaration("two", "2")
-    found = declarations_in([module("b", TWO=two, ALIAS=two, ALL=(two,)), module("a", ONE=one, OTHER=5)])
-    assert found == {"one": one, "two": two}
-    assert list(found) == ["one", "two"]
-
-
-def test_two_skills_of_one_name():
-    modules = [module("a", X=SkillDeclaration("x", "1")), module("b", X=SkillDeclaration("x", "2"))]
-    with pytest.raises(ConfigError, match="two skills are called 'x': in a and in b"):
-        declarations_in(modules)
-
-
-@pytest.mark.parametrize("name", ["sequence", "because", "Turn", "a b", ""])
-def test_names_that_a_skill_cannot_have(name):
-    with pytest.raises(ConfigError, match="cannot be called"):
-        declarations_in([module("a", X=SkillDeclaration(name, "1"))])
-
-
-def test_the_real_declarations():
-    assert {"navigate_to", "turn", "look_for_user"} <= set(collect_declarations())
-    assert "florence_bt.skills" in sys.modules
+def test_our_own_skills_are_declared_once_and_without_mistakes():
+    files = list(Path(florence_bt.skills.__file__).parent.rglob("*.skills.yaml"))
+    declared = own_declarations()
+    assert {"navigate_to", "turn", "look_for_user"} <= declared.keys() and not declared.findings
+    assert sum(len(read_skills_file(file).declarations) for file in files) == len(declared)
+    assert own_declarations() is declared, "read once"

@@ -126,9 +126,12 @@ def test_the_page_of_the_skills_is_current():
     )
 
 
-def test_the_example_of_a_declared_skill_is_read(tmp_path):
-    (block,) = re.findall(r"```yaml skills\n(.*?)```", TEXT, re.DOTALL)
-    file = tmp_path / "mine.skills.yaml"
-    file.write_text(block)
-    declared = read_skills_file(file)
-    assert list(declared.declarations) == ["open_fridge"] and not declared.findings
+def test_the_examples_of_declared_skills_are_read(tmp_path):
+    texts = [TEXT, (DOCS / "manual" / "skills_without_code.md").read_text()]
+    blocks = [block for text in texts for block in re.findall(r"```yaml skills\n(.*?)```", text, re.DOTALL)]
+    assert len(blocks) == 3
+    for block in blocks:
+        file = tmp_path / "mine.skills.yaml"
+        file.write_text(block)
+        declared = read_skills_file(file)
+        assert declared.declarations and not declared.findings

@@ -64,8 +64,8 @@ from florence_bt.skills.navigation.navigate.actions.node import (
     GoalAction,
     filled,
 )
+from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.costmap import Costmap
-from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan

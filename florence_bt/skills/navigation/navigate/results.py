@@ -2,93 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from florence_bt.core.declaration import CodeGroup, SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 
-HELD_FAILURES = {
-    "wheel_drop": "a wheel of the base hangs in the air",
-    "overcurrent": "a wheel of the base is blocked: its motor draws too much current",
-    "no_response": "the base does not answer, or does not follow its commands",
-    "charger": "the charger is plugged into the base",
-    "battery": "the battery of the base is empty",
-}
+HELD = ("wheel_drop", "overcurrent", "no_response", "charger", "battery")
 """What keeps the base from every motion, a goal ends at once (codes of florence_interfaces/StopReason)."""
 
-TOUCH_FAILURES = {
-    "bumper": "a bumper is pressed, and backing off did not release it",
-    "cliff": "a cliff sensor misses the floor, and backing off did not help",
-    "dock": "the base stands on its dock, and backing off did not help",
-}
+TOUCHES = ("bumper", "cliff", "dock")
 """What keeps the base from driving forward; a drive backs off first, a turn in place is not touched by it."""
-
-NAVIGATE_FAILURES = {
-    "no_path": "no way leads to the goal",
-    "goal_occupied": "the robot does not fit at the goal",
-    "goal_outside": "the goal lies outside of the map, or where it knows nothing",
-    "start_outside": "the robot is outside of the map",
-    "blocked": "something stands in the way, and waiting, turning and looking for another way did not help",
-    "no_progress": "the robot does not get any nearer",
-    "no_pose": "the robot does not know where it is in the map, or the odometry is silent",
-    "no_scan": "no laser scan came for too long; without it the robot does not move",
-    "no_transform": "the goal's frame is not connected to the map",
-    **TOUCH_FAILURES,
-    **HELD_FAILURES,
-}
-"""The codes of ``navigate_to``."""
-
-TURN_FAILURES = {
-    "collision_ahead": "the robot would hit something while turning",
-    "turn_failed": "the server could not turn the robot; the reason says more",
-    "time_allowance": "the turn took longer than allowed",
-    "no_pose": NAVIGATE_FAILURES["no_pose"],
-    "no_scan": NAVIGATE_FAILURES["no_scan"],
-    **HELD_FAILURES,
-}
-"""The codes of ``turn``."""
-
-PLAN_FAILURES = {
-    **{
-        code: NAVIGATE_FAILURES[code]
-        for code in ("no_path", "goal_occupied", "goal_outside", "start_outside")
-    },
-    "start_occupied": "the place to start from lies in an obstacle",
-    **{code: NAVIGATE_FAILURES[code] for code in ("no_pose", "no_transform")},
-}
-"""The codes of ``plan_to``."""
-
-STRAIGHT_FAILURES = {
-    "collision_ahead": "something is in the way",
-    "drive_failed": "the server could not drive the robot; the reason says more",
-    "time_allowance": "the drive took longer than allowed",
-    "no_pose": "the odometry is silent",
-    "no_scan": NAVIGATE_FAILURES["no_scan"],
-    **TOUCH_FAILURES,
-    **HELD_FAILURES,
-}
-"""The codes of ``drive_back`` and ``drive_straight``."""
-
-FOLLOW_FAILURES = {
-    "user_lost": "the person is out of sight, also from where they were seen last",
-    **{
-        code: NAVIGATE_FAILURES[code]
-        for code in ("blocked", "no_pose", "no_scan", *TOUCH_FAILURES, *HELD_FAILURES)
-    },
-}
-"""The codes of ``follow_user``."""
-
-APPROACH_FAILURES = {
-    "user_lost": "nobody is, or nobody is any more, where the person should be",
-    "blocked": "something stands in the way, and did not go away",
-    "no_progress": NAVIGATE_FAILURES["no_progress"],
-    "no_pose": "the odometry is silent",
-    "no_scan": NAVIGATE_FAILURES["no_scan"],
-    **TOUCH_FAILURES,
-    **HELD_FAILURES,
-}
-"""The codes of ``approach_person``."""
 
 NO_POSE = "the robot does not know where it is in the map"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
@@ -96,38 +20,8 @@ MAP_IS_FIXED = (
     "the map does not grow, so there is nothing to explore (would have worked: florence up --mapping)"
 )
 OUT_OF_REACH = "the map ends, as wide as a door, where the robot neither gets to nor sees more"
-FRONTIER_FAILURES = {
-    "nothing_left": "the robot has seen all that it can get to",
-    "out_of_reach": "as nothing_left, but the map ends somewhere as wide as a door: a room may be missing",
-    "no_pose": NAVIGATE_FAILURES["no_pose"],
-    "map_is_fixed": "the map is not being made: the system runs without --mapping",
-}
-"""The codes of ``get_frontier``."""
 
-UNREACHABLE = CodeGroup(
-    "unreachable",
-    frozenset(
-        {
-            *("no_path", "goal_occupied", "goal_outside"),
-            *("blocked", "no_progress", "collision_ahead", "timed_out"),
-            *TOUCH_FAILURES,
-        }
-    ),
-    "the robot does not get to a place, or not in time; it may well get to another one",
-)
-"""What is a matter of the place where the robot was to go."""
-STOPPED_BY_BASE = CodeGroup(
-    "stopped_by_base",
-    frozenset({*TOUCH_FAILURES, *HELD_FAILURES}),
-    "the base does not let the robot drive",
-)
-"""What is a matter of the base itself."""
-DRIVING_GROUPS = (UNREACHABLE, STOPPED_BY_BASE)
-"""The groups of the codes of every drive."""
-PERSON_GROUPS = (*DRIVING_GROUPS, CodeGroup("not_found", frozenset({"user_lost"})))
-"""The groups of the codes of a drive to a person."""
-
-STOP_CODES = {code: 10001 + place for place, code in enumerate((*HELD_FAILURES, *TOUCH_FAILURES))}
+STOP_CODES = {code: 10001 + place for place, code in enumerate((*HELD, *TOUCHES))}
 """Our code -> error_code of both actions; Nav2 has none for them and leaves numbers from 10000 on free."""
 
 SERVER_CODES = {
@@ -215,7 +109,7 @@ SPIN_CODES_BY_NUMBER = {
     702: "no_pose",
     703: "collision_ahead",
     707: "no_scan",
-    **{STOP_CODES[code]: code for code in HELD_FAILURES},
+    **{STOP_CODES[code]: code for code in HELD},
 }
 """error_code of Spin -> our code."""
 
@@ -228,6 +122,10 @@ def _straight_codes(codes: dict[str, int], unknown: int) -> dict[int, str]:
 BACK_UP_CODES_BY_NUMBER = _straight_codes(BACK_UP_SERVER_CODES, 710)
 HEADING_CODES_BY_NUMBER = _straight_codes(HEADING_SERVER_CODES, 720)
 """error_code of BackUp and DriveOnHeading -> our code."""
+FOLLOW_CODES_BY_NUMBER = {
+    SERVER_CODES[code]: code for code in ("user_lost", "blocked", "no_pose", "no_scan", *TOUCHES, *HELD)
+}
+"""error_code of FollowUser -> our code."""
 
 
 def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
@@ -239,12 +137,15 @@ def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
     return failure(code or "rejected", reason or "the server gave no reason; its log may say more")
 
 
-def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outcome: Outcome) -> Result:
+def result_from_server(
+    skill: str, codes: Mapping[int, str], unknown: str, message: Any, outcome: Outcome
+) -> Result:
     """Return our result for the answer of an action server, ours or Nav2's, without outputs.
 
     Args:
         skill: The skill that the action is.
-        unknown: The code for an error number that the declaration does not have.
+        codes: Error number of the server -> our code.
+        unknown: The code for any other error number.
         message: The result message, with ``error_code`` and ``error_msg``.
         outcome: How the goal ended.
     """
@@ -253,8 +154,8 @@ def result_from_server(skill: SkillDeclaration, unknown: str, message: Any, outc
     number, text = message.error_code, message.error_msg
     if outcome is Outcome.CANCELLED:
         return cancelled(text or "cancelled on request")
-    code = skill.server_codes.get(number, unknown)
-    return failure(code, text or f"{skill.name} failed with error code {number}")
+    code = codes.get(number, unknown)
+    return failure(code, text or f"{skill} failed with error code {number}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,12 +175,12 @@ class BaseStop:
     @property
     def holds_all(self) -> bool:
         """Whether no motion is possible: a goal ends at once."""
-        return self.code in HELD_FAILURES
+        return self.code in HELD
 
     @property
     def holds_forward(self) -> bool:
         """Whether the base can still back off and turn."""
-        return self.code in TOUCH_FAILURES
+        return self.code in TOUCHES
 
     def failure(self, text: str = "") -> Result:
         """End a goal because of it, with another text than its own where one is given."""

@@ -11,6 +11,7 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.sensing import TrackedUser
@@ -18,6 +19,13 @@ from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
 _Sample = tuple[float, TrackedUser]
 """Time and what the tracker said."""
+
+GOAL_LIMITS = {
+    "window": Port(Kind.DURATION, "", 5.0, 0.5, 15.0),
+    "user_id": Port(Kind.INTEGER, "", 0, 0),
+    **dict.fromkeys(("x", "y"), Port(Kind.LENGTH, "", 0.0)),
+}
+"""What a goal of look_for_user may hold, whoever sends it; a window of 0 is the default."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,13 +41,13 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
+from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
-from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.evidence import Verdict, Verifier, verdicts
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
-from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
+from florence_bt.skills.people.user_tracker.look import GOAL_LIMITS, LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.markers import markers_of
 from florence_bt.skills.people.user_tracker.parameters import (
     ColourParameters,
@@ -337,10 +337,10 @@ class UserTrackerNode(FlorenceNode):
     # ---- looks ----------------------------------------------------------------------------------------
 
     def _on_goal(self, goal: LookAction.Goal) -> str | None:
-        window = float(goal.window) or float(LOOK_FOR_USER.inputs["window"].default)
+        window = float(goal.window) or float(GOAL_LIMITS["window"].default)
         given = {"window": window, "user_id": goal.user_id, "x": float(goal.x), "y": float(goal.y)}
         for name, value in given.items():
-            problem = LOOK_FOR_USER.inputs[name].problem_with(value)
+            problem = GOAL_LIMITS[name].problem_with(value)
             if problem:
                 return f"{name}: {problem}"
         if not self._tracker.running:
@@ -403,7 +403,7 @@ def _users_to_ros(users: tuple[TrackedUser, ...]) -> TrackedUsers:
 
 def _look_to_ros(result: Result, pictures: int) -> LookAction.Result:
     if not result.succeeded:
-        number = {code: number for number, code in LOOK_FOR_USER.server_codes.items()}[result.code]
+        number = {code: number for number, code in LOOK_CODES_BY_NUMBER.items()}[result.code]
         return LookAction.Result(error_code=number, error_msg=result.reason, pictures=pictures)
     user = result.outputs["user"]
     return LookAction.Result(

@@ -1,4 +1,4 @@
-"""What missions know of the time of day, and how it is served.
+"""How the skills of the time of day are served.
 
 ``wait_until: "22:00"`` is made of these skills. The moment is looked up once and stands in a key, and so in
 the journal: a mission that goes on after a restart waits for the same moment.
@@ -11,31 +11,11 @@ from collections.abc import Callable
 from datetime import datetime, timedelta
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ClockBinding
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill
 
 _TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
-
-LOOK_UP_TIME = SkillDeclaration(
-    name="look_up_time",
-    summary="Look up when it is a time of day the next time",
-    inputs={"time": Port(Kind.TEXT, "hours and minutes, such as 22:00")},
-    outputs={"date": Port(Kind.NUMBER, "the moment, in seconds since 1970")},
-    failures={"no_time": "the text is no time of day"},
-    deadline_s=5.0,
-)
-
-TIME_REACHED = SkillDeclaration(
-    name="time_reached",
-    summary="Check that a moment has come",
-    inputs={"date": Port(Kind.NUMBER, "the moment, in seconds since 1970")},
-    failures={"too_early": "the moment has not come yet"},
-    deadline_s=5.0,
-    instant=True,
-    reports_changes=True,
-)
 
 
 def next_moment(text: str, now: float) -> float | None:
@@ -92,6 +72,6 @@ def _look_up(clock: Clock, date: Callable[[], float]) -> InstantSkill:
 
 
 BINDINGS = (
-    ClockBinding(skill=LOOK_UP_TIME, make=_look_up),
-    ClockBinding(skill=TIME_REACHED, make=TimeReached),
+    ClockBinding(skill="look_up_time", make=_look_up),
+    ClockBinding(skill="time_reached", make=TimeReached),
 )

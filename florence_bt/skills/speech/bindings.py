@@ -1,10 +1,9 @@
-"""What missions may say to people and wait for from them, and how it is served."""
+"""How the skills that say something to people, and wait for their answer, are served."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.serving import ActionBinding, PublicationBinding, QuestionBinding
 
@@ -17,39 +16,6 @@ PROGRAM_FAILED = 1
 ANSWERS_KEPT_S = 3.0
 """Chosen: people are up to a second late, and a program that listens needs one or two more."""
 
-SAY = SkillDeclaration(
-    name="say",
-    summary="Say a text, and go on when it has been said",
-    inputs={"text": Port(Kind.TEXT, "what to say, up to 1000 characters")},
-    failures={"not_said": "the program that speaks failed"},
-    resources=frozenset({"voice"}),
-    deadline_s=120.0,
-)
-
-CALL_FOR_HELP = SkillDeclaration(
-    name="call_for_help",
-    summary="Tell that a person needs help; a program that calls somebody listens on the topic `help`",
-    inputs={"text": Port(Kind.TEXT, "what has happened, and where")},
-    deadline_s=10.0,
-)
-
-WAIT_FOR_ANSWER = SkillDeclaration(
-    name="wait_for_answer",
-    summary="Wait for an answer: a button of the home sensors, `florence answer`, the topic `answer`",
-    inputs={
-        "time_limit": Port(Kind.DURATION, "how long to wait", default=30.0, minimum=1.0, maximum=600.0),
-        "choices": Port(
-            Kind.LIST_OF_TEXT,
-            "the answers that the mission understands: `florence answer` lists them, the page has a button "
-            "for each; any other is taken, too",
-            default=(),
-        ),
-    },
-    outputs={"answer": Port(Kind.TEXT, "the name of the button, or the first 200 characters of what came")},
-    failures={"no_answer": "nobody answered in time"},
-    deadline_s=610.0,
-)
-
 
 def _said(message: Any, outcome: Outcome) -> Result:
     if outcome is Outcome.CANCELLED:
@@ -61,7 +27,7 @@ def _said(message: Any, outcome: Outcome) -> Result:
 
 BINDINGS = (
     ActionBinding(
-        skill=SAY,
+        skill="say",
         interface="florence_interfaces/action/Speak",
         name="speak",
         request=lambda inputs: {"text": inputs["text"]},
@@ -71,13 +37,13 @@ BINDINGS = (
         start_in_rig=lambda voice, inputs: voice.say(inputs["text"]),
     ),
     PublicationBinding(
-        skill=CALL_FOR_HELP,
+        skill="call_for_help",
         interface="std_msgs/msg/String",
         name="help",
         message=lambda inputs: {"data": inputs["text"]},
     ),
     QuestionBinding(
-        skill=WAIT_FOR_ANSWER,
+        skill="wait_for_answer",
         interface="std_msgs/msg/String",
         name="answer",
         said="speaking",

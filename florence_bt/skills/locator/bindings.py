@@ -1,11 +1,10 @@
-"""What missions may ask of the locator, and how it is served."""
+"""How the skills of the locator are served."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
@@ -14,91 +13,6 @@ from florence_bt.core.skill import Inputs
 
 NO_POSE = "the robot does not know where it is: no transform from map to base_link"
 USER_UNKNOWN = "nobody has said yet where the user is (setUserPosRoom or setUserPosXYPhi would)"
-
-GET_USER_ROOM = SkillDeclaration(
-    name="get_user_room",
-    summary="Look up the room where the user was last known to be, how long ago, and by which sensor",
-    outputs={
-        "room": Port(Kind.TEXT, "the label of the room", names="room"),
-        "age": Port(Kind.DURATION, "how long ago that was"),
-        "source": Port(Kind.TEXT, "what said so: a home sensor, or the topic or service that was used"),
-    },
-    failures={"user_unknown": "nobody has said yet where the user is"},
-    deadline_s=5.0,
-    instant=True,
-)
-
-GET_HOTSPOT = SkillDeclaration(
-    name="get_hotspot",
-    summary="Look up the pose that belongs to the label of a room or an object",
-    inputs={"label": Port(Kind.TEXT, "the label of the hotspot", names="hotspot")},
-    outputs={"pose": Port(Kind.POSE, "where the robot is to stand")},
-    failures={"unknown_hotspot": "no hotspot has this label"},
-    deadline_s=5.0,
-    instant=True,
-)
-
-GET_VIEW = SkillDeclaration(
-    name="get_view",
-    summary="Look up a place from which a room can be seen: the hotspot, then what shows most of the rest",
-    inputs={
-        "room": Port(Kind.TEXT, "the label of the room", names="room"),
-        "number": Port(
-            Kind.INTEGER, "1 for the hotspot of the room; each number shows something new", minimum=1
-        ),
-    },
-    outputs={"pose": Port(Kind.POSE, "where the robot is to stand, towards what is new there")},
-    failures={
-        "no_more_views": "the room has no further place that shows something new, or there is no such room"
-    },
-    deadline_s=10.0,
-)
-
-ROBOT_IN_ROOM = SkillDeclaration(
-    name="robot_in_room",
-    summary="Check that the robot is in a room",
-    inputs={"room": Port(Kind.TEXT, "the label of the room", names="room")},
-    failures={
-        "elsewhere": "the robot is in another room",
-        "no_pose": "the robot does not know where it is",
-    },
-    deadline_s=5.0,
-    instant=True,
-)
-
-GET_ROBOT_POSE = SkillDeclaration(
-    name="get_robot_pose",
-    summary="Look up where the robot is",
-    outputs={"pose": Port(Kind.POSE, "the robot's pose")},
-    failures={"no_pose": "the robot does not know where it is"},
-    deadline_s=5.0,
-    instant=True,
-)
-
-GET_ROOMS = SkillDeclaration(
-    name="get_rooms",
-    summary="List the rooms to visit: first where the user is likely to be, then one near the other",
-    inputs={
-        "rooms": Port(
-            Kind.LIST_OF_TEXT,
-            "the rooms to visit, in this order; without it all rooms, the likely ones first",
-            default=(),
-            names="room",
-        ),
-    },
-    outputs={"rooms": Port(Kind.LIST_OF_TEXT, "the labels of the rooms, each once", names="room")},
-    failures={"unknown_room": "one of the rooms to visit is not a room"},
-    deadline_s=5.0,
-    instant=True,
-)
-
-SET_USER_POSITION = SkillDeclaration(
-    name="set_user_position",
-    summary="Remember where the user is, unless the map has an obstacle there",
-    inputs={"user": Port(Kind.POSE, "where the user is")},
-    deadline_s=5.0,
-    instant=True,
-)
 
 
 def _pose(message: Any) -> Pose2:
@@ -130,7 +44,7 @@ def _labels(texts: Iterable[str]) -> tuple[str, ...]:
 
 BINDINGS = (
     ServiceBinding(
-        skill=GET_USER_ROOM,
+        skill="get_user_room",
         interface="florence_interfaces/srv/GetUserSeen",
         name="florenceLocator/getUserSeen",
         result=lambda message: (
@@ -142,7 +56,7 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: locator.get_user_room(),
     ),
     ServiceBinding(
-        skill=GET_HOTSPOT,
+        skill="get_hotspot",
         interface="florence_interfaces/srv/GetHotspot",
         name="florenceLocator/getHotspot",
         request=lambda inputs: {"label": inputs["label"]},
@@ -153,7 +67,7 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
     ),
     ServiceBinding(
-        skill=GET_VIEW,
+        skill="get_view",
         interface="florence_interfaces/srv/GetView",
         name="florenceLocator/getView",
         request=lambda inputs: {"room": inputs["room"], "number": inputs["number"]},
@@ -164,7 +78,7 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: locator.get_view(inputs["room"], inputs["number"]),
     ),
     ServiceBinding(
-        skill=ROBOT_IN_ROOM,
+        skill="robot_in_room",
         interface="florence_interfaces/srv/GetRoom",
         name="florenceLocator/getRobotPosRoom",
         result=lambda message: success(room=message.room) if message.valid else failure("no_pose", NO_POSE),
@@ -173,7 +87,7 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: locator.robot_in_room(inputs["room"]),
     ),
     ServiceBinding(
-        skill=GET_ROBOT_POSE,
+        skill="get_robot_pose",
         interface="florence_interfaces/srv/GetXYPhi",
         name="florenceLocator/getRobotPosXYPhi",
         result=lambda message: success(pose=_pose(message)) if message.valid else failure("no_pose", NO_POSE),
@@ -181,7 +95,7 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: locator.get_robot_pose(),
     ),
     ServiceBinding(
-        skill=GET_ROOMS,
+        skill="get_rooms",
         interface="std_srvs/srv/Trigger",
         name="florenceLocator/getRooms",
         result=lambda message: success(rooms=message.message),
@@ -190,7 +104,7 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: _rooms(inputs, success(rooms=", ".join(locator.likely_rooms()))),
     ),
     ServiceBinding(
-        skill=SET_USER_POSITION,
+        skill="set_user_position",
         interface="florence_interfaces/srv/SetXYPhi",
         name="florenceLocator/setUserPosXYPhi",
         request=lambda inputs: {"x": inputs["user"].x, "y": inputs["user"].y, "phi": inputs["user"].yaw},

@@ -1,0 +1,18 @@
+"""How it is decided what missions leave to chance."""
+
+from __future__ import annotations
+
+import random
+
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.serving import AnswerBinding
+from florence_bt.core.skill import Inputs
+
+
+def _pick(inputs: Inputs) -> Result:
+    if not inputs["items"]:
+        return failure("nothing_to_pick", "there is nothing to choose from")
+    return success(item=random.choice(inputs["items"]))
+
+
+BINDINGS = (AnswerBinding(skill="pick_random", answer=_pick),)

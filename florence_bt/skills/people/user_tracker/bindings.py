@@ -1,0 +1,74 @@
+"""How the skills of the user tracker are served."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.serving import ActionBinding, ConditionBinding, ServiceBinding
+from florence_bt.core.skill import Inputs
+
+LOOK_CODES_BY_NUMBER = {1: "no_user_seen", 2: "no_image"}
+"""error_code of LookForUser -> our code."""
+
+
+def _lies(inputs: Inputs, message: Any) -> Result:
+    return success() if message.data else failure("nobody_lies", "nobody is seen to lie on the floor")
+
+
+def _switched(message: Any) -> Result:
+    return success() if message.success else failure("tracker_failed", message.message or "it answered no")
+
+
+def _looked(message: Any, outcome: Outcome) -> Result:
+    if outcome is Outcome.CANCELLED:
+        return cancelled()
+    if not message.found:
+        code = LOOK_CODES_BY_NUMBER.get(message.error_code, "no_user_seen")
+        return failure(code, message.error_msg or "no user seen")
+    user = Pose2(message.x, message.y, message.phi)
+    return success(
+        user=user,
+        distance=message.distance,
+        user_id=message.user_id,
+        posture=message.posture,
+        height=message.height,
+    )
+
+
+BINDINGS = (
+    ServiceBinding(
+        skill="start_tracker",
+        interface="std_srvs/srv/Trigger",
+        name="user_tracker_ni_node/Start",
+        result=_switched,
+        component="people",
+        start_in_rig=lambda people, inputs: people.start_tracker(),
+    ),
+    ServiceBinding(
+        skill="stop_tracker",
+        interface="std_srvs/srv/Trigger",
+        name="user_tracker_ni_node/Stop",
+        result=_switched,
+        component="people",
+        start_in_rig=lambda people, inputs: people.stop_tracker(),
+    ),
+    ActionBinding(
+        skill="look_for_user",
+        interface="florence_interfaces/action/LookForUser",
+        name="look_for_user",
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in ("window", "x", "y")},
+        },
+        error_codes=LOOK_CODES_BY_NUMBER,
+        result=_looked,
+        feedback=lambda message: f"looking; people seen so far: {message.users_seen}",
+        component="people",
+        start_in_rig=lambda people, inputs: people.look(**inputs),
+    ),
+    ConditionBinding(
+        skill="user_lying", interface="std_msgs/msg/Bool", name="user_lying", judge=_lies, max_age_s=2.0
+    ),
+)
