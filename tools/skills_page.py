@@ -12,7 +12,7 @@ from pathlib import Path
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language.code_groups import groups_of
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import STOCK, read_skills_file
 from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.outcomes import OWN_CODES
@@ -42,7 +42,7 @@ _SERVED = {"action": "action", "srv": "service", "msg": "topic"}
 def skills_page() -> str:
     """Write the page in Markdown."""
     stock = read_skills_file(STOCK)
-    declarations = dict(sorted({**stock.declarations, **collect_declarations(third_party=False)}.items()))
+    declarations = dict(sorted({**stock.declarations, **own_declarations()}.items()))
     common = [f"- `{code}`: {meaning}" for code, meaning in {**COMMON_CODES, **OWN_CODES}.items()]
     parts = [_HEAD, *common]
     parts += ["", *_groups(declarations)]

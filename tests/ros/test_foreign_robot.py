@@ -16,7 +16,7 @@ pytest.importorskip("nav2_msgs")
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.runtime.node import MissionNode
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import mappings_in
 from tests.ros.conftest import Child, MissionBench, RosBench
 
@@ -54,7 +54,7 @@ class ForeignBench(MissionBench):
                 skills,
                 {
                     **{name: mapping.declaration for name, mapping in mappings.items()},
-                    **collect_declarations(third_party=False),
+                    **own_declarations(),
                 },
                 parameters={"runs_folder": str(runs), "mission_folders": (str(EXAMPLE / "missions"),)},
             )

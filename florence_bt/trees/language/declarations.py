@@ -20,18 +20,11 @@ class Declarations(dict[str, SkillDeclaration]):
 
     Attributes:
         findings: What is wrong with the files, and the skills of installed packages that do not count.
-        owners: Skill of an installed package -> who brought it.
     """
 
-    def __init__(
-        self,
-        skills: Iterable[SkillDeclaration] = (),
-        findings: Iterable[Finding] = (),
-        owners: Iterable[tuple[str, str]] = (),
-    ) -> None:
+    def __init__(self, skills: Iterable[SkillDeclaration] = (), findings: Iterable[Finding] = ()) -> None:
         super().__init__(sorted((skill.name, skill) for skill in skills))
         self.findings = tuple(findings)
-        self.owners = dict(owners)
 
 
 @cache
@@ -46,18 +39,13 @@ def own_declarations() -> Declarations:
     return Declarations(declared.values(), findings)
 
 
-def collect_declarations(*, third_party: bool = True) -> Declarations:
+def collect_declarations() -> Declarations:
     """Collect every declaration of our own skills, and those of installed packages.
 
     Those of a package stand in the module that its entry point in the group ``florence_bt.skills`` names.
     What is wrong is in the findings.
-
-    Args:
-        third_party: Whether to look at installed packages.
     """
     own = own_declarations()
-    if not third_party:
-        return own
     packages = ThirdParty()
     further: dict[str, SkillDeclaration] = {}
     owners: dict[str, str] = {}
@@ -70,9 +58,7 @@ def collect_declarations(*, third_party: bool = True) -> Declarations:
                 packages.refuse(owner, f"a skill cannot be called {skill.name!r}", "verb_noun")
             else:
                 further[skill.name], owners[skill.name] = skill, owner
-    return Declarations(
-        [*own.values(), *further.values()], [*own.findings, *packages.findings], owners.items()
-    )
+    return Declarations([*own.values(), *further.values()], [*own.findings, *packages.findings])
 
 
 def skills_in(module: ModuleType) -> Iterator[SkillDeclaration]:

@@ -10,7 +10,7 @@ from florence_bt.cli.application import app
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 from florence_bt.trees.checks.lint import check
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import is_skills_file
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -19,7 +19,7 @@ EXAMPLES = ROOT / "examples" / "missions"
 FOLDERS = (EXAMPLES, EXAMPLES / "first_steps")
 FILES = [path for folder in FOLDERS for path in sorted(folder.glob("*.yaml"))]
 MISSIONS = [path for path in FILES if not is_skills_file(path)]
-DECLARATIONS = collect_declarations(third_party=False)
+DECLARATIONS = own_declarations()
 LIBRARY = MissionLibrary.load(list(FOLDERS), third_party=False)
 LIBRARIES = Libraries()
 READS = {

@@ -5,7 +5,7 @@ import pytest
 from florence_bt.core.declaration import CodeGroup, SkillDeclaration
 from florence_bt.core.outcome import failure
 from florence_bt.trees.language.code_groups import by_code, codes_named, groups_of
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import read_skills_file, skills_document
 from tests.unit.trees.language import ENDLESS, Play, takes
 
@@ -117,11 +117,11 @@ def test_a_code_counts_before_a_group_and_a_group_has_its_own_name():
 
 
 def test_the_skills_declare_groups_together():
-    groups = groups_of(collect_declarations(third_party=False))
+    groups = groups_of(own_declarations())
     assert set(groups) == {"unreachable", "not_found", "stopped_by_base"}
     assert {"no_path", "pose_occupied", "timed_out"} <= groups["unreachable"].codes
     assert groups["not_found"].codes == {"no_user_seen", "user_lost"}
-    declared = collect_declarations(third_party=False)
+    declared = own_declarations()
     known = {code for skill in declared.values() for code in skill.failures} | {"timed_out"}
     assert all(group.meaning and group.codes <= known for group in groups.values())
 

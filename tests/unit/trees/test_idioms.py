@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from florence_bt.trees.checks.lint import check
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
 IDIOMS = (Path(__file__).parents[3] / "docs" / "manual" / "idioms.md").read_text()
 SNIPPETS = re.findall(r"```yaml(?: node)?\n(.*?)```", IDIOMS, re.DOTALL)
-DECLARATIONS = collect_declarations(third_party=False)
+DECLARATIONS = own_declarations()
 
 
 def as_mission(snippet):

@@ -14,7 +14,7 @@ from florence_bt.core.outcome import Outcome, Result
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.compile import compile_mission
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import read_skills_file
 from florence_bt.trees.language.expressions.parser import FUNCTIONS
 from florence_bt.trees.language.inputs import parse_inputs
@@ -30,7 +30,7 @@ TEXT = (DOCS / "reference" / "missions.md").read_text()
 BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", TEXT, re.DOTALL)
 NODES = [text for kind, text in BLOCKS if kind]
 MISSIONS = [text for kind, text in BLOCKS if not kind]
-DECLARATIONS = collect_declarations(third_party=False)
+DECLARATIONS = own_declarations()
 
 # What an example reads and does not write is an input here.
 GIVEN = {

@@ -11,13 +11,13 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.drawings.draw import FORMATS, draw
 from florence_bt.trees.language.compile import compile_mission
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.findings import has_errors
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
 from tests.ticking import make_context
 
-DECLARATIONS = collect_declarations(third_party=False)
+DECLARATIONS = own_declarations()
 LIBRARY = MissionLibrary.load(third_party=False)
 EVERYTHING = """\
 mission: everything

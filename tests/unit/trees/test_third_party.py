@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from florence_bt.cli import application
 from florence_bt.cli.exit_codes import OK, USAGE
 from florence_bt.trees.checks.lint import check
-from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declarations import collect_declarations, own_declarations
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 
 SKILL = "from florence_bt.core.declaration import SkillDeclaration\n{}\n"
@@ -62,11 +62,10 @@ def test_a_package_brings_skills_and_missions(install):
     )
     declarations, library = collect_declarations(), MissionLibrary.load()
     assert declarations["wave_hand"].summary == "Wave"
-    assert declarations.owners == {"wave_hand": "package waver"}
     assert list(declarations) == sorted(declarations)
     assert check(library.get("greet"), library, declarations) == []
     assert (declarations.findings, library.findings) == ((), [])
-    assert "wave_hand" not in collect_declarations(third_party=False)
+    assert "wave_hand" not in own_declarations()
     assert "greet" not in MissionLibrary.load(built_in=False)
 
 
