@@ -22,10 +22,7 @@ def schema_text(folders: Sequence[Path] = (), hotspots: Path | None = None) -> s
     Raises:
         ConfigError: A folder or the file cannot be read.
     """
-    labels: dict[str, list[str]] = {}
-    if hotspots is not None:
-        known = load_hotspots(hotspots)
-        labels = {"hotspot": list(known.labels()), "room": [room.label for room in known.rooms()]}
+    labels = load_hotspots(hotspots).by_name() if hotspots is not None else {}
     library = MissionLibrary.load(folders)
     skills = {**library.declarations, **collect_declarations()}
     schema = make_schema(dict(sorted(skills.items())), library.missions(), labels)

@@ -108,6 +108,10 @@ class Hotspots:
         """Return the hotspots that are rooms."""
         return tuple(hotspot for hotspot in self if hotspot.kind == ROOM)
 
+    def by_name(self) -> dict[str, list[str]]:
+        """Map what a text of a mission may name (``names`` of a port) to the labels that there are."""
+        return {"hotspot": list(self.labels()), "room": [room.label for room in self.rooms()]}
+
     def room_of(self, x: float, y: float) -> str:
         """Return a point's room: the polygon that contains it, else the nearest room hotspot, else empty."""
         rooms = self.rooms()

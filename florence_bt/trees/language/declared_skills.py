@@ -186,8 +186,8 @@ def _skill(
         if resources
         else frozenset(),
         _deadline(reader, deadline),
-        _is_said(reader, table, "instant"),
-        _is_said(reader, table, "reports_changes"),
+        reader.flag(table.get("instant"), "instant"),
+        reader.flag(table.get("reports_changes"), "reports_changes"),
         groups=_groups(reader, groups),
     )
     paths = _paths(table.get("outputs"))
@@ -198,11 +198,6 @@ def _know_keys(reader: Reader, table: YamlMapping, what: str, known: tuple[str, 
     for key, _ in table.entries:
         if key.text not in known:
             reader.unknown(key.position, f"unknown key of {what} {key.text!r}", key.text, known)
-
-
-def _is_said(reader: Reader, table: YamlMapping, key: str) -> bool:
-    source = table.get(key)
-    return source is not None and reader.choice(source, key, ("true", "false")) == "true"
 
 
 def _with_shared(reader: Reader, table: YamlMapping, file: YamlMapping, title: str) -> YamlNode | None:

@@ -276,7 +276,7 @@ class _Mapping:
             declaration = replace(
                 declaration, failures={**declaration.failures, DEFAULT_CODE: "the server gave the goal up"}
             )
-        latched = self._read_latched()
+        latched = self._reader.flag(self._table.get("latched"), "latched")
         return MessageMapping(
             declaration,
             way,
@@ -301,10 +301,6 @@ class _Mapping:
         if seconds <= 0.0:
             self._error(source.position, "max_age must be above zero", ["5 s"])
         return seconds
-
-    def _read_latched(self) -> bool:
-        source = self._table.get("latched")
-        return source is not None and self._reader.choice(source, "latched", ("true", "false")) == "true"
 
     def _error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         self._reader.error(position, message, tuple(valid))

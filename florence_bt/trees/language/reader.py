@@ -63,6 +63,10 @@ class WordReader(FindingList):
         self.error(source.position, f"{what} cannot be {written!r}", valid)
         return None
 
+    def flag(self, source: YamlNode | None, what: str) -> bool:
+        """Read true or false; false where nothing is written."""
+        return source is not None and self.choice(source, what, ("true", "false")) == "true"
+
     def duration(self, source: YamlNode, what: str) -> float | None:
         """Read a duration in seconds, zero or more."""
         written = _written(source)

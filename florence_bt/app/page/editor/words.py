@@ -123,10 +123,7 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
     Raises:
         ConfigError: A folder or the hotspots cannot be read.
     """
-    labels: dict[str, list[str]] = {}
-    if hotspots is not None:
-        places = load_hotspots(hotspots)
-        labels = {"hotspot": list(places.labels()), "room": [room.label for room in places.rooms()]}
+    labels = load_hotspots(hotspots).by_name() if hotspots is not None else {}
     library = MissionLibrary.load(folders)
     skills = dict(sorted({**library.declarations, **collect_declarations()}.items()))
     schema = make_schema(skills, library.missions(), labels)
