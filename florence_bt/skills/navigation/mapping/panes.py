@@ -35,15 +35,12 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 150, 4, 12
-"""Of so many beams one is looked at; so many of these, in so many scans, with so many in each on the average,
-tell that a gap is a mirror."""
-_NOT_FOLDED = 0.01
-"""Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
-behind."""
-_NOT_FLAT = 0.06
-"""So many of those that are folded at something do not show one and the same wall along the gap: through a
-doorway between two rooms of the same depth they do."""
+_BEAMS, _PLACES = 60, 1
+"""So many beams through it, folded, end at something, and from so many places it shows the laser itself: a
+mirror."""
+_NOT_FOLDED, _PAST = 0.03, 0.25
+"""Of the first, so few end on free floor, or come from behind; and from so few of these places something is seen
+past the laser."""
 _STOPPED, _PASSED = 0.5, 0.1
 """Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
 through."""
@@ -161,10 +158,10 @@ class Evidence:
 
     Attributes:
         folded: Beams whose folded end is at something of the map.
-        flat: As many of these as end in one plane along the gap.
         not_folded: Beams whose folded end is on free floor.
         unknown: Beams whose folded end is where the map knows nothing.
-        scans: In how many scans there were some of the first.
+        itself: From how many places the laser itself was seen, as far behind the gap as it was before it.
+        past: From how many something behind that was seen.
         stopped: The part of the gap that has ended beams that met it squarely.
         passed: The part that has let such beams through.
         behind: Beams that came through it from behind.
@@ -173,10 +170,10 @@ class Evidence:
     """
 
     folded: int
-    flat: int
     not_folded: int
     unknown: int
-    scans: int
+    itself: int
+    past: int
     stopped: float
     passed: float
     behind: int
@@ -190,11 +187,10 @@ class Evidence:
 
     def is_mirror(self, *, known: bool) -> bool:
         """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
-        least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
-        enough = self.folded >= least and self.scans >= _SCANS
-        most = (_DOUBT if known else 1.0) * _NOT_FOLDED * self.folded
-        shows_more = self.folded - self.flat >= _NOT_FLAT * self.folded
-        return enough and shows_more and max(self.not_folded, self.behind) <= most
+        doubt = _DOUBT if known else 1.0
+        enough = self.folded >= max(_BEAMS, self.unknown) and self.itself >= _PLACES
+        seldom = max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
+        return enough and seldom and self.past <= doubt * _PAST * self.itself
 
     def is_glass(self, *, known: bool) -> bool:
         """Tell whether a pane of glass is there; ``known`` as for a mirror."""
@@ -237,7 +233,7 @@ class View:
             c, s = math.cos(pose.yaw), math.sin(pose.yaw)
             turn, place = np.array([[c, s], [-s, c]]), (pose.x, pose.y)
             starts[number] = scan.start.astype(float) @ turn + place
-            ends.append(scan.points[::_EVERY].astype(float) @ turn + place)
+            ends.append(scan.points.astype(float) @ turn + place)
             first[number + 1] = first[number] + len(ends[-1])
         place = grid.origin.x, grid.origin.y
         return View(grid.cells, place, grid.resolution, starts, np.concatenate(ends), first)

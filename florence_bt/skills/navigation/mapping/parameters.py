@@ -41,7 +41,7 @@ class SlamParameters(CheckedParameters):
     loop_least_way: Positive = 8.0
     loop_fit: Annotated[float, Limits(0.0, 1.0)] = 0.6
     find_panes: bool = True
-    find_mirrors: bool = False
+    find_mirrors: bool = True
 
     def _check(self) -> None:
         check_order(self, ("laser_min_range", "map_range"))
