@@ -2,8 +2,8 @@
 
 Glass lets light through, unless it is met almost at a right angle: then enough comes back to the sensor. A
 mirror sends light on, so that the sensor measures the way to whatever it shows, as far as that is: a place
-behind the mirror. Where it is met squarely it shows the sensor itself. Nothing is lost or refracted, and a ray
-is followed over a few surfaces only.
+behind the mirror. Where it is met squarely it shows the sensor itself. Nothing is lost or refracted, and a
+ray is followed over a few surfaces only.
 """
 
 from __future__ import annotations

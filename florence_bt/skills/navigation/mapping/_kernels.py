@@ -20,8 +20,8 @@ _ITSELF_M, _ITSELF, _SIZE_M, _ASKEW = 0.05, 0.03, 0.025, 0.012
 """How far from where a mirror would show the laser a beam may end that is to show it, metres, and the metres
 more for each metre before the gap; half of the laser's width, and how far the heading may be off, radians."""
 _PAST_BEAMS, _ELSEWHERE_M = 2, 0.1
-"""A gap that lets so many beams past where a mirror would show the laser does not show it; scans from so near to
-each other say it once."""
+"""A gap that lets so many beams past where a mirror would show the laser does not show it; scans from so near
+to each other say it once."""
 _GRAZING = 1.0
 """Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
 
@@ -100,11 +100,11 @@ def look_through(
         first: Shape (n + 1,): the first beam of each scan.
 
     Returns:
-        The beams that end behind it and, folded, at something, or on free floor, or where nothing is known; from how
-        many places the laser itself was seen, as a mirror shows it that is met squarely, and from how many something
-        past where it would be; the parts of the gap that have ended a beam that met it squarely, or let it
-        through; the beams that came through it from behind; from where to where along it they are folded
-        (:func:`_best_stretch`).
+        The beams that end behind it and, folded, at something, or on free floor, or where nothing is known;
+        from how many places the laser itself was seen, as a mirror shows it that is met squarely, and from
+        how many something past where it would be; the parts of the gap that have ended a beam that met it
+        squarely, or let it through; the beams that came through it from behind; from where to where along it
+        they are folded (:func:`_best_stretch`).
     """
     rows, columns = cells.shape
     across, low, high = gap
@@ -169,7 +169,11 @@ def look_through(
                 unknown += 1
         if shown > 0 and not math.hypot(u0 - itself_u, height - itself_v) < _ELSEWHERE_M:
             itself, itself_u, itself_v = itself + 1, u0, height
-        elif shown == 0 and looked >= _PAST_BEAMS and not math.hypot(u0 - past_u, height - past_v) < _ELSEWHERE_M:
+        elif (
+            shown == 0
+            and looked >= _PAST_BEAMS
+            and not math.hypot(u0 - past_u, height - past_v) < _ELSEWHERE_M
+        ):
             past, past_u, past_v = past + 1, u0, height
     start, end = _best_stretch(shows)
     stretch = low + start * resolution, low + end * resolution

@@ -3,8 +3,9 @@
 A *gap* is a stretch along the walls between two surfaces that face the robot: a doorway, or a mirror or a
 pane. What was seen through a gap tells which of them it is:
 
-- A mirror shows what is before it. What seems to stand behind it stands, folded over the gap, where the map
-  has something.
+- A mirror shows what is before it: what seems to stand behind it stands, folded over the gap, where the map
+  has something; and where it is met squarely it shows the laser itself. A doorway between two rooms that are
+  mirror images of each other does not.
 - Glass ends the beams that meet it squarely, and none goes through; a doorway lets them through.
 """
 
@@ -35,12 +36,11 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_BEAMS, _PLACES = 60, 1
-"""So many beams through it, folded, end at something, and from so many places it shows the laser itself: a
-mirror."""
+_BEAMS = 60
+"""A mirror shows the laser itself, and so many beams through it, folded, end at something."""
 _NOT_FOLDED, _PAST = 0.03, 0.25
-"""Of the first, so few end on free floor, or come from behind; and from so few of these places something is seen
-past the laser."""
+"""Of the beams, so few end on free floor, folded, or come from behind; and something further away than the
+laser was seen from so few places, to one from which the laser was."""
 _STOPPED, _PASSED = 0.5, 0.1
 """Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
 through."""
@@ -188,7 +188,7 @@ class Evidence:
     def is_mirror(self, *, known: bool) -> bool:
         """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
         doubt = _DOUBT if known else 1.0
-        enough = self.folded >= max(_BEAMS, self.unknown) and self.itself >= _PLACES
+        enough = self.folded >= max(_BEAMS, self.unknown) and self.itself > 0
         seldom = max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
         return enough and seldom and self.past <= doubt * _PAST * self.itself
 
@@ -284,8 +284,6 @@ def find_panes(
     poses: Sequence[Pose2],
     touches: Sequence[Pose2] = (),
     known: Sequence[Pane] = (),
-    *,
-    mirrors: bool,
 ) -> list[Pane]:
     """Find the mirrors and panes of a map.
 
@@ -296,7 +294,6 @@ def find_panes(
         poses: base_footprint at each of them, map frame.
         touches: base_footprint where the bumper met something, turned towards that.
         known: Panes that were found before.
-        mirrors: Whether mirrors are told by what they show.
 
     Returns:
         The panes; what was touched is one where the map shows nothing. Where the robot has driven through
@@ -309,7 +306,7 @@ def find_panes(
     for swap in (False, True):
         felt_at = [_felt(touch, swap=swap) for touch in felt]
         known_at = [_swapped(pane.turned(angle).middle, swap=swap) for pane in known]
-        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at, mirrors=mirrors):
+        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at):
             ends = gap.low - _BESIDE_M, gap.high + _BESIDE_M
             low, high = (_swapped((each, gap.across), swap=swap) for each in ends)
             panes.append(Pane(low, high))
@@ -355,12 +352,12 @@ def _felt(touch: Pose2, *, swap: bool) -> _Felt:
     return _Felt(_swapped(_front(touch), swap=swap), across)
 
 
-def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2], *, mirrors: bool) -> list[Gap]:
+def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
     """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
     found = []
     for gap in view.gaps():
         evidence = view.look(gap)
-        mirror = _mirror_in(view, gap, evidence) if mirrors else None
+        mirror = _mirror_in(view, gap, evidence)
         if mirror is not None and mirror[0].is_mirror(known=any(mirror[1].is_at(place) for place in known)):
             found.append(mirror)
             continue
