@@ -2,7 +2,8 @@
 
 Glass lets light through, unless it is met almost at a right angle: then enough comes back to the sensor. A
 mirror sends light on, so that the sensor measures the way to whatever it shows, as far as that is: a place
-behind the mirror. Nothing is lost or refracted, and a ray is followed over a few surfaces only.
+behind the mirror. Where it is met squarely it shows the sensor itself. Nothing is lost or refracted, and a
+ray is followed over a few surfaces only.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.simulation.sensors._ray_kernels import Floats, Vector, hit, outward_normal
-from florence_bt.simulation.sensors.scene import PLANE, Lens, Shapes
+from florence_bt.simulation.sensors.scene import PLANE, SPHERE, Lens, Shapes
 
 _GLASS = 1
 """``scene.SURFACES``; what is neither plain nor glass is a mirror."""
@@ -23,6 +24,10 @@ _MOST_SURFACES = 6
 _STRAIGHT = math.cos(math.radians(8.0))
 """A ray this straight is sent back by glass (our guess: a scanner sees a pane only where it looks at it
 squarely)."""
+
+_LASER_M, _KINECT_M = 0.025, 0.03
+"""Half of the width of a URG-04LX and of the height of a Kinect: as a ball of this radius a mirror shows the
+sensor. The rest of the robot it does not show."""
 
 _BEYOND_M = 1e-6
 """Where a ray goes on: inside of the pane, whose surface is met from outside only."""
@@ -91,8 +96,14 @@ def _on(start: Vector, along: Vector, t: float) -> Vector:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _followed(shapes: Shapes, start: Vector, along: Vector, first: float, row: int, furthest: float) -> float:
-    """Return how far a ray from a first surface goes: a multiple of its direction; infinite if too far."""
+def _followed(
+    shapes: Shapes, start: Vector, along: Vector, first: float, row: int, furthest: float, housing: Floats
+) -> float:
+    """Return how far a ray from a first surface goes: a multiple of its direction; infinite if too far.
+
+    The sensor, where the ray starts, is a ball with the radius ``housing[0]``: a mirror may show it.
+    """
+    sensor = start
     total, t = 0.0, first
     for _ in range(_MOST_SURFACES):
         if row < 0 or shapes.surface[row] == 0:
@@ -108,6 +119,10 @@ def _followed(shapes: Shapes, start: Vector, along: Vector, first: float, row: i
             along = _on(along, normal, -2.0 * across)
         total += t
         t, row = _nearest(shapes, _on(start, along, _BEYOND_M), along, row, furthest - total)
+        x, y, z = start[0] - sensor[0], start[1] - sensor[1], start[2] - sensor[2]
+        itself = hit(SPHERE, housing, x, y, z, along[0], along[1], along[2])
+        if itself < t:
+            t, row = itself, -1
     return total + t if total + t <= furthest else np.inf
 
 
@@ -124,12 +139,13 @@ def follow_beams(
 ) -> None:
     """Correct what ``cast_fan`` measured where beams met glass or a mirror; arguments as there."""
     start = (origin[0], origin[1], origin[2])
+    housing = np.array([_LASER_M, 0.0, 0.0])
     for beam in range(len(distances)):
         if rows[beam] < 0 or shapes.surface[rows[beam]] == 0:
             continue
         angle = first_angle + increment * beam
         along = _turned(orientation, math.cos(angle), math.sin(angle), 0.0)
-        distances[beam] = _followed(shapes, start, along, distances[beam], rows[beam], max_range)
+        distances[beam] = _followed(shapes, start, along, distances[beam], rows[beam], max_range, housing)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -149,9 +165,10 @@ def follow_pixels(
     focal, cx, cy = lens
     height, width = depth.shape
     start = (origin[0], origin[1], origin[2])
+    housing = np.array([_KINECT_M, 0.0, 0.0])
     for v in range(height):
         for u in range(width):
             if rows[v, u] < 0 or shapes.surface[rows[v, u]] == 0:
                 continue
             along = _turned(orientation, (u - cx) / focal, (v - cy) / focal, 1.0)
-            depth[v, u] = _followed(shapes, start, along, float(depth[v, u]), rows[v, u], max_depth)
+            depth[v, u] = _followed(shapes, start, along, float(depth[v, u]), rows[v, u], max_depth, housing)

@@ -71,10 +71,17 @@ def test_glass_sends_back_only_what_meets_it_straight(tmp_path):
 def test_a_mirror_shows_the_room_behind_itself(tmp_path):
     here = world(tmp_path, "mirror")
     laser = LaserSensor(here, LASER)
-    # 2 m to the mirror and 2.95 m back to the west wall; the robot does not see itself.
-    assert range_at(laser, 0) == pytest.approx(4.95)
+    # 2 m to the mirror and 2.95 m back to the west wall.
+    assert range_at(laser, -2) == pytest.approx(4.95 / math.cos(math.radians(2)), abs=1e-3)
     assert range_at(laser, -11.25) == pytest.approx(4.95 / math.cos(math.radians(11.25)))
     assert range_at(laser, 90) == pytest.approx(1.2), "the crate, without a mirror"
+
+
+def test_a_mirror_met_squarely_shows_the_laser_itself(tmp_path):
+    laser = LaserSensor(world(tmp_path, "mirror"), LASER)
+    # 2 m there, 2 m back to its housing, which is 5 cm wide: 0.36 degrees to each side from 4 m away.
+    assert range_at(laser, 0) == pytest.approx(4.0 - 0.025)
+    assert range_at(laser, 1) == range_at(laser, -1) > 4.9
 
 
 @pytest.mark.parametrize(("surface", "depth"), [("plain", 2.0), ("glass", 3.95), ("mirror", 4.95)])

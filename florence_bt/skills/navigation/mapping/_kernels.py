@@ -16,8 +16,12 @@ _SQUARE, _SQUARER = math.tan(math.radians(8.0)), math.tan(math.radians(6.0))
 """Glass is seen where beams meet it within 8 degrees of a right angle; within 6 it must be."""
 _NOT_SHOWN = 2
 """A beam that is not folded at something weighs as much as so many that are, where a mirror may end."""
-_DEPTHS = 512
-"""Cells behind a gap that are told apart."""
+_ITSELF_M, _ITSELF, _SIZE_M, _ASKEW = 0.05, 0.03, 0.025, 0.012
+"""How far from where a mirror would show the laser a beam may end that is to show it, metres, and the metres
+more for each metre before the gap; half of the laser's width, and how far the heading may be off, radians."""
+_PAST_BEAMS, _ELSEWHERE_M = 2, 0.1
+"""A gap that lets so many beams past where a mirror would show the laser does not show it; scans from so near
+to each other say it once."""
 _GRAZING = 1.0
 """Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
 
@@ -96,19 +100,20 @@ def look_through(
         first: Shape (n + 1,): the first beam of each scan.
 
     Returns:
-        The beams that end behind it, and folded at something, as many of them as lie in one plane along the
-        gap, and on free floor, or where nothing is known; the
-        scans with some of the first; the parts of the gap that have ended a beam that met it squarely, or let
-        it through; the beams that came through it from behind; from where to where along it they are folded
-        (:func:`_best_stretch`).
+        The beams that end behind it and, folded, at something, or on free floor, or where nothing is known;
+        from how many places the laser itself was seen, as a mirror shows it that is met squarely, and from
+        how many something past where it would be; the parts of the gap that have ended a beam that met it
+        squarely, or let it through; the beams that came through it from behind; from where to where along it
+        they are folded (:func:`_best_stretch`).
     """
     rows, columns = cells.shape
     across, low, high = gap
     margin = resolution
     size = max(1, round((high - low) / resolution))
     stopped, passed = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
-    shows, depths = np.zeros(size, np.int64), np.zeros(_DEPTHS, np.int64)
-    folded = not_folded = unknown = scans = behind = 0
+    shows = np.zeros(size, np.int64)
+    folded = not_folded = unknown = behind = itself = past = 0
+    itself_u = itself_v = past_u = past_v = np.inf
     for scan in range(len(starts)):
         height = side * (starts[scan, 1] - across)
         u0 = starts[scan, 0]
@@ -121,7 +126,9 @@ def look_through(
                     u = u0 + (ends[k, 0] - u0) * height / (height - beyond)
                     behind += low + margin < u < high - margin
             continue
-        before = folded
+        shown = looked = 0
+        square = _SIZE_M / (2.0 * height) + _ASKEW if low + margin < u0 < high - margin else 0.0
+        about = _ITSELF_M + _ITSELF * height
         for k in range(first[scan], first[scan + 1]):
             depth = side * (across - ends[k, 1])
             if depth < -_ON_M:
@@ -131,6 +138,11 @@ def look_through(
                 continue
             slope = abs(ends[k, 0] - u0) / (height + depth)
             place = min(size - 1, int((u - low) / resolution))
+            if slope < square and depth > height - about:
+                if depth < height + about:
+                    shown += 1
+                    continue
+                looked += 1
             if slope < _SQUARE:
                 if depth <= _ON_M:
                     stopped[place] = True
@@ -151,17 +163,23 @@ def look_through(
             if most > 50:
                 folded += 1
                 shows[place] += 1 + _NOT_SHOWN
-                depths[min(_DEPTHS - 1, int(depth / resolution))] += 1
             elif cells[row, column] == 0:
                 not_folded += 1
             else:
                 unknown += 1
-        scans += folded > before
-    flat = (depths[:-2] + depths[1:-1] + depths[2:]).max()
+        if shown > 0 and not math.hypot(u0 - itself_u, height - itself_v) < _ELSEWHERE_M:
+            itself, itself_u, itself_v = itself + 1, u0, height
+        elif (
+            shown == 0
+            and looked >= _PAST_BEAMS
+            and not math.hypot(u0 - past_u, height - past_v) < _ELSEWHERE_M
+        ):
+            past, past_u, past_v = past + 1, u0, height
     start, end = _best_stretch(shows)
-    shown = low + start * resolution, low + end * resolution
+    stretch = low + start * resolution, low + end * resolution
     parts = stopped.mean(), passed.mean()
-    return folded, flat, not_folded, unknown, scans, parts[0], parts[1], behind, shown[0], shown[1]
+    counts = folded, not_folded, unknown, itself, past
+    return *counts, parts[0], parts[1], behind, stretch[0], stretch[1]
 
 
 @njit(cache=True)

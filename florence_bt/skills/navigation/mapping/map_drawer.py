@@ -77,10 +77,7 @@ class MapDrawer:
     ) -> tuple[Pane, ...]:
         """Find the panes that are near to the robot, and keep the others; all anew without a place."""
         if here is None:
-            found = find_panes(
-                grid, self._angle, scans, poses, touches, self.panes, mirrors=self._p.find_mirrors
-            )
-            return self._known(found)
+            return self._known(find_panes(grid, self._angle, scans, poses, touches, self.panes))
         around = [number for number, pose in enumerate(poses) if here.distance_to(pose) <= _SEEN_M]
         found = find_panes(
             _window(grid, here, _SEEN_M),
@@ -89,7 +86,6 @@ class MapDrawer:
             [poses[number] for number in around],
             [touch for touch in touches if here.distance_to(touch) <= _SEEN_M],
             self.panes,
-            mirrors=self._p.find_mirrors,
         )
         place = here.x, here.y
         far = [each for each in self.panes if math.dist(each.middle, place) > _NEAR_M]

@@ -3,8 +3,9 @@
 A *gap* is a stretch along the walls between two surfaces that face the robot: a doorway, or a mirror or a
 pane. What was seen through a gap tells which of them it is:
 
-- A mirror shows what is before it. What seems to stand behind it stands, folded over the gap, where the map
-  has something.
+- A mirror shows what is before it: what seems to stand behind it stands, folded over the gap, where the map
+  has something; and where it is met squarely it shows the laser itself. A doorway between two rooms that are
+  mirror images of each other does not.
 - Glass ends the beams that meet it squarely, and none goes through; a doorway lets them through.
 """
 
@@ -35,15 +36,11 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_EVERY, _BEAMS, _SCANS, _IN_A_SCAN = 2, 150, 4, 12
-"""Of so many beams one is looked at; so many of these, in so many scans, with so many in each on the average,
-tell that a gap is a mirror."""
-_NOT_FOLDED = 0.01
-"""Of the beams through a mirror, so few have a folded end where the map shows free floor, or come from
-behind."""
-_NOT_FLAT = 0.06
-"""So many of those that are folded at something do not show one and the same wall along the gap: through a
-doorway between two rooms of the same depth they do."""
+_BEAMS = 60
+"""A mirror shows the laser itself, and so many beams through it, folded, end at something."""
+_NOT_FOLDED, _PAST = 0.03, 0.25
+"""Of the beams, so few end on free floor, folded, or come from behind; and something further away than the
+laser was seen from so few places, to one from which the laser was."""
 _STOPPED, _PASSED = 0.5, 0.1
 """Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
 through."""
@@ -161,10 +158,10 @@ class Evidence:
 
     Attributes:
         folded: Beams whose folded end is at something of the map.
-        flat: As many of these as end in one plane along the gap.
         not_folded: Beams whose folded end is on free floor.
         unknown: Beams whose folded end is where the map knows nothing.
-        scans: In how many scans there were some of the first.
+        itself: From how many places the laser itself was seen, as far behind the gap as it was before it.
+        past: From how many something behind that was seen.
         stopped: The part of the gap that has ended beams that met it squarely.
         passed: The part that has let such beams through.
         behind: Beams that came through it from behind.
@@ -173,10 +170,10 @@ class Evidence:
     """
 
     folded: int
-    flat: int
     not_folded: int
     unknown: int
-    scans: int
+    itself: int
+    past: int
     stopped: float
     passed: float
     behind: int
@@ -190,11 +187,10 @@ class Evidence:
 
     def is_mirror(self, *, known: bool) -> bool:
         """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
-        least = max(_BEAMS, self.unknown, _IN_A_SCAN * self.scans)
-        enough = self.folded >= least and self.scans >= _SCANS
-        most = (_DOUBT if known else 1.0) * _NOT_FOLDED * self.folded
-        shows_more = self.folded - self.flat >= _NOT_FLAT * self.folded
-        return enough and shows_more and max(self.not_folded, self.behind) <= most
+        doubt = _DOUBT if known else 1.0
+        enough = self.folded >= max(_BEAMS, self.unknown) and self.itself > 0
+        seldom = max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
+        return enough and seldom and self.past <= doubt * _PAST * self.itself
 
     def is_glass(self, *, known: bool) -> bool:
         """Tell whether a pane of glass is there; ``known`` as for a mirror."""
@@ -237,7 +233,7 @@ class View:
             c, s = math.cos(pose.yaw), math.sin(pose.yaw)
             turn, place = np.array([[c, s], [-s, c]]), (pose.x, pose.y)
             starts[number] = scan.start.astype(float) @ turn + place
-            ends.append(scan.points[::_EVERY].astype(float) @ turn + place)
+            ends.append(scan.points.astype(float) @ turn + place)
             first[number + 1] = first[number] + len(ends[-1])
         place = grid.origin.x, grid.origin.y
         return View(grid.cells, place, grid.resolution, starts, np.concatenate(ends), first)
@@ -288,8 +284,6 @@ def find_panes(
     poses: Sequence[Pose2],
     touches: Sequence[Pose2] = (),
     known: Sequence[Pane] = (),
-    *,
-    mirrors: bool,
 ) -> list[Pane]:
     """Find the mirrors and panes of a map.
 
@@ -300,7 +294,6 @@ def find_panes(
         poses: base_footprint at each of them, map frame.
         touches: base_footprint where the bumper met something, turned towards that.
         known: Panes that were found before.
-        mirrors: Whether mirrors are told by what they show.
 
     Returns:
         The panes; what was touched is one where the map shows nothing. Where the robot has driven through
@@ -313,7 +306,7 @@ def find_panes(
     for swap in (False, True):
         felt_at = [_felt(touch, swap=swap) for touch in felt]
         known_at = [_swapped(pane.turned(angle).middle, swap=swap) for pane in known]
-        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at, mirrors=mirrors):
+        for gap in _panes_in(view.swapped() if swap else view, felt_at, known_at):
             ends = gap.low - _BESIDE_M, gap.high + _BESIDE_M
             low, high = (_swapped((each, gap.across), swap=swap) for each in ends)
             panes.append(Pane(low, high))
@@ -359,12 +352,12 @@ def _felt(touch: Pose2, *, swap: bool) -> _Felt:
     return _Felt(_swapped(_front(touch), swap=swap), across)
 
 
-def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2], *, mirrors: bool) -> list[Gap]:
+def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
     """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
     found = []
     for gap in view.gaps():
         evidence = view.look(gap)
-        mirror = _mirror_in(view, gap, evidence) if mirrors else None
+        mirror = _mirror_in(view, gap, evidence)
         if mirror is not None and mirror[0].is_mirror(known=any(mirror[1].is_at(place) for place in known)):
             found.append(mirror)
             continue

@@ -25,9 +25,7 @@ class SlamParameters(CheckedParameters):
         close_loops: Whether places are recognised that the robot comes back to.
         loop_least_way: Only places that it has left for so long are looked for, metres driven.
         loop_fit: The part of the beams that has to fit there.
-        find_panes: Whether glass and what the robot has touched become walls of the map, with nothing behind.
-        find_mirrors: Whether mirrors do, too, by what they show. A doorway between two bare rooms that are
-            mirror images of each other is closed then.
+        find_panes: Whether mirrors, glass and what was touched become walls of the map, with nothing behind.
     """
 
     resolution: Annotated[float, Limits(MIN_RESOLUTION_M, MAX_RESOLUTION_M)] = 0.05
@@ -41,7 +39,6 @@ class SlamParameters(CheckedParameters):
     loop_least_way: Positive = 8.0
     loop_fit: Annotated[float, Limits(0.0, 1.0)] = 0.6
     find_panes: bool = True
-    find_mirrors: bool = False
 
     def _check(self) -> None:
         check_order(self, ("laser_min_range", "map_range"))
