@@ -188,7 +188,7 @@ class Evidence:
     def is_mirror(self, *, known: bool) -> bool:
         """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
         doubt = _DOUBT if known else 1.0
-        enough = self.folded >= max(_BEAMS, self.unknown) and self.itself > 0
+        enough = self.folded >= max(_BEAMS, self.unknown) and (self.itself > 0 or known)
         seldom = max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
         return enough and seldom and self.past <= doubt * _PAST * self.itself
 
