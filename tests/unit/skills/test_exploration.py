@@ -183,8 +183,7 @@ def test_where_the_robot_stood_is_no_wall_whatever_a_newer_map_shows() -> None:
     assert trip.go(Pose2(3.0, 2.5, 0.0)).succeeded
     grid, here = first_room(), trip.world.pose
     cells = grid.cells.copy()
-    row, column = grid.cell_of(here.x, here.y)
-    cells[:, column] = OCCUPIED  # a pane is drawn right through it
+    cells[:, grid.cell_of(here.x, here.y)[1]] = OCCUPIED  # a pane is drawn right through it
     trip.navigator.replace_map(replace(grid, cells=cells))
     assert not trip.navigator._walls.touches(here)
     assert trip.navigator._walls.free_part(here, -0.4, 0.0) == 1.0

@@ -48,7 +48,7 @@ _LEAF_M = 0.2
 _LEG_M = 0.45
 """Smaller pieces that stand alone are legs of furniture, columns, or nothing."""
 _STOOL_M, _BROAD = 0.8, 2.5
-"""So are pieces of this size at most that are less than so many times as long as broad: no wall with a door."""
+"""So are pieces of this size at most that are less than so many times as long as broad."""
 _OUTSIDE_M = 0.4
 """What lies outside is at least so broad."""
 _ROOM_M2 = 1.5
@@ -348,8 +348,9 @@ def _thin(floor: BoolGrid, thickest: int) -> tuple[BoolGrid, BoolGrid]:
 
 
 def _doors(gaps: list[_Gap], resolution: float) -> list[_Gap]:
-    """Leave out the gaps beside open leaves: what has the length of the door at its foot, and there is more wall
-    beside the door, not counting a leaf that is thinner than that.
+    """Leave out the gaps beside open leaves: what has the length of the door at its foot.
+
+    More wall is beside the door than beside the gap, not counting a leaf that is thinner than that wall.
     """
     near, narrowest, longest = _LEAF_M / resolution, DOOR_M[0] / resolution, DOOR_M[-1] / resolution
 

@@ -115,8 +115,9 @@ class Exploration:
     """Remembers at what the robot has looked already, or tried to.
 
     A frontier that is still there after it was looked at, or that could not be reached, is left aside until
-    there is no other; then it has a second chance, as the map knows more ways by then. A drive on which the robot
-    did not get away from where it stood tells nothing of the frontier: once it has got away, it does not count.
+    there is no other; then it has a second chance, as the map knows more ways by then. A drive on which the
+    robot did not get away from where it stood tells nothing of the frontier: once it is away, it does not
+    count.
     """
 
     def __init__(self, costmap: Costmap, parameters: ExplorationParameters) -> None:

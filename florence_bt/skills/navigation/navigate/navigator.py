@@ -60,7 +60,7 @@ localiser's largest correction of a place that is right is 0.4 m."""
 _CORRECTED_M = 0.1
 """A map whose place jumps so far was corrected, while it grows."""
 _WAY_STEP_M, _WAY_POSES = 0.04, 20
-"""Each pose of the way on which the robot came is at least so far from the one before, so many are remembered."""
+"""Each pose of the way on which the robot came is at least so far from the one before; so many are kept."""
 
 
 class SensorTimeouts:
