@@ -47,8 +47,9 @@ _LEAF_M = 0.2
 """The length of a leaf differs so much at most from the width of its door, and its hinge is so near to it."""
 _LEG_M = 0.45
 """Smaller pieces that stand alone are legs of furniture, columns, or nothing."""
-_STOOL_M, _BROAD = 0.8, 2.5
-"""So are pieces of this size at most that are less than so many times as long as broad."""
+_STOOL_M, _BROAD, _SOLID = 0.8, 2.5, 0.5
+"""So are pieces of at most this size, less than so many times as long as broad, that fill more than such a share
+of the rectangle round them: walls that meet do not."""
 _OUTSIDE_M = 0.4
 """What lies outside is at least so broad."""
 _ROOM_M2 = 1.5
@@ -187,9 +188,11 @@ def _floor(grid: OccupancyGrid) -> BoolGrid:
     free = (grid.cells >= 0) & (grid.cells <= OCCUPIED // 2)
     pieces, _ = ndimage.label(~free, np.ones((3, 3)))
     for number, place in enumerate(ndimage.find_objects(pieces), 1):
-        short, long = sorted((side.stop - side.start) * grid.resolution for side in place)
-        if long <= (_STOOL_M if long < _BROAD * short else _LEG_M) + 1e-9:
-            free[place] |= pieces[place] == number
+        piece = pieces[place] == number
+        short, long = sorted(side * grid.resolution for side in piece.shape)
+        is_stool = long < _BROAD * short and piece.mean() > _SOLID
+        if long <= (_STOOL_M if is_stool else _LEG_M) + 1e-9:
+            free[place] |= piece
     return free & ~_outside(grid, free)
 
 
