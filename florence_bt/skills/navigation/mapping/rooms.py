@@ -48,8 +48,8 @@ _LEAF_M = 0.2
 _LEG_M = 0.45
 """Smaller pieces that stand alone are legs of furniture, columns, or nothing."""
 _STOOL_M, _BROAD, _SOLID = 0.8, 2.5, 0.5
-"""So are pieces of at most this size, less than so many times as long as broad, that fill more than such a share
-of the rectangle round them: walls that meet do not."""
+"""So are pieces of at most this size, less than so many times as long as broad, that fill more than such a
+share of the rectangle round them: walls that meet do not."""
 _OUTSIDE_M = 0.4
 """What lies outside is at least so broad."""
 _ROOM_M2 = 1.5
