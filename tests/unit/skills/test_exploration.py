@@ -82,6 +82,18 @@ def test_a_place_is_given_twice_at_most_and_a_new_exploration_begins_anew() -> N
     assert exploration.next_view(ROBOT, 1).succeeded
 
 
+def test_a_robot_that_was_stuck_has_used_up_no_chances() -> None:
+    exploration = Exploration(Costmap(CostmapParameters(), first_room()), GROWS)
+    away = Pose2(1.0, 2.5)
+    assert exploration.next_view(ROBOT, 1).succeeded
+    assert exploration.next_view(ROBOT, 2).succeeded
+    assert exploration.next_view(ROBOT, 3).code == "out_of_reach", "as long as it stands there"
+    view = exploration.next_view(away, 4).outputs["pose"]
+    assert exploration.next_view(view, 5).code == "out_of_reach", (
+        "the second drive got it away, the next arrived"
+    )
+
+
 def test_a_place_that_is_not_reached_gives_way_to_the_next_one() -> None:
     grid = first_room()
     _, column = grid.cell_of(0.7, 0.0)
@@ -163,6 +175,19 @@ def test_a_drive_goes_on_while_the_map_grows() -> None:
     assert trip.go(goal, each=grow).succeeded
     trip.assert_at(goal)
     assert trip.navigator.cost_at(6.0, 4.0) == 0, "the other room is known by now"
+
+
+def test_where_the_robot_stood_is_no_wall_whatever_a_newer_map_shows() -> None:
+    trip = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS))
+    trip.navigator.replace_map(first_room())
+    assert trip.go(Pose2(3.0, 2.5, 0.0)).succeeded
+    grid, here = first_room(), trip.world.pose
+    cells = grid.cells.copy()
+    cells[:, grid.cell_of(here.x, here.y)[1]] = OCCUPIED  # a pane is drawn right through it
+    trip.navigator.replace_map(replace(grid, cells=cells))
+    assert not trip.navigator._walls.touches(here)
+    assert trip.navigator._walls.free_part(here, -0.4, 0.0) == 1.0
+    assert trip.navigator.cost_at(here.x, here.y + 0.5) == LETHAL
 
 
 def test_a_robot_that_does_not_get_away_forgets_what_it_touched() -> None:

@@ -68,6 +68,28 @@ def test_furniture_does_not():
     assert areas(grid) == pytest.approx([11.8, 19.8], abs=0.4)
 
 
+def test_nor_does_what_stands_alone_between_a_wall_and_a_bed():
+    grid = home(wall_at=7.9, door=0.0)
+    block(grid, 3.0, 0.0, 5.0, 2.0)  # the bed
+    block(grid, 3.6, 2.7, 4.1, 2.95)  # a stool, 0.7 m from the bed and 1 m from the wall
+    block(grid, 3.65, 2.75, 4.05, 2.9, UNKNOWN)
+    assert len(areas(grid)) == 1
+
+
+def test_nor_do_short_walls_far_apart():
+    grid = home(wall_at=4.0, door=0.0)
+    block(grid, 3.9, 0.0, 4.1, 4.0, FREE)
+    block(grid, 3.95, 0.0, 4.05, 1.7)
+    block(grid, 3.95, 2.8, 4.05, 4.0)
+    assert len(areas(grid)) == 2, "a wide door in a wall"
+    block(grid, 3.9, 0.4, 4.1, 1.7, FREE)
+    block(grid, 3.2, 0.4, 4.1, 1.3)
+    block(grid, 3.2, 1.3, 4.1, 1.4, FREE)
+    block(grid, 3.9, 2.5, 4.1, 4.0, FREE)
+    block(grid, 3.95, 2.4, 4.05, 4.0, FREE)
+    assert len(areas(grid)) == 1, "a cupboard and the other wall"
+
+
 def test_nor_does_an_open_leaf():
     grid = home(depth=1.5, width=9.0, wall_at=8.9, door=0.0)  # a hall
     open_floor = np.vstack([grid.cells[:-10], home(width=9.0, depth=4.0, door=0.8, door_at=1.6).cells[9:]])

@@ -47,6 +47,9 @@ _LEAF_M = 0.2
 """The length of a leaf differs so much at most from the width of its door, and its hinge is so near to it."""
 _LEG_M = 0.45
 """Smaller pieces that stand alone are legs of furniture, columns, or nothing."""
+_STOOL_M, _BROAD, _SOLID = 0.8, 2.5, 0.5
+"""So are pieces of at most this size, less than so many times as long as broad, that fill more than such a
+share of the rectangle round them: walls that meet do not."""
 _OUTSIDE_M = 0.4
 """What lies outside is at least so broad."""
 _ROOM_M2 = 1.5
@@ -117,6 +120,11 @@ class _Gap:
         """How much wall there is beside it, cells."""
         return sum(piece.length for piece in self.pieces)
 
+    @property
+    def thickness(self) -> float:
+        """How thick the thinnest piece of that wall is, cells."""
+        return min(piece.thickness for piece in self.pieces)
+
     def transposed(self) -> _Gap:
         pieces = tuple(
             replace(piece, ends=(piece.ends[0][::-1], piece.ends[1][::-1])) for piece in self.pieces
@@ -134,10 +142,13 @@ def propose_rooms(grid: OccupancyGrid, robot_radius: float = ROBOT_RADIUS_M) -> 
     Returns:
         The rooms in which the robot can stand; their polygons do not overlap by more than a cell.
     """
+    from florence_bt.core.table_legs import with_tables
+
     angle = wall_direction(grid)
     straight = turned(grid, -angle)
     free = _floor(straight)
-    clearance, standing = _standing(straight, free, robot_radius)
+    # A drive finds tables by their legs on the map as it is: in the turned one they may stand otherwise.
+    clearance, standing = _standing(turned(with_tables(grid), -angle), free, robot_radius)
     labels = _regions(straight, free, standing)
     back = Pose2(0.0, 0.0, angle)
     rooms = []
@@ -152,12 +163,16 @@ def propose_rooms(grid: OccupancyGrid, robot_radius: float = ROBOT_RADIUS_M) -> 
 def _standing(
     grid: OccupancyGrid, free: BoolGrid, robot_radius: float
 ) -> tuple[NDArray[np.float64], BoolGrid]:
-    """Return how far the next thing is from each cell, metres, and where the robot can stand and get to."""
+    """Return how far the next thing is from each cell, metres, and where the robot can stand and get to.
+
+    Args:
+        grid: The map with its tables.
+        free: Its floor, shape (rows, columns).
+        robot_radius: Metres.
+    """
     from scipy import ndimage
 
-    from florence_bt.core.table_legs import with_tables
-
-    blocked = (with_tables(grid).cells > OCCUPIED // 2) | ~free
+    blocked = (grid.cells > OCCUPIED // 2) | (grid.cells < 0) | ~free
     clearance = ndimage.distance_transform_edt(~blocked) * grid.resolution
     passable, count = ndimage.label(clearance >= _PASSES_M)
     stands = clearance >= robot_radius
@@ -167,15 +182,17 @@ def _standing(
 
 
 def _floor(grid: OccupancyGrid) -> BoolGrid:
-    """Return the free cells, and what stands alone on them and is as small as a leg."""
+    """Return the free cells, and what stands alone on them and is small."""
     from scipy import ndimage
 
     free = (grid.cells >= 0) & (grid.cells <= OCCUPIED // 2)
     pieces, _ = ndimage.label(~free, np.ones((3, 3)))
-    most = _LEG_M / grid.resolution
     for number, place in enumerate(ndimage.find_objects(pieces), 1):
-        if max(side.stop - side.start for side in place) <= most:
-            free[place] |= pieces[place] == number
+        piece = pieces[place] == number
+        short, long = sorted(side * grid.resolution for side in piece.shape)
+        is_stool = long < _BROAD * short and piece.mean() > _SOLID
+        if long <= (_STOOL_M if is_stool else _LEG_M) + 1e-9:
+            free[place] |= piece
     return free & ~_outside(grid, free)
 
 
@@ -294,6 +311,8 @@ class _Rows:
         in_line = after and piece.length >= self._cells(_CORNER_M) and width <= ordinary
         if not (is_wall or in_line or min(piece.length, longest) >= self._cells(_STUB_M)):
             return None
+        if width > ordinary and piece.length + longest < width:
+            return None  # Two pieces of furniture leave such a gap: a wide door has as much wall beside it.
         where = (rows, slice(min(begin, stop + 1), max(begin + 1, stop)))
         return _Gap(1, (row, begin - step), (row, stop), (piece, *others), where)
 
@@ -332,14 +351,17 @@ def _thin(floor: BoolGrid, thickest: int) -> tuple[BoolGrid, BoolGrid]:
 
 
 def _doors(gaps: list[_Gap], resolution: float) -> list[_Gap]:
-    """Leave out the gaps beside open leaves: what has the length of the door at its foot."""
+    """Leave out the gaps beside open leaves: what has the length of the door at its foot.
+
+    More wall is beside the door than beside the gap, not counting a leaf that is thinner than that wall.
+    """
     near, narrowest, longest = _LEAF_M / resolution, DOOR_M[0] / resolution, DOOR_M[-1] / resolution
 
     def is_leaf(piece: _Piece, gap: _Gap) -> bool:
         return piece.length <= longest and any(
             other.along != gap.along
             and other.width >= narrowest
-            and other.wall > gap.wall
+            and other.wall > gap.wall - piece.length * (piece.thickness < other.thickness)
             and abs(other.width - piece.length) <= near
             and min(math.dist(a, b) for a in piece.ends for b in (other.start, other.stop)) <= near
             for other in gaps

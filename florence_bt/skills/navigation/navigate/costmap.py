@@ -306,12 +306,14 @@ class Costmap:
             return 0
         return cost_at_distance(distance, self.footprint.inscribed_radius, self._parameters)
 
-    def replace_static(self, static: OccupancyGrid, forget: str) -> None:
+    def replace_static(self, static: OccupancyGrid, forget: str, stood: Iterable[Pose2] = ()) -> None:
         """Take a newer map of the same place; what the sensors have marked stays where it is.
 
         Args:
             static: The map, with cells of the same size; it may be larger or smaller, and begin elsewhere.
             forget: A source whose marks go: the map knows better by now.
+            stood: base_footprint where the robot was a moment ago: the floor there is free, whatever the map
+                shows.
 
         Raises:
             ValueError: Its cells have another size.
@@ -322,6 +324,10 @@ class Costmap:
         dv = round((static.origin.y - self.origin_y) / self.resolution)
         self._static = _static_costs(static, self._parameters)
         self.origin_x, self.origin_y = static.origin.x, static.origin.y
+        # Its outline passes through cells whose middles lie outside of it.
+        body = Footprint.from_corners(self._true_footprint.tolist(), self.resolution).corner_array()
+        for robot in stood:
+            _cells.clear_outline(self._static, self._frame, body, robot.x, robot.y, robot.yaw)
         self._layers.pop(forget, None)
         self._layers = {
             name: _shifted(marks, dv, du, self._static.shape) for name, marks in self._layers.items()

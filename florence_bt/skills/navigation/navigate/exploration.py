@@ -34,6 +34,8 @@ _MOST_CANDIDATES = 60
 _NEAR_M = 1.0
 """A place within the inflation radius of an obstacle is as bad as one this much further from the frontier:
 the camera may find more of it, and then there is no room to turn."""
+_STOOD_M = 0.1
+"""A robot that asks where to look next, and is no further from where it asked last, did not get away."""
 _DOOR_M = 0.7
 """A frontier of this length may be a way to somewhere."""
 _TURN_M_PER_RAD, _LENGTH_M, _LONGEST_M = 0.3, 0.5, 3.0
@@ -113,12 +115,21 @@ class Exploration:
     """Remembers at what the robot has looked already, or tried to.
 
     A frontier that is still there after it was looked at, or that could not be reached, is left aside until
-    there is no other; then it has a second chance, as the map knows more ways by then.
+    there is no other; then it has a second chance, as the map knows more ways by then. A drive on which the
+    robot did not get away from where it stood tells nothing of the frontier: once it is away, it does not
+    count.
     """
 
     def __init__(self, costmap: Costmap, parameters: ExplorationParameters) -> None:
         self._costmap, self._p = costmap, parameters
         self._looked: list[tuple[Point2, int]] = []
+        self._sent_from: Pose2 | None = None
+        self._tried: list[tuple[Point2, int]] = []
+        self._view = Pose2()
+
+    def stands(self, robot: Pose2) -> bool:
+        """Tell whether the robot did not get away from where it was when it asked last."""
+        return self._sent_from is not None and self._sent_from.distance_to(robot) < _STOOD_M
 
     def next_view(self, robot: Pose2, number: int) -> Result:
         """Run the skill ``get_frontier``.
@@ -132,14 +143,23 @@ class Exploration:
         """
         if not self._p.map_grows:
             return failure("map_is_fixed", MAP_IS_FIXED)
+        away = not self.stands(robot)
+        if self._tried and (away or self._view.distance_to(robot) < _STOOD_M):
+            place, _ = self._tried.pop()
+            if away:
+                self._tried.clear()
+            self._looked.append((place, self._times(place) + 1))
+        if away:
+            self._sent_from = robot
         if number <= 1:
             self._looked.clear()
+            self._tried.clear()
         # What the sensors have marked in a door may be gone by the time that the robot is there.
         # Where it has no room to turn it may not get out again: it goes there last, to what may be a door.
         seen, static = self._costmap.master, self._costmap.static_master()
         for costs, narrow in ((seen, False), (static, False), (seen, True), (static, True)):
             pieces = frontiers(self._costmap, robot, self._p, costs, narrow=narrow)
-            found = [(self._times(each), each) for each in pieces]
+            found = [(self._times((each.x, each.y)), each) for each in pieces]
             least = _DOOR_M if narrow else 0.0
             open_ones = [
                 each for each in found if each[0] < 2 and each[1].view is not None and each[1].length >= least
@@ -148,14 +168,16 @@ class Exploration:
                 break
         else:
             return _end([each for _, each in found])
-        _, best = min(open_ones, key=lambda each: (each[0], _price(each[1], robot)))
-        self._looked.append(((best.x, best.y), self._times(best) + 1))
+        times, best = min(open_ones, key=lambda each: (each[0], _price(each[1], robot)))
+        assert best.view is not None
+        self._tried.append(((best.x, best.y), times + 1))
+        self._view = best.view
         return success(pose=best.view)
 
-    def _times(self, frontier: Frontier) -> int:
-        """Return how often the robot was sent to look at a frontier."""
-        here = frontier.x, frontier.y
-        return max((times for place, times in self._looked if math.dist(place, here) < _SAME_M), default=0)
+    def _times(self, place: Point2) -> int:
+        """Return how often the robot was sent to look at a place."""
+        sent = (*self._looked, *self._tried)
+        return max((times for other, times in sent if math.dist(place, other) < _SAME_M), default=0)
 
 
 def _end(left: Sequence[Frontier]) -> Result:

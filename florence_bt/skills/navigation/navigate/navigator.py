@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
@@ -56,10 +57,10 @@ _INTERRUPTED = (Drive, ThroughDrive, PathDrive)
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
-_STOOD_M = 0.1
-"""A robot that asks where to look next, and is no further from where it asked last, did not get away."""
 _CORRECTED_M = 0.1
 """A map whose place jumps so far was corrected, while it grows."""
+_WAY_STEP_M, _WAY_POSES = 0.04, 20
+"""Each pose of the way on which the robot came is at least so far from the one before; so many are kept."""
 
 
 class SensorTimeouts:
@@ -140,7 +141,7 @@ class Navigator:
         self._newer_map: OccupancyGrid | None = None
         self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
-        self._sent_from: Pose2 | None = None
+        self._way: deque[Pose2] = deque(maxlen=_WAY_POSES)
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -196,7 +197,8 @@ class Navigator:
         # Glass is no leg of a table.
         furnished = self._furnished(grid)
         seen = furnished if self._glass is None else self._glass.added_to(furnished)
-        self.global_costmap.replace_static(seen, forget=LASER)
+        stood = [] if self._map_from_odom is None else [self._map_from_odom @ place for place in self._way]
+        self.global_costmap.replace_static(seen, forget=LASER, stood=stood)
         zones, costmaps = self._zones.zones, self._costmaps
         costmaps.static, costmaps.walls, costmaps.zones = self._map_parts()
         self._zones.set(zones)
@@ -212,9 +214,8 @@ class Navigator:
 
     def next_view(self, robot: Pose2, number: int) -> Result:
         """Return where to look next while the map grows (:meth:`Exploration.next_view`)."""
-        before, self._sent_from = self._sent_from, robot
-        if before is not None and before.distance_to(robot) < _STOOD_M:
-            # It did not get away from there. What it has touched is a wall of the map by now.
+        if self._exploration.stands(robot):
+            # What it has touched is a wall of the map by now.
             for costmap in (self.global_costmap, self.local_costmap):
                 costmap.forget_contacts(before=math.inf)
         return self._exploration.next_view(robot, number)
@@ -291,6 +292,8 @@ class Navigator:
             return
         before, self._map_from_odom = self._map_from_odom, map_from_odom
         self._robot = map_from_odom @ odom_pose
+        if not self._way or self._way[-1].distance_to(odom_pose) >= _WAY_STEP_M:
+            self._way.append(odom_pose)
         jump = (before @ odom_pose).distance_to(self._robot) if before else 0.0
         if jump > _FOUND_ELSEWHERE_M:
             self.global_costmap.reset_outside(0.0, 0.0, 0.0)
