@@ -1,4 +1,4 @@
-"""Names of topics and services that several nodes must agree on."""
+"""Names of topics, services and diagnostics that several nodes must agree on."""
 
 from __future__ import annotations
 
@@ -33,3 +33,6 @@ HOTSPOTS = "hotspots"
 
 ZONES = "zones"
 """``florence_interfaces/Zones``, latched: where the robot does not drive, or drives slowly."""
+
+SERVERS_STATUS = "servers"
+"""The part of the mission server's ``diagnostics`` on missing servers; its values: skill -> server."""

@@ -1,4 +1,7 @@
-"""The page's process beside a robot: what viewers get, what is heard when nobody looks, who is refused."""
+"""The page's process beside a robot: what viewers get, what is heard when nobody looks, who is refused.
+
+Its tests share one page in one domain, each with a robot and viewers of its own.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ import http.client
 import json
 import socket
 import sys
+import time
+from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
@@ -33,10 +38,10 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
 from florence_bt.ros.topics import MANUAL_OVERRIDE  # noqa: E402
 from florence_bt.skills.locator.node import LocatorNode  # noqa: E402
-from tests.ros.conftest import Child  # noqa: E402
+from tests.ros.conftest import GENEROUS_S, Child, own_domain  # noqa: E402
 from tools.page_figures import browser_socket  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("page")]
 
 
 class Robot(FlorenceNode):
@@ -51,6 +56,7 @@ class Robot(FlorenceNode):
         self.override = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
         self.frames = TransformBroadcaster(self)
         self.map.publish(_map())
+        self.override.publish(Bool(data=False))
         self.run.publish(RunState(run_id="7", mission="greet", state="ACTIVE"))
         self.create_timer(0.05, self._tell)
 
@@ -73,19 +79,33 @@ def _map() -> Any:
     return grid_to_ros(OccupancyGrid(0.05, Pose2(-1.0, -0.5), cells), "map", 0.0)
 
 
-@pytest.fixture
-def page(ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+@pytest.fixture(scope="module")
+def ros_domain() -> Iterator[int]:
+    """The domain of the page, and of every test here."""
+    with own_domain() as domain:
+        yield domain
+
+
+@pytest.fixture(scope="module")
+def page(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     """The port of a running page."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    folder = tmp_path_factory.mktemp("page")
     with socket.socket() as server:
         server.bind(("127.0.0.1", 0))
         port = server.getsockname()[1]
     command = [sys.executable, "-m", "florence_bt.cli", "page", "--port", str(port)]
-    child = Child(command, tmp_path / "page.txt")
-    child.wait_for("Ctrl-C ends it")
-    ros.spin_until(lambda: answers(port))
-    yield port
-    child.end()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(folder))
+        child = Child(command, folder / "page.txt")
+    try:
+        child.wait_for("Ctrl-C ends it")
+        end = time.monotonic() + GENEROUS_S
+        while not answers(port):
+            assert time.monotonic() < end, child.output
+            time.sleep(0.02)
+        yield port
+    finally:
+        child.end()
 
 
 def answers(port: int) -> bool:
@@ -181,6 +201,7 @@ def test_a_hand_drives_while_the_override_is_on_and_a_viewer_that_vanishes_stops
     )
     viewer = Viewer(page)
     ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
+    ros.spin_until(lambda: not viewer.take()["state"]["override"], what="that the override is off")
     viewer.socket.send("drive 1 0")
     ros.spin_for(0.5)
     robot.override.publish(Bool(data=True))

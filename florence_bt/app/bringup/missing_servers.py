@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from florence_bt.app.runs.client import MISSION_SERVER
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.runtime.node import SERVERS_STATUS
+from florence_bt.ros.topics import SERVERS_STATUS
 
 
 class MissingServers:

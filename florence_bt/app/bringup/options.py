@@ -49,6 +49,7 @@ class BringUp:
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
         start: Pose of the robot at the start in the map frame, None for the flat's own.
+        user_room: The room in which the user was last seen, None for what the configuration says.
         world_file: Source file of the simulated home, None for the flat that comes with Florence.
         world_seed: Seed of a generated home in its place.
         seed: Seed of every random generator.
@@ -78,6 +79,7 @@ class BringUp:
     speech: str | None = None
     person: str | None = None
     start: tuple[float, float, float] | None = None
+    user_room: str | None = None
     world_file: str | None = None
     world_seed: int | None = None
     seed: int = 0

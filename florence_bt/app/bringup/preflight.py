@@ -11,7 +11,6 @@ from florence_bt.app.bringup.simulated import flat_of, people_at_home
 from florence_bt.app.bringup.topology import recorder_parameters, refuse_wrong_parameters
 from florence_bt.core.paths import find_data
 from florence_bt.ros.arguments import parameters_in
-from florence_bt.simulation.home.build_map import hotspots_yaml
 from florence_bt.skills.home_sensors.mqtt import require_paho
 from florence_bt.skills.home_sensors.settings import load_home
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, parse_hotspots
@@ -38,6 +37,8 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
     load_map(map_file, lambda sentence: warn(f"{map_file}: warning: {sentence}"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
     if options.own_world and not options.mapping and not options.hotspots_file:
+        from florence_bt.simulation.home.build_map import hotspots_yaml
+
         hotspots = parse_hotspots(hotspots_yaml(flat_of(options)))
     elif options.has_no_places and not options.hotspots_file:
         hotspots = Hotspots()

@@ -1,4 +1,7 @@
-"""What a simulated bring-up adds: who is at home, where the robot starts, where the ports are."""
+"""What a simulated bring-up adds: who is at home, where the robot starts, where the ports are.
+
+The home loads when it is asked for: it takes longer than all the rest of a process's start.
+"""
 
 from __future__ import annotations
 
@@ -9,23 +12,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from florence_bt.app.bringup.options import ABSENT, BringUp
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.simulation.hardware.ports import HardwareMounts, HardwareSettings
-from florence_bt.simulation.home.build_map import build_files
-from florence_bt.simulation.home.flat import Flat
-from florence_bt.simulation.home.generate import choose_flat
-from florence_bt.simulation.home.map_world import is_map
-from florence_bt.simulation.home.people import PersonSpec, place_person
-from florence_bt.simulation.home.situations import SITUATIONS, company_in, led_walk, person_in
-from florence_bt.skills.robot_description.description import load_description
 
 if TYPE_CHECKING:
     from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
+    from florence_bt.simulation.home.flat import Flat
+    from florence_bt.simulation.home.person import PersonSpec
 
 LASER_FRAME = "base_laser_round_link"
 CAMERA_FRAME = "camera_depth_optical_frame"
@@ -39,6 +35,8 @@ LEADER_WAITS_S = 30.0
 
 def robot_frames() -> TransformBuffer:
     """Return the static frames of the robot's description."""
+    from florence_bt.skills.robot_description.description import load_description
+
     buffer = TransformBuffer()
     load_description().fill(buffer)
     return buffer
@@ -80,6 +78,8 @@ def flat_of(options: BringUp) -> Flat:
     Raises:
         ConfigError: Its file is wrong, with file:line:column.
     """
+    from florence_bt.simulation.home.generate import choose_flat
+
     return choose_flat(
         Path(options.world_file) if options.world_file is not None else None, options.world_seed
     )
@@ -93,6 +93,9 @@ def with_world_files(options: BringUp) -> BringUp:
     """
     if not options.own_world or options.mapping:
         return options
+    from florence_bt.simulation.home.build_map import build_files
+    from florence_bt.simulation.home.map_world import is_map
+
     folder = Path(options.folder) / "world"
     for name, content in build_files(flat := flat_of(options)).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -118,6 +121,11 @@ def who_is_at_home(flat: Flat, person: str | None, seed: int) -> tuple[list[Pers
     Raises:
         ConfigError: There is no such room or situation, or the home has no place for it.
     """
+    import numpy as np
+
+    from florence_bt.simulation.home.people import place_person
+    from florence_bt.simulation.home.situations import SITUATIONS, company_in, led_walk, person_in
+
     rng = np.random.default_rng(seed)
     if person == ABSENT:
         return [], flat.start
@@ -141,21 +149,18 @@ def people_at_home(options: BringUp) -> list[PersonSpec]:
     return who_is_at_home(flat_of(options), options.person, options.seed)[0]
 
 
-def start_of(options: BringUp) -> Pose2 | None:
-    """Return where the robot starts, None when a real robot must be given its pose."""
-    if options.start_pose is not None or not options.in_flat:
-        return options.start_pose
-    return who_is_at_home(flat_of(options), options.person, options.seed)[1]
+def with_places(options: BringUp) -> BringUp:
+    """Return the options with where the robot starts, and the room in which the user was last seen.
 
-
-def user_room(options: BringUp) -> str | None:
-    """Return the room in which the user was last seen, None to leave it to the configuration.
-
-    In the simulated flat it is the room the person is in, as presence sensors would report; with nobody at
-    home it is the flat's first room.
+    In the simulated flat that is the room the person is in, as presence sensors would report; with nobody at
+    home it is the flat's first room. A real robot must be given its pose; its configuration says the room.
     """
     if not options.in_flat:
-        return None
-    flat, people = flat_of(options), people_at_home(options)
+        return options
+    people, start = who_is_at_home(flat := flat_of(options), options.person, options.seed)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
-    return room.name if room else None
+    return replace(
+        options,
+        start=options.start or (start.x, start.y, start.yaw),
+        user_room=room.name if room and not options.mapping else None,
+    )

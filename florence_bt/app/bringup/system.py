@@ -19,7 +19,7 @@ from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only
 from florence_bt.app.bringup.process_report import ProcessReport
 from florence_bt.app.bringup.signals import ignored, once
-from florence_bt.app.bringup.simulated import clear_ports, with_world_files
+from florence_bt.app.bringup.simulated import clear_ports, with_places, with_world_files
 from florence_bt.app.bringup.supervisor import RESTARTS_PERIOD_S, ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import (
     BASE,
@@ -72,7 +72,7 @@ class System:
             ]
             if options.in_flat:
                 clear_ports(options)
-            self.options = options = with_world_files(options)
+            self.options = options = with_places(with_world_files(options))
             self._base, self._missions = process_of(BASE, options), process_of(MISSIONS, options)
             self._observers = observers(options)
             self._supervisor = Supervisor(

@@ -330,13 +330,12 @@ def _make_server(options: BringUp) -> HardwareServer:
         hardware_mounts,
         hardware_settings,
         people_at_home,
-        start_of,
     )
     from florence_bt.simulation.hardware.server import HardwareServer
     from florence_bt.simulation.home.world import SimulatedWorld
 
     people = people_at_home(options)
-    world = SimulatedWorld(flat_of(options), people=people, start=start_of(options), seed=options.seed)
+    world = SimulatedWorld(flat_of(options), people=people, start=options.start_pose, seed=options.seed)
     return HardwareServer(world, hardware_mounts(), hardware_settings(options))
 
 
@@ -375,9 +374,7 @@ def _map_server(settings: _Settings) -> Factory:
 
 
 def _localiser(settings: _Settings) -> Factory:
-    from florence_bt.app.bringup.simulated import start_of
-
-    options, start = settings.options, start_of(settings.options)
+    options, start = settings.options, settings.options.start_pose
     initial: dict[str, Any] = {"pose_file": str(Path(options.folder) / "pose.json")}
     if start is not None:
         # Kept for a localiser that is started again; the next bring-up begins at its own start.
@@ -411,13 +408,11 @@ def _navigate(settings: _Settings) -> Factory:
 
 
 def _locator(settings: _Settings) -> Factory:
-    from florence_bt.app.bringup.simulated import user_room
-
     return _plain(
         "florenceLocator",
         settings,
         hotspots_file=str(settings.hotspots_file),
-        initial_user_room=None if settings.options.mapping else user_room(settings.options),
+        initial_user_room=settings.options.user_room,
         habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
 

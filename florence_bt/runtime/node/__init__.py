@@ -5,6 +5,5 @@ them together. Here, as in every module named ``node``, rclpy and messages may b
 """
 
 from florence_bt.runtime.node._server import MissionNode, MissionNodeParameters
-from florence_bt.runtime.node._servers import STATUS as SERVERS_STATUS
 
-__all__ = ["SERVERS_STATUS", "MissionNode", "MissionNodeParameters"]
+__all__ = ["MissionNode", "MissionNodeParameters"]

@@ -16,12 +16,11 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.service_skill import ServiceSkill
+from florence_bt.ros.topics import SERVERS_STATUS
 from florence_bt.runtime.executor import Executor
 
 LOOK_PERIOD_S = 5.0
 """Discovery takes up to so long; and so often is looked again."""
-STATUS = "servers"
-"""What the status on ``diagnostics`` is about. Its values: skill -> server that is missing."""
 
 
 class SkillServers:
@@ -102,4 +101,6 @@ class SkillServers:
             diagnosis = Diagnosis(Severity.OK, "every server that missions need is there")
             log.info(diagnosis.message)
         name = self._node.get_name()
-        self._publisher.publish(diagnostics_to_ros({STATUS: diagnosis}, name, name, self._node.stamp()))
+        self._publisher.publish(
+            diagnostics_to_ros({SERVERS_STATUS: diagnosis}, name, name, self._node.stamp())
+        )

@@ -14,7 +14,6 @@ import numpy as np
 import scipy  # its parts load at their first use
 from numpy.typing import NDArray
 
-from florence_bt.simulation.home._cover_kernels import cover
 from florence_bt.simulation.home.flat import Flat, Solid
 
 Point = tuple[float, float]
@@ -24,6 +23,10 @@ ROBOT_HEIGHT_M = 1.0
 """What hangs above cannot be touched by the robot."""
 
 _RESOLUTION_M = 0.05
+_SAMPLES = 5
+"""A cell's coverage is measured at this many points squared."""
+_IN_CELL = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+"""Where they lie, in cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,21 +88,41 @@ def cells_covered(frame: GridFrame, solids: Iterable[Solid], share: float = 0.2)
         Shape (rows, columns).
     """
     grid = np.zeros((frame.rows, frame.columns), bool)
-    corner = (frame.x, frame.y, frame.resolution)
+    x = frame.x + (np.arange(frame.columns)[:, None] + _IN_CELL) * frame.resolution
+    y = frame.y + (np.arange(frame.rows)[:, None] + _IN_CELL) * frame.resolution
     for solid in solids:
-        reach = math.hypot(*solid.half) if solid.half else solid.radius
-        row, column = frame.cell_of(solid.x - reach, solid.y - reach)
-        end_row, end_column = frame.cell_of(solid.x + reach, solid.y + reach)
-        cells = (
-            max(row, 0),
-            min(end_row + 1, frame.rows),
-            max(column, 0),
-            min(end_column + 1, frame.columns),
-        )
-        half, radius = (solid.half, 0.0) if solid.half else ((0.0, 0.0), solid.radius)
-        turn = (math.cos(solid.yaw), math.sin(solid.yaw))
-        cover(grid, corner, cells, (solid.x, solid.y), half, turn, radius, share)
+        _cover(grid, frame, (x, y), solid, share)
     return grid
+
+
+def _cover(
+    grid: BoolGrid,
+    frame: GridFrame,
+    samples: tuple[NDArray[np.float64], NDArray[np.float64]],
+    solid: Solid,
+    share: float,
+) -> None:
+    """Mark the cells that a solid stands on; the samples are in x by column, and in y by row."""
+    cosine, sine = math.cos(solid.yaw), math.sin(solid.yaw)
+    reach_x = reach_y = solid.radius
+    if solid.half:
+        along, across = solid.half
+        reach_x = abs(cosine) * along + abs(sine) * across
+        reach_y = abs(sine) * along + abs(cosine) * across
+    row, column = (max(first, 0) for first in frame.cell_of(solid.x - reach_x, solid.y - reach_y))
+    end_row, end_column = (max(last + 1, 0) for last in frame.cell_of(solid.x + reach_x, solid.y + reach_y))
+    dx = (samples[0][column:end_column] - solid.x).ravel()
+    dy = (samples[1][row:end_row] - solid.y).reshape(-1, 1)
+    if not dx.size or not dy.size:
+        return
+    if solid.half:
+        inside = abs(cosine * dx + sine * dy) <= along
+        inside &= abs(cosine * dy - sine * dx) <= across
+    else:
+        inside = dx * dx + dy * dy <= solid.radius**2
+    of_rows = np.add.reduce(inside.view(np.int8).reshape(-1, _SAMPLES, dx.size), 1, dtype=np.int8)
+    count = np.add.reduce(of_rows.reshape(len(of_rows), -1, _SAMPLES), 2, dtype=np.int8)
+    grid[row:end_row, column:end_column] |= count / _SAMPLES**2 >= share
 
 
 class FreeSpace:

@@ -9,7 +9,13 @@ import pytest
 
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
-from florence_bt.app.bringup.simulated import LEADER_WAITS_S, flat_of, who_is_at_home, with_world_files
+from florence_bt.app.bringup.simulated import (
+    LEADER_WAITS_S,
+    flat_of,
+    who_is_at_home,
+    with_places,
+    with_world_files,
+)
 from florence_bt.app.bringup.topology import NODES, factories, processes
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
@@ -138,6 +144,18 @@ def test_a_home_of_ones_own_gets_its_map_and_hotspots(tmp_path):
     assert (grid.cells == laser_map(flat).cells).all()
     assert with_world_files(replace(options, map_file="own.yaml")).map_file == "own.yaml"
     assert with_world_files(BringUp(folder=str(tmp_path))).map_file is None
+
+
+def test_start_and_room_of_the_user_are_settled_once_for_all_processes(tmp_path):
+    simulated = BringUp(folder=str(tmp_path), person="kitchen", seed=4)
+    ready, start = with_places(simulated), flat_of(simulated).start
+    assert ready.start_pose == start and ready.user_room == "kitchen"
+    assert BringUp.read(ready.write()) == ready
+    assert with_places(replace(simulated, start=(1.0, 2.0, 0.5))).start == (1.0, 2.0, 0.5)
+    assert with_places(replace(simulated, person="absent")).user_room == flat_of(simulated).rooms[0].name
+    assert with_places(replace(simulated, mapping=True)).user_room is None
+    robot = BringUp(folder=str(tmp_path), simulated=False)
+    assert with_places(robot) == robot
 
 
 def test_a_robot_has_no_simulated_home(tmp_path):

@@ -67,10 +67,10 @@ def test_a_robot_goes_on_where_it_was_and_a_simulated_one_only_when_it_is_starte
     assert given["pose_file"] != str(tmp_path / "pose.json") and given["initial_yaw"] == 0.5
     kept = tmp_path / "simulated_pose.json"
     kept.write_text("of an earlier bring-up")
-    assert of_localiser()["pose_file"] == str(kept) and not kept.exists()
+    assert of_localiser(start=(1.0, 2.0, 0.5))["pose_file"] == str(kept) and not kept.exists()
     kept.write_text("of the localiser that died")
     monkeypatch.setenv(STARTED_AGAIN, "1")
-    of_localiser()
+    of_localiser(start=(1.0, 2.0, 0.5))
     assert kept.exists()
 
 
