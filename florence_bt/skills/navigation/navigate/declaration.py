@@ -28,6 +28,7 @@ from florence_bt.skills.navigation.navigate.results import (
     PERSON_GROUPS,
     PLAN_CODES_BY_NUMBER,
     PLAN_FAILURES,
+    SEARCH_FAILURES,
     SERVER_CODES,
     SPIN_CODES_BY_NUMBER,
     STRAIGHT_FAILURES,
@@ -40,7 +41,9 @@ from florence_bt.skills.navigation.navigate.results import (
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
-NOT_OF_NAV2 = frozenset({"follow_user", "approach_person", "set_speed_limit", "get_frontier"})
+NOT_OF_NAV2 = frozenset(
+    {"follow_user", "search_for_user", "approach_person", "set_speed_limit", "get_frontier"}
+)
 """The skills that Nav2 cannot perform."""
 ACTIONS_WITHOUT_SKILL = ("follow_path", "wait")
 """For other programs: missions have no paths, and a node of their own that waits."""
@@ -172,6 +175,17 @@ FOLLOW_USER = SkillDeclaration(
     resources=frozenset({"base"}),
     deadline_s=3600.0,
     server_codes={SERVER_CODES[code]: code for code in FOLLOW_FAILURES},
+)
+
+SEARCH_FOR_USER = SkillDeclaration(
+    name="search_for_user",
+    summary="Drive to where a person may be whom follow_user has just lost, until they are seen",
+    inputs={"user_id": FOLLOW_USER.inputs["user_id"], **_SPEED_LIMITS},
+    failures=SEARCH_FAILURES,
+    groups=PERSON_GROUPS,
+    resources=frozenset({"base"}),
+    deadline_s=600.0,
+    server_codes={SERVER_CODES[code]: code for code in SEARCH_FAILURES},
 )
 
 _AT_THE_PERSON = ("distance", "p2r_orientation", "r2p_orientation")
@@ -347,6 +361,19 @@ BINDINGS = (
         feedback=lambda message: message.text,
         component="base",
         start_in_rig=lambda base, inputs: base.follow(**inputs),
+    ),
+    ActionBinding(
+        skill=SEARCH_FOR_USER,
+        interface="florence_interfaces/action/FollowUser",
+        name="search_for_user",
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in _SPEED_LIMITS},
+        },
+        result=partial(result_from_server, SEARCH_FOR_USER, "user_lost"),
+        feedback=lambda message: message.text,
+        component="base",
+        start_in_rig=lambda base, inputs: base.search(**inputs),
     ),
     ActionBinding(
         skill=APPROACH_PERSON,

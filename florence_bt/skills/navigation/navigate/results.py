@@ -71,13 +71,18 @@ STRAIGHT_FAILURES = {
 """The codes of ``drive_back`` and ``drive_straight``."""
 
 FOLLOW_FAILURES = {
-    "user_lost": "the person is out of sight, also from where they were seen last",
+    "user_lost": "the person is out of sight, also from where they vanished",
     **{
         code: NAVIGATE_FAILURES[code]
         for code in ("blocked", "no_pose", "no_scan", *TOUCH_FAILURES, *HELD_FAILURES)
     },
 }
 """The codes of ``follow_user``."""
+
+SEARCH_FAILURES = {code: meaning for code, meaning in FOLLOW_FAILURES.items() if code != "blocked"} | {
+    "user_lost": "nobody knows where the person vanished, or the robot gets nowhere in the search"
+}
+"""The codes of ``search_for_user``."""
 
 APPROACH_FAILURES = {
     "user_lost": "nobody is, or nobody is any more, where the person should be",

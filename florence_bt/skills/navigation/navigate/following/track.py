@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,17 +17,17 @@ from florence_bt.skills.navigation.navigate.legs import (
     of_nobody_known,
 )
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
-from florence_bt.skills.navigation.navigate.nearby_legs import VIEW_RAD, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
+from florence_bt.skills.navigation.navigate.standing_things import StandingThings
 from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
 
 PERSON_M = 0.6
 """What the sensors have marked so near to the person is the person."""
 _WALKING_MPS = 0.1
 """Slower, the direction in which somebody walks means nothing."""
-VIEW_M = (0.9, 3.5)
-"""Somebody there, in the middle of the camera's picture, is seen whole."""
+VIEW_RAD, VIEW_M = 0.35, (0.9, 3.5)
+"""Somebody no further beside the middle of the camera's picture, and so far away, is seen whole."""
 UNCLEAR_S = 1.5
 """Whom the camera does not know there for so long is somebody or something else."""
 _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
@@ -34,6 +35,8 @@ _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
 and so much further away from where they should be each second."""
 _OTHERS_S = 10.0
 """For so long it is remembered where somebody else was."""
+_CAME_POINTS = 50
+"""So many points are remembered of the way the robot came."""
 
 
 def is_in_picture(robot: Pose2, place: Point2) -> bool:
@@ -45,8 +48,15 @@ def is_in_picture(robot: Pose2, place: Point2) -> bool:
 class PersonTrack:
     """Where the person is, how they walk and which way they came. All places in the odometry frame, metres.
 
+    Args:
+        user_id: The persistent id of the person.
+        params: How long they count as in sight.
+        now: Seconds.
+
     Attributes:
+        user_id: The persistent id of the person.
         path: The way they walked.
+        came: The way the robot came behind them.
         things: What stands around and is not the person.
         walking: The legs that walk, of whomever.
         unknown: Where beams of the last scan end at nothing of the map, shape (n, 2).
@@ -54,11 +64,13 @@ class PersonTrack:
         others: When and where other people were seen lately.
     """
 
-    def __init__(self, params: FollowParameters, now: float) -> None:
+    def __init__(self, user_id: int, params: FollowParameters, now: float) -> None:
+        self.user_id = user_id
         self._coast = params.follow_coast
         self._target = MovingTarget(params.follow_velocity_time)
         self._unclear_since = now
         self.path = PersonTrail()
+        self.came: deque[Point2] = deque(maxlen=_CAME_POINTS)
         self.things = StandingThings()
         self.walking = WalkingLegs()
         self.others: list[tuple[float, Point2]] = []
@@ -72,7 +84,14 @@ class PersonTrack:
     def saw_scan(
         self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Point2]
     ) -> None:
-        """Go on with the legs in a scan while the camera does not see the person; see ``Follow.saw_scan``."""
+        """Go on with the legs in a scan while the camera does not see the person.
+
+        Args:
+            stamp: Seconds.
+            unknown: Where beams end at nothing of the map, shape (n, 2).
+            robot: The robot at that time.
+            others: Where other people are.
+        """
         self.unknown, self.scanned = unknown, stamp
         self.others = [each for each in self.others if stamp - each[0] <= _OTHERS_S]
         self.others += [(stamp, place) for place in others]
