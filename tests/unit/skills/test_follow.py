@@ -458,10 +458,17 @@ def test_somebody_who_comes_back_into_view_is_followed_on() -> None:
     assert 0.5 < walk.distances[-1] < 1.15
 
 
-def test_a_search_for_somebody_who_was_not_followed_lately_ends_at_once() -> None:
+@pytest.mark.parametrize(("who", "turned"), [(LEADER + 1, False), (LEADER, True)])
+def test_a_search_for_somebody_who_was_not_followed_just_before_ends_at_once(who: int, turned: bool) -> None:
     walk = Walk(Pose2(1.2, 2.4), lambda seconds: FIRST_ROOM)
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
     assert walk.go(1.0) is None
-    walk.trip.navigator.start_search(walk.trip.world.now, LEADER + 1, 0.0, 0.0)
+    navigator, world = walk.trip.navigator, walk.trip.world
+    if turned:
+        world.advance(40.0)
+        navigator.start_spin(1.0, world.now, 10.0)
+        assert walk.walk_on(0.5) is None
+    navigator.start_search(world.now, who, 0.0, 0.0)
     result = walk.walk_on(1.0)
     assert result is not None
     assert result.code == "user_lost"

@@ -24,10 +24,9 @@ from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
-from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions
+from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
 from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.glass import GlassMemory
 from florence_bt.skills.navigation.navigate.legs import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
@@ -57,6 +56,8 @@ _BY_ODOMETRY = (Spin, StraightDrive, Approach)
 """Goals that do not need to know where the robot is in the map."""
 _INTERRUPTED = (Drive, ThroughDrive, PathDrive)
 """Goals that end when they get nowhere for some time."""
+_HANDED_ON = frozenset({"ok", "user_lost"})
+"""A goal about a person that ends like this leaves what it knows of them to the next one."""
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
@@ -151,7 +152,7 @@ class Navigator:
         self._people = PeopleTracks(self._p.people)
         self._trails = VacatedCells()
         self._left: list[Point2] = []
-        self._track: PersonTrack | None = None
+        self._person_task: FollowTask | None = None
         self._goal: Goal | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
@@ -315,16 +316,16 @@ class Navigator:
         """Go on with people by their legs."""
         if isinstance(self._goal, Approach):
             self._goal.saw_scan(stamp, ends, odom_pose)
-        if map_from_odom is None or not (self._people or self._track is not None):
+        if map_from_odom is None or not (self._people or self._person_task is not None):
             return
         unknown = self._unmapped.unknown(ends, map_from_odom)
         self._people.saw_scan(stamp, unknown, odom_pose)
         for sight in self._people.sights():
             self._left += self._trails.saw(*sight)
-        if self._track is not None:
-            followed = self._track.user_id
+        if self._person_task is not None:
+            followed = self._person_task.goal.user_id
             others = [place for _, who, place in self._people.sights() if who != followed]
-            self._track.saw_scan(stamp, unknown, odom_pose, others)
+            self._person_task.track.saw_scan(stamp, unknown, odom_pose, others)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""
@@ -483,10 +484,12 @@ class Navigator:
         max_linear: float,
         max_angular: float,
     ) -> None:
-        track = self._track
+        before = self._person_task
         self._begin(now)
         if not _are_not_negative(distance, max_linear, max_angular):
-            self._refuse(f"cannot follow at {distance} m with {max_linear} m/s and {max_angular} rad/s")
+            self._refuse(
+                f"cannot go after a person at {distance} m, {max_linear} m/s and {max_angular} rad/s"
+            )
             return
         params = self._p.follow
         goal = FollowGoal(
@@ -495,12 +498,14 @@ class Navigator:
             max_linear or params.follow_max_lin_speed,
             max_angular or params.follow_max_ang_speed,
         )
-        if track is None or track.user_id != user_id or (track.seen or now) > now:
-            track = PersonTrack(user_id, params, now)
+        if before is None or before.goal.user_id != user_id or (before.track.seen or now) > now:
+            task = FollowTask.begin(goal, self._costmaps, self._p, now)
+        else:
+            task = before.go_on(goal)
         for sight in self._people.seen_lately(user_id, now):
-            track.saw(*sight)
-        self._track = track
-        self._goal = kind(FollowTask(goal, self._costmaps, self._p, track, Motions(goal, params)), now)
+            task.track.saw(*sight)
+        self._person_task = task
+        self._goal = kind(task, now)
 
     def saw_person(self, stamp: float, user_id: int, x: float, y: float) -> None:
         """Note that somebody was seen; ignore what is not newer than before, or not finite.
@@ -514,8 +519,8 @@ class Navigator:
         self._people.saw(stamp, user_id, x, y)
         if math.isfinite(x) and math.isfinite(y):
             self._left += self._trails.saw(stamp, user_id, (x, y))
-        if self._track is not None and self._track.user_id == user_id:
-            self._track.saw(stamp, x, y)
+        if self._person_task is not None and self._person_task.goal.user_id == user_id:
+            self._person_task.track.saw(stamp, x, y)
 
     def start_approach(
         self,
@@ -578,7 +583,7 @@ class Navigator:
     def _begin(self, now: float) -> None:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
-        self._goal = self._end = self._track = None
+        self._goal = self._end = self._person_task = None
         if self._newer_map is not None:
             self.replace_map(self._newer_map)
         self._missing_since = self._finding = None
@@ -703,6 +708,8 @@ class Navigator:
 
     def _finish(self, result: Result) -> CycleResult:
         self._goal = self._end = None
+        if result.code not in _HANDED_ON:
+            self._person_task = None
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
         self._feedback = replace(self._feedback, time_remaining=0.0, text=text)
         return CycleResult(STANDSTILL, self._feedback, result)

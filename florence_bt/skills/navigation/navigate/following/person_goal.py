@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Twist2
 from florence_bt.core.outcome import Result
-from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
@@ -23,7 +22,7 @@ _STUCK_S = 1.0
 
 
 class PersonGoal(ABC):
-    """A goal about a person, whose track the navigator keeps up to date.
+    """A goal about a person, which goes on with what the goal before it knew of them.
 
     It does the first that applies of: back off from a contact, back out from where it is stuck, what the
     goal is about.
@@ -31,7 +30,7 @@ class PersonGoal(ABC):
 
     def __init__(self, task: FollowTask, now: float) -> None:
         self._task = task
-        self._contact = ContactRecovery(task.costmaps, task.parameters.recovery)
+        self._contact = task.contact
         self._path_follower = PathFollower(task)
         self._retreat_path = RetreatPath(task)
         self._moved = now

@@ -31,7 +31,7 @@ class RetreatPath:
 
     def __init__(self, task: FollowTask) -> None:
         self._task = task
-        self._trail = task.track.came
+        self._trail = task.came
         self._until = -math.inf
 
     def remember(self, state: RobotState) -> None:

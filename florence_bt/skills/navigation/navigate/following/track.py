@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -35,8 +34,6 @@ _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
 and so much further away from where they should be each second."""
 _OTHERS_S = 10.0
 """For so long it is remembered where somebody else was."""
-_CAME_POINTS = 50
-"""So many points are remembered of the way the robot came."""
 
 
 def is_in_picture(robot: Pose2, place: Point2) -> bool:
@@ -49,14 +46,11 @@ class PersonTrack:
     """Where the person is, how they walk and which way they came. All places in the odometry frame, metres.
 
     Args:
-        user_id: The persistent id of the person.
         params: How long they count as in sight.
         now: Seconds.
 
     Attributes:
-        user_id: The persistent id of the person.
         path: The way they walked.
-        came: The way the robot came behind them.
         things: What stands around and is not the person.
         walking: The legs that walk, of whomever.
         unknown: Where beams of the last scan end at nothing of the map, shape (n, 2).
@@ -64,13 +58,11 @@ class PersonTrack:
         others: When and where other people were seen lately.
     """
 
-    def __init__(self, user_id: int, params: FollowParameters, now: float) -> None:
-        self.user_id = user_id
+    def __init__(self, params: FollowParameters, now: float) -> None:
         self._coast = params.follow_coast
         self._target = MovingTarget(params.follow_velocity_time)
         self._unclear_since = now
         self.path = PersonTrail()
-        self.came: deque[Point2] = deque(maxlen=_CAME_POINTS)
         self.things = StandingThings()
         self.walking = WalkingLegs()
         self.others: list[tuple[float, Point2]] = []
