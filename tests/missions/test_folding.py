@@ -12,6 +12,7 @@ CASES = {
     "they walk on": {
         "see whether they have moved on/**/look_for_user": f"running 1 s, then {FAR}",
         "follow_user": "running 3 s, then FAILURE user_lost",
+        "search_for_user": "running 3 s, then FAILURE user_lost",
     },
     "no battery": {"make_sure/**/navigate_to": "running 3 s, then FAILURE battery"},
 }

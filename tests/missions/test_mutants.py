@@ -293,6 +293,14 @@ MUTANTS = [
         "window: 1.5 s",
         "'look_for_user' with window=1.5, user_id=7",
     ),
+    ("follow_me", "timeout: 2 min", "timeout: 1 h", "'say' was started"),
+    (
+        "follow_me",
+        "search_for_user: {user_id: $user_id, max_lin_speed: $max_lin_speed",
+        "search_for_user: {user_id: $user_id",
+        "'search_for_user' with",
+    ),
+    ("catch_up", "            between: {search_for_user: {user_id: $seen_id}}\n", "", "'search_for_user'"),
     ("follow_me", "      on: [user_lost]\n", "", "follow_me cannot end with the code 'blocked'"),
     (
         "follow_me",

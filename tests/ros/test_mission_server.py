@@ -357,7 +357,7 @@ def test_the_documents_actions_with_a_person_run_the_missions_of_that_name(bench
     client = ActionClient(bench.node, action.type, name)
     bench.node.on_close(client.destroy)
     said_by_skill = action.skill_type.Impl.FeedbackMessage
-    feedback = bench.node.create_publisher(said_by_skill, f"{action.skill}/_action/feedback", 10)
+    feedback = bench.node.create_publisher(said_by_skill, f"{action.skills[-1]}/_action/feedback", 10)
     bench.ros.spin_until(client.server_is_ready, what="the action")
     bench.ros.spin_until(lambda: feedback.get_subscription_count() == 1, what="the mission server")
     said = []

@@ -789,6 +789,33 @@ def test_a_person_is_followed_by_the_frames_of_the_user_tracker(scene: Scene) ->
     assert robot.world.twist.is_zero()
 
 
+def test_who_was_followed_and_lost_is_searched_for_until_they_are_seen(scene: Scene) -> None:
+    scene.add_navigation()
+    robot, person = scene.robot, Pose2(2.9, 2.4)
+    skills = make_skills(scene.client)
+
+    def seen() -> bool:
+        robot.broadcaster.send("map", "user_7", robot.world.now, person)
+        return bool(robot.world.twist.linear > 0.1)
+
+    follow = skills["follow_user"].start(own_declarations()["follow_user"].complete({"user_id": 7}))
+    scene.play_until(seen)
+    scene.play_until(follow.poll, 30.0)
+    lost = follow.poll()
+    assert lost is not None and lost.code == "user_lost"
+    search = skills["search_for_user"].start(own_declarations()["search_for_user"].complete({"user_id": 7}))
+    scene.play_until(lambda: abs(robot.world.twist.angular) > 0.1)
+    assert search.poll() is None
+
+    def found() -> Result | None:
+        robot.broadcaster.send("map", "user_7", robot.world.now, person)
+        return search.poll()
+
+    scene.play_until(found)
+    assert search.poll() == success()
+    scene.play_until(lambda: robot.world.twist.is_zero())
+
+
 def approached(scene: Scene, skill: Skill, **inputs: float) -> Result:
     """The result of the skill ``approach_person`` of the mission server."""
     run = skill.start(own_declarations()["approach_person"].complete(inputs))

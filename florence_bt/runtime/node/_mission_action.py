@@ -119,14 +119,14 @@ class PersonAction:
         name: Of the action and of the mission.
         type: The action. Feedback and result say where the person is: x and y, robot frame, metres.
         units: The fields of the goal, which are the inputs of the mission, and their units.
-        skill: The name of the skill's action, whose feedback says where the person is.
-        skill_type: Its type.
+        skills: The names of the skills' actions, whose feedback says where the person is.
+        skill_type: Their type.
     """
 
     name: str
     type: Any
     units: Mapping[str, str]
-    skill: str
+    skills: tuple[str, ...]
     skill_type: Any
 
     def input_texts(self, goal: Any) -> list[str]:
@@ -144,7 +144,7 @@ FOLLOW_ME = PersonAction(
         "max_ang_speed": "",
         "desired_follow_distance": "m",
     },
-    "follow_user",
+    ("follow_user", "search_for_user"),
     FollowUser,
 )
 """Source: REFERENCE 12.6; document, table 54."""
@@ -160,7 +160,7 @@ APPROACH_ME = PersonAction(
         "max_lin_speed": "m/s",
         "max_ang_speed": "",
     },
-    "approach_person",
+    ("approach_person",),
     ApproachMe,
 )
 """Source: REFERENCE 12.7; document, table 66."""
@@ -188,8 +188,10 @@ class PersonMission:
         self._trigger = start
         self._person = self._older = 0.0, 0.0
         self._goals = MissionAction(node, missions, action.type, action.name, self._start, self._result)
-        topic = f"{node.resolve_action_name(action.skill)}/_action/feedback"
-        node.create_subscription(action.skill_type.Impl.FeedbackMessage, topic, self._on_feedback, RELIABLE)
+        for skill in action.skills:
+            topic = f"{node.resolve_action_name(skill)}/_action/feedback"
+            message_type = action.skill_type.Impl.FeedbackMessage
+            node.create_subscription(message_type, topic, self._on_feedback, RELIABLE)
 
     def on_end(self, run: MissionRun) -> None:
         """Send its client the result if the run that has ended is the goal's."""

@@ -310,6 +310,11 @@ class _BaseSkills:
         self._navigator.start_follow(self._clock.now(), user_id, distance, max_lin_speed, max_ang_speed)
         return run
 
+    def search(self, user_id: int, max_lin_speed: float, max_ang_speed: float) -> SkillRun:
+        run = self._component.begin("searching", self._navigator.cancel)
+        self._navigator.start_search(self._clock.now(), user_id, max_lin_speed, max_ang_speed)
+        return run
+
     def approach(
         self,
         x: float,

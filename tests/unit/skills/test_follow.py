@@ -26,7 +26,7 @@ from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.state import CycleResult, RobotState
+from florence_bt.skills.navigation.navigate.state import CycleResult
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
 Point = tuple[float, float]
@@ -71,9 +71,30 @@ class Walk:
     def go(
         self, seconds: float, distance: float = 0.0, speed: float = 0.0, turn: float = 0.0
     ) -> Result | None:
+        """Follow; return how that ended, None when it goes on."""
+        self.trip.navigator.start_follow(self.trip.world.now, LEADER, distance, speed, turn)
+        return self.walk_on(seconds)
+
+    def go_and_search(self, seconds: float) -> Result | None:
+        """Follow, and search for who is lost, in turn as missions do; return how a search has failed."""
+        navigator, world, start = self.trip.navigator, self.trip.world, self.trip.world.now
+        place = self.place
+        self.place = lambda since: place(world.now - start)
+        follows = True
+        while world.now < start + seconds:
+            if follows:
+                navigator.start_follow(world.now, LEADER, 0.0, 0.0, 0.0)
+            else:
+                navigator.start_search(world.now, LEADER, 0.0, 0.0)
+            result = self.walk_on(start + seconds - world.now)
+            if result is not None and not follows and not result.succeeded:
+                return result
+            follows = not follows
+        return None
+
+    def walk_on(self, seconds: float) -> Result | None:
         trip, world = self.trip, self.trip.world
         start = world.now
-        trip.navigator.start_follow(start, LEADER, distance, speed, turn)
         while world.now < start + seconds:
             x, y = self.place(world.now - start)
             world.boxes = [*self.boxes, (x - 0.12, y - 0.12, x + 0.12, y + 0.12)]
@@ -215,7 +236,7 @@ def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch:
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (4.05, 2.4), (4.6, 2.4), (4.6, 0.4)], 0.45))
     see = walk.sees
     walk.sees = lambda person: walk.trip.world.now < 4.0 and see(person)  # type: ignore[method-assign]
-    assert walk.go(18.0) is None
+    assert walk.go_and_search(18.0) is None
     texts = walk.trip.texts
     assert texts.count("going to where the person was seen last") < 80
     assert "looking for the person" in texts
@@ -227,13 +248,13 @@ def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) ->
     walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4))
     walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
     walk.place = lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0)
-    assert walk.go(30.0) is None
+    assert walk.go_and_search(30.0) is None
     assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
 
 
 def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
     walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3))
-    assert walk.go(22.0) is None
+    assert walk.go_and_search(22.0) is None
     texts = walk.trip.texts
     begins = texts.index("stepping aside")
     assert texts[begins - 50 : begins] == 50 * ["following"]
@@ -260,18 +281,13 @@ def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_o
     assert "stepping aside" not in walk.trip.texts
 
 
-def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_round(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def may(self: Motions, state: RobotState, command: Twist2) -> bool:
-        return command.linear != 0.0 or abs(state.map_pose.yaw + 0.1 * np.sign(command.angular)) < 0.8
-
-    monkeypatch.setattr(Motions, "is_free", may)
+def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Motions, "is_free_turn", lambda self, clearance, speed, *turn: speed != 0.0)
     monkeypatch.setattr(PersonBelief, "best_view", lambda self, robot: (3.0, 1.0))
     monkeypatch.setattr(PersonBelief, "best_place", lambda self, robot: (3.3, 1.0))
     walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0))
     walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
-    assert walk.go(30.0) is None
+    assert walk.go_and_search(30.0) is None
     assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
 
 
@@ -292,7 +308,7 @@ def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they
         return False
 
     walk.sees = sees  # type: ignore[method-assign]
-    assert walk.go(6.0) is None
+    assert walk.go_and_search(6.0) is None
     goes_on = any(text.startswith("following") for text in walk.trip.texts[28:33])
     assert goes_on is not somebody_else
 
@@ -341,7 +357,7 @@ def test_where_they_vanished_the_marks_of_their_body_are_cleared() -> None:
         return see(person)
 
     walk.sees = mark_the_last_place  # type: ignore[method-assign]
-    assert walk.go(5.0) is None
+    assert walk.go_and_search(5.0) is None
     assert costs[0] == LETHAL
     assert costs[-1] < LETHAL
 
@@ -369,7 +385,7 @@ def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_kn
 
     walk = Walk(Pose2(1.6, 2.4), place)
     walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
-    assert walk.go(26.0) is None
+    assert walk.go_and_search(26.0) is None
     assert 10 < walk.trip.texts.count("looking at who walks") < 80
 
 
@@ -387,7 +403,7 @@ def test_who_is_not_seen_after_stepping_aside_is_looked_for_where_the_robot_stoo
 
     walk.place = place
     walk.sees = lambda person: "stepping aside" not in texts and see(person)  # type: ignore[method-assign]
-    assert walk.go(16.0) is None
+    assert walk.go_and_search(16.0) is None
     assert texts[-1] != "stepping aside"
     assert walk.trip.navigator.person == pytest.approx(stood[0], abs=0.05)
 
@@ -434,17 +450,43 @@ def test_out_of_sight_the_limits_of_the_goal_hold_too() -> None:
 
 def test_somebody_who_comes_back_into_view_is_followed_on() -> None:
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (3.6, 2.4)], 0.3))
-    trip = walk.trip
-    trip.navigator.start_follow(0.0, LEADER, 0.0, 0.0, 0.0)
-    for tenth in range(160):
-        person = walk.place(tenth * 0.1)
-        if not 30 < tenth < 70:
-            in_odom = trip.world.odom @ trip.world.pose.inverse() @ Pose2(*person)
-            trip.navigator.saw_person(trip.world.now, LEADER, in_odom.x, in_odom.y)
-        assert trip.cycle() is None
-    assert "looking for the person" in trip.texts
-    assert trip.texts[-1] == "following"
-    assert 0.5 < math.dist((trip.world.pose.x, trip.world.pose.y), walk.place(99.0)) < 1.15
+    see, world = walk.sees, walk.trip.world
+    walk.sees = lambda person: not 3.0 < world.now < 9.0 and see(person)  # type: ignore[method-assign]
+    walk.boxes = WALLS
+    assert walk.go_and_search(16.0) is None
+    assert walk.trip.texts[-1] == "following"
+    assert 0.5 < walk.distances[-1] < 1.15
+
+
+@pytest.mark.parametrize(("who", "turned"), [(LEADER + 1, False), (LEADER, True)])
+def test_a_search_for_somebody_who_was_not_followed_just_before_ends_at_once(who: int, turned: bool) -> None:
+    walk = Walk(Pose2(1.2, 2.4), lambda seconds: FIRST_ROOM)
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    assert walk.go(1.0) is None
+    navigator, world = walk.trip.navigator, walk.trip.world
+    if turned:
+        world.advance(40.0)
+        navigator.start_spin(1.0, world.now, 10.0)
+        assert walk.walk_on(0.5) is None
+    navigator.start_search(world.now, who, 0.0, 0.0)
+    result = walk.walk_on(1.0)
+    assert result is not None
+    assert result.code == "user_lost"
+    assert walk.trip.world.command == STANDSTILL
+
+
+def test_a_search_ends_when_the_person_is_seen_and_the_following_goes_on_with_their_trail() -> None:
+    walk = Walk(Pose2(1.2, 2.4), lambda seconds: (3.6, 2.4))
+    navigator, world = walk.trip.navigator, walk.trip.world
+    assert walk.go(2.0) is None
+    navigator.start_search(world.now, LEADER, 0.0, 0.0)
+    found = walk.walk_on(1.0)
+    assert found is not None and found.succeeded
+    walk.blind = True
+    navigator.start_follow(world.now, LEADER, 0.0, 0.0, 0.0)
+    assert walk.trip.cycle() is None
+    assert walk.trip.texts[-1] == "following"
+    assert world.command.linear > 0.0
 
 
 def test_without_anybody_to_see_it_never_moves() -> None:
@@ -532,23 +574,6 @@ def test_the_velocity_of_a_target_needs_no_regular_sights() -> None:
     assert target.seen == seen
     assert seen is not None
     assert target.at(seen + 5.0, 0.5) == pytest.approx((0.4 * (seen + 0.5), -0.2 * (seen + 0.5)), abs=0.03)
-
-
-def test_who_stands_too_near_to_be_seen_is_given_room_and_found() -> None:
-    walk = Walk(Pose2(1.2, 2.4), along([(2.3, 2.4), (2.0, 2.95)], 0.3))
-    see, world = walk.sees, walk.trip.world
-
-    def sees(person: Point) -> bool:
-        away = math.dist(person, (world.pose.x, world.pose.y))
-        return see(person) and away > 0.6 and not 0.3 < world.now < 8.0
-
-    walk.sees = sees  # type: ignore[method-assign]
-    assert walk.go(40.0) is None
-    assert min(walk.distances) < 0.65
-    order = [text for text, _ in itertools.groupby(walk.trip.texts)]
-    assert order[order.index("looking at what may be the person") + 1] == "backing out"
-    assert walk.trip.texts[-1] == "following"
-    assert walk.trip.world.hits == 0
 
 
 def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -91,6 +91,11 @@ def test_the_type_fits_the_table(served: SkillBinding) -> None:
             {"user_id": 7, "distance": 1.0, "max_lin_speed": 0.0, "max_ang_speed": 0.5},
         ),
         (
+            "search_for_user",
+            {"user_id": 7, "max_lin_speed": 0, "max_ang_speed": 0.5},
+            {"user_id": 7, "max_lin_speed": 0.0, "max_ang_speed": 0.5},
+        ),
+        (
             "approach_person",
             {
                 "x": 2,

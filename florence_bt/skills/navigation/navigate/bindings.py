@@ -21,6 +21,7 @@ from florence_bt.skills.navigation.navigate.results import (
     NO_POSE,
     OUT_OF_REACH,
     PLAN_CODES_BY_NUMBER,
+    SEARCH_CODES_BY_NUMBER,
     SPIN_CODES_BY_NUMBER,
     THROUGH_CODES_BY_NUMBER,
     result_from_approach,
@@ -30,7 +31,9 @@ from florence_bt.skills.navigation.navigate.results import (
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
-NOT_OF_NAV2 = frozenset({"follow_user", "approach_person", "set_speed_limit", "get_frontier"})
+NOT_OF_NAV2 = frozenset(
+    {"follow_user", "search_for_user", "approach_person", "set_speed_limit", "get_frontier"}
+)
 """The skills that Nav2 cannot perform."""
 ACTIONS_WITHOUT_SKILL = ("follow_path", "wait")
 """For other programs: missions have no paths, and a node of their own that waits."""
@@ -162,6 +165,20 @@ BINDINGS = (
         feedback=lambda message: message.text,
         component="base",
         start_in_rig=lambda base, inputs: base.follow(**inputs),
+    ),
+    ActionBinding(
+        skill="search_for_user",
+        interface="florence_interfaces/action/FollowUser",
+        name="search_for_user",
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in _SPEED_LIMITS},
+        },
+        error_codes=SEARCH_CODES_BY_NUMBER,
+        result=partial(result_from_server, "search_for_user", SEARCH_CODES_BY_NUMBER, "user_lost"),
+        feedback=lambda message: message.text,
+        component="base",
+        start_in_rig=lambda base, inputs: base.search(**inputs),
     ),
     ActionBinding(
         skill="approach_person",

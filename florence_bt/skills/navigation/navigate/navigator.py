@@ -26,6 +26,8 @@ from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
+from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
+from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.glass import GlassMemory
 from florence_bt.skills.navigation.navigate.legs import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
@@ -34,6 +36,7 @@ from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.search import Search
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
@@ -49,11 +52,13 @@ FEET = "laser"
 _CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact does not believe in it any more."""
 
-Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | Follow | Approach
+Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | PersonGoal | Approach
 _BY_ODOMETRY = (Spin, StraightDrive, Approach)
 """Goals that do not need to know where the robot is in the map."""
 _INTERRUPTED = (Drive, ThroughDrive, PathDrive)
 """Goals that end when they get nowhere for some time."""
+_HANDED_ON = frozenset({"ok", "user_lost"})
+"""A goal about a person that ends like this leaves what it knows of them to the next one."""
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
@@ -148,6 +153,7 @@ class Navigator:
         self._people = PeopleTracks(self._p.people)
         self._trails = VacatedCells()
         self._left: list[Point2] = []
+        self._person_task: FollowTask | None = None
         self._goal: Goal | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
@@ -190,7 +196,7 @@ class Navigator:
         Raises:
             ValueError: Its cells have another size.
         """
-        if isinstance(self._goal, Follow):
+        if isinstance(self._goal, PersonGoal):
             self._newer_map = grid
             return
         self._newer_map = None
@@ -228,13 +234,13 @@ class Navigator:
     @property
     def plan(self) -> NDArray[np.float64] | None:
         """The path that is followed, shape (n, 2) in the map frame, or None."""
-        with_path = (Drive, ThroughDrive, PathDrive, Follow)
+        with_path = (Drive, ThroughDrive, PathDrive, PersonGoal)
         return self._goal.path if isinstance(self._goal, with_path) else None
 
     @property
     def person(self) -> Point2 | None:
         """Where the person who is followed or approached was last, in the odometry frame, metres."""
-        return self._goal.person if isinstance(self._goal, (Follow, Approach)) else None
+        return self._goal.person if isinstance(self._goal, (PersonGoal, Approach)) else None
 
     def set_zones(self, zones: Iterable[Zone]) -> None:
         """Keep to these zones from now on, in place of all of before; a drive under way minds them, too."""
@@ -313,16 +319,16 @@ class Navigator:
         """Go on with people by their legs."""
         if isinstance(self._goal, Approach):
             self._goal.saw_scan(stamp, ends, odom_pose)
-        if map_from_odom is None or not (self._people or isinstance(self._goal, Follow)):
+        if map_from_odom is None or not (self._people or self._person_task is not None):
             return
         unknown = self._unmapped.unknown(ends, map_from_odom)
         self._people.saw_scan(stamp, unknown, odom_pose)
         for sight in self._people.sights():
             self._left += self._trails.saw(*sight)
-        if isinstance(self._goal, Follow):
-            followed = self._goal.user_id
+        if self._person_task is not None:
+            followed = self._person_task.goal.user_id
             others = [place for _, who, place in self._people.sights() if who != followed]
-            self._goal.saw_scan(stamp, unknown, odom_pose, others)
+            self._person_task.track.saw_scan(stamp, unknown, odom_pose, others)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""
@@ -447,7 +453,8 @@ class Navigator:
     ) -> None:
         """Follow one of the people whom :meth:`saw_person` tells about; replaces what is active.
 
-        It begins where they were seen within the last half minute, and waits for a sight of others.
+        It goes on where the goal before has left off with the same person, begins where they were seen within
+        the last half minute, and waits for a sight of others.
 
         Args:
             now: Seconds.
@@ -456,9 +463,36 @@ class Navigator:
             max_linear: m/s; 0 takes the parameter's.
             max_angular: rad/s; 0 takes the parameter's.
         """
+        self._start_about(Follow, now, user_id, distance, max_linear, max_angular)
+
+    def start_search(self, now: float, user_id: int, max_linear: float, max_angular: float) -> None:
+        """Drive to where somebody may be who was followed and lost; replaces what is active.
+
+        It succeeds as soon as they are seen.
+
+        Args:
+            now: Seconds.
+            user_id: The persistent id of the person.
+            max_linear: m/s; 0 takes the parameter's.
+            max_angular: rad/s; 0 takes the parameter's.
+        """
+        self._start_about(Search, now, user_id, 0.0, max_linear, max_angular)
+
+    def _start_about(
+        self,
+        kind: type[Follow | Search],
+        now: float,
+        user_id: int,
+        distance: float,
+        max_linear: float,
+        max_angular: float,
+    ) -> None:
+        before = self._person_task
         self._begin(now)
         if not _are_not_negative(distance, max_linear, max_angular):
-            self._refuse(f"cannot follow at {distance} m with {max_linear} m/s and {max_angular} rad/s")
+            self._refuse(
+                f"cannot go after a person at {distance} m, {max_linear} m/s and {max_angular} rad/s"
+            )
             return
         params = self._p.follow
         goal = FollowGoal(
@@ -467,9 +501,14 @@ class Navigator:
             max_linear or params.follow_max_lin_speed,
             max_angular or params.follow_max_ang_speed,
         )
-        self._goal = Follow(goal, self._costmaps, self._p, now)
+        if before is None or before.goal.user_id != user_id or (before.track.seen or now) > now:
+            task = FollowTask.begin(goal, self._costmaps, self._p, now)
+        else:
+            task = before.go_on(goal)
         for sight in self._people.seen_lately(user_id, now):
-            self._goal.saw(*sight)
+            task.track.saw(*sight)
+        self._person_task = task
+        self._goal = kind(task, now)
 
     def saw_person(self, stamp: float, user_id: int, x: float, y: float) -> None:
         """Note that somebody was seen; ignore what is not newer than before, or not finite.
@@ -483,8 +522,8 @@ class Navigator:
         self._people.saw(stamp, user_id, x, y)
         if math.isfinite(x) and math.isfinite(y):
             self._left += self._trails.saw(stamp, user_id, (x, y))
-        if isinstance(self._goal, Follow) and self._goal.user_id == user_id:
-            self._goal.saw(stamp, x, y)
+        if self._person_task is not None and self._person_task.goal.user_id == user_id:
+            self._person_task.track.saw(stamp, x, y)
 
     def start_approach(
         self,
@@ -547,7 +586,7 @@ class Navigator:
     def _begin(self, now: float) -> None:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
-        self._goal = self._end = None
+        self._goal = self._end = self._person_task = None
         if self._newer_map is not None:
             self.replace_map(self._newer_map)
         self._missing_since = self._finding = None
@@ -629,7 +668,7 @@ class Navigator:
         localised = map_from_odom is not None
         # A robot that has lost its place keeps its distance from everybody.
         goal = self._goal if localised else None
-        followed = (goal.user_id, goal.person) if isinstance(goal, Follow) else ()
+        followed = (goal.user_id, goal.person) if isinstance(goal, PersonGoal) else ()
         people = self._people.people(now, *followed)
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
@@ -672,6 +711,8 @@ class Navigator:
 
     def _finish(self, result: Result) -> CycleResult:
         self._goal = self._end = None
+        if result.code not in _HANDED_ON:
+            self._person_task = None
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
         self._feedback = replace(self._feedback, time_remaining=0.0, text=text)
         return CycleResult(STANDSTILL, self._feedback, result)

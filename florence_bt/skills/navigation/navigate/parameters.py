@@ -125,8 +125,7 @@ class FollowParameters(CheckedParameters):
         follow_coast: Not seen for so many seconds, a person is out of sight: the robot drives to where they
             were.
         follow_patience: For so many seconds the robot waits for the first sight of the person, turns after
-            who has left the view, and stands before a blocked way; then it searches.
-        follow_limit: Out of sight for so many seconds: lost, wherever the robot is.
+            who has left the view, and stands before a blocked way; then: lost.
 
     Source:
         REFERENCE 12.6; document, section 4.1.
@@ -145,10 +144,9 @@ class FollowParameters(CheckedParameters):
     follow_look_ahead: Positive = 1.0
     follow_coast: Positive = 0.7
     follow_patience: Positive = 3.0
-    follow_limit: Positive = 120.0
 
     def _check(self) -> None:
-        check_order(self, ("follow_coast", "follow_patience"), ("follow_patience", "follow_limit"))
+        check_order(self, ("follow_coast", "follow_patience"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,6 +126,8 @@ FOLLOW_CODES_BY_NUMBER = {
     SERVER_CODES[code]: code for code in ("user_lost", "blocked", "no_pose", "no_scan", *TOUCHES, *HELD)
 }
 """error_code of FollowUser -> our code."""
+SEARCH_CODES_BY_NUMBER = {n: code for n, code in FOLLOW_CODES_BY_NUMBER.items() if code != "blocked"}
+"""error_code of a search, which is a FollowUser too -> our code."""
 
 
 def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:

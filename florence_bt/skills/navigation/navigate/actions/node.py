@@ -160,6 +160,10 @@ def _follow(navigator: Navigator, goal: FollowUser.Goal, now: float, to_map: ToM
     navigator.start_follow(now, goal.user_id, *map(float, numbers))
 
 
+def _search(navigator: Navigator, goal: FollowUser.Goal, now: float, to_map: ToMap) -> None:
+    navigator.start_search(now, goal.user_id, float(goal.max_lin_speed), float(goal.max_ang_speed))
+
+
 def _approach(navigator: Navigator, goal: ApproachMe.Goal, now: float, to_map: ToMap) -> None:
     navigator.start_approach(
         now,
@@ -182,6 +186,7 @@ GOAL_ACTIONS = (
     GoalAction(Wait, "wait", _wait, WAIT_SERVER_CODES, 740),
     # In every cycle: document, sections 4.1 and 4.3.
     GoalAction(FollowUser, "follow_user", _follow, SERVER_CODES, 100, every_cycle=True),
+    GoalAction(FollowUser, "search_for_user", _search, SERVER_CODES, 100, every_cycle=True),
     GoalAction(ApproachMe, "approach_person", _approach, SERVER_CODES, 100, every_cycle=True),
 )
 """They share the base: a goal of one takes it from the goal of another."""

@@ -55,8 +55,6 @@ class Motions:
         self._goal = goal
         self._params = params
         self.held = False
-        self._turning = 0.0
-        self._blocked_turns: set[bool] = set()
 
     def limited(self, turn: float) -> float:
         """Keep a turning speed within the limit of the goal, rad/s."""
@@ -84,27 +82,3 @@ class Motions:
         turn = self.turning_speed(bearing)
         self.held = not self.is_free_turn(clearance or state.clearance, 0.0, turn, bearing)
         return STANDSTILL if self.held else Twist2(0.0, turn)
-
-    def begin_to_turn_round(self) -> None:
-        """Forget what was in the way of an earlier turn."""
-        self._turning = 0.0
-        self._blocked_turns.clear()
-
-    def turn_round(self, state: RobotState, left: float, speed: float) -> Twist2:
-        """Turn in place; where there is no room for it, the other way round.
-
-        Returns:
-            Standstill when something was in the way both ways round since :meth:`begin_to_turn_round`.
-        """
-        wanted = self.limited(math.copysign(speed, left))
-        # What was begun goes on, also when the other way has become shorter.
-        ways = (wanted, -wanted) if wanted * self._turning >= 0.0 else (-wanted, wanted)
-        for turn in ways:
-            if (turn > 0.0) in self._blocked_turns:
-                continue
-            if self.is_free(state, Twist2(0.0, turn)):
-                self._turning = turn
-                return Twist2(0.0, turn)
-            self._blocked_turns.add(turn > 0.0)
-        self.held = True
-        return STANDSTILL

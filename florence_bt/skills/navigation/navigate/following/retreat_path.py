@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 
-from florence_bt.core.geometry import STANDSTILL, Point2, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.state import RobotState
 
-_STEP_M, _POINTS = 0.1, 50
-"""The way the robot came: a point at least so far from the next, so many are remembered."""
+_STEP_M = 0.1
+"""A point of the way the robot came is so far from the next at least."""
 _TO_M = 0.3
 """It steers towards a point of that way so far behind its middle."""
 _STRAIGHT_RAD = 0.3
@@ -32,7 +31,7 @@ class RetreatPath:
 
     def __init__(self, task: FollowTask) -> None:
         self._task = task
-        self._trail: deque[Point2] = deque(maxlen=_POINTS)
+        self._trail = task.came
         self._until = -math.inf
 
     def remember(self, state: RobotState) -> None:

@@ -1,24 +1,32 @@
-"""What the parts of following somebody share."""
+"""What the goals about one person share: it outlives each of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, replace
 
+from florence_bt.core.geometry import Point2
+from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Motions
 from florence_bt.skills.navigation.navigate.following.track import PersonTrack
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
+_CAME_POINTS = 50
+"""So many points are remembered of the way the robot came."""
+
 
 @dataclass(frozen=True, slots=True)
 class FollowTask:
-    """A goal to follow somebody, and what its parts work with.
+    """A goal about a person, and what its parts work with.
 
     Attributes:
-        goal: Whom to follow, and how.
+        goal: Whom to go after, and how.
         costmaps: Where the robot drives.
         parameters: Of navigation.
         track: Where the person is.
+        came: The way the robot came, odometry frame, metres.
+        contact: What the robot has touched.
         motions: What the robot may drive.
     """
 
@@ -26,7 +34,29 @@ class FollowTask:
     costmaps: Costmaps
     parameters: NavigatorParameters
     track: PersonTrack
+    came: deque[Point2]
+    contact: ContactRecovery
     motions: Motions
+
+    @classmethod
+    def begin(
+        cls, goal: FollowGoal, costmaps: Costmaps, parameters: NavigatorParameters, now: float
+    ) -> FollowTask:
+        """Make the task of a goal that goes on with no other."""
+        params = parameters.follow
+        return cls(
+            goal,
+            costmaps,
+            parameters,
+            PersonTrack(params, now),
+            deque(maxlen=_CAME_POINTS),
+            ContactRecovery(costmaps, parameters.recovery),
+            Motions(goal, params),
+        )
+
+    def go_on(self, goal: FollowGoal) -> FollowTask:
+        """Return the task of a newer goal about the same person."""
+        return replace(self, goal=goal, motions=Motions(goal, self.params))
 
     @property
     def params(self) -> FollowParameters:

@@ -16,17 +16,17 @@ from florence_bt.skills.navigation.navigate.legs import (
     of_nobody_known,
 )
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
-from florence_bt.skills.navigation.navigate.nearby_legs import VIEW_RAD, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
+from florence_bt.skills.navigation.navigate.standing_things import StandingThings
 from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
 
 PERSON_M = 0.6
 """What the sensors have marked so near to the person is the person."""
 _WALKING_MPS = 0.1
 """Slower, the direction in which somebody walks means nothing."""
-VIEW_M = (0.9, 3.5)
-"""Somebody there, in the middle of the camera's picture, is seen whole."""
+VIEW_RAD, VIEW_M = 0.35, (0.9, 3.5)
+"""Somebody no further beside the middle of the camera's picture, and so far away, is seen whole."""
 UNCLEAR_S = 1.5
 """Whom the camera does not know there for so long is somebody or something else."""
 _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
@@ -44,6 +44,10 @@ def is_in_picture(robot: Pose2, place: Point2) -> bool:
 
 class PersonTrack:
     """Where the person is, how they walk and which way they came. All places in the odometry frame, metres.
+
+    Args:
+        params: How long they count as in sight.
+        now: Seconds.
 
     Attributes:
         path: The way they walked.
@@ -72,7 +76,14 @@ class PersonTrack:
     def saw_scan(
         self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Point2]
     ) -> None:
-        """Go on with the legs in a scan while the camera does not see the person; see ``Follow.saw_scan``."""
+        """Go on with the legs in a scan while the camera does not see the person.
+
+        Args:
+            stamp: Seconds.
+            unknown: Where beams end at nothing of the map, shape (n, 2).
+            robot: The robot at that time.
+            others: Where other people are.
+        """
         self.unknown, self.scanned = unknown, stamp
         self.others = [each for each in self.others if stamp - each[0] <= _OTHERS_S]
         self.others += [(stamp, place) for place in others]

@@ -1,65 +1,57 @@
-"""The search for who vanished: at who walks, at what may be their legs, and where they most likely are."""
+"""Search for a person who vanished: look at who walks, and where they may be. No ROS, no clock of its own."""
 
 from __future__ import annotations
 
 import math
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, normalize_angle
+from florence_bt.core.outcome import failure, success
 from florence_bt.skills.navigation.navigate.following.motions import Move
-from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
-from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
+from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M
+from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
 from florence_bt.skills.navigation.navigate.legs import all_legs, of_nobody_known
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
-from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, VIEW_RAD, NearbyLegs
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 _FACING_RAD = 0.3
-_LOOK_RADPS = 0.6
-"""How fast the robot turns at last."""
 _WORTH_LOOKING = 0.03, 0.06, 0.12
 """It turns to look when so much of what is likely would get into the picture, at the first look, the second
 and so on; else, and after so many looks from one place, it drives on."""
 _SAME_PLACE_M = 0.5
 _CHOICE_S = 2.5
 """How long it stays with a place to drive to, at least."""
+_NO_WAY_S = 15.0
+"""A search in which the robot cannot move for so long is over."""
 
 
-class Search:
-    """Looks for the person from when the robot does not know any more where they are."""
+class Search(PersonGoal):
+    """Drives and turns to where a person may be who was followed and lost, until they are seen."""
 
-    def __init__(
-        self, task: FollowTask, path_follower: PathFollower, retreat_path: RetreatPath, state: RobotState
-    ) -> None:
-        self._task = task
-        self._path_follower = path_follower
-        self._retreat_path = retreat_path
-        track = task.track
-        assert track.seen is not None
-        in_map = state.map_from_odom.apply(*track.last)
-        velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
-        self._belief = PersonBelief(task.costmaps, in_map, velocity, track.seen)
-        self._nearby = NearbyLegs(track.things.places())
-        self._made_room = False
+    def __init__(self, task: FollowTask, now: float) -> None:
+        super().__init__(task, now)
+        self._belief: PersonBelief | None = None
         self._looks_at_since: float | None = None
         self._heading: float | None = None
         self._goal_place: Point2 | None = None
-        self._looks, self._looked_from = 0, state.map_pose
-        self._next_choice = state.now
+        self._looks, self._looked_from = 0, Pose2(math.inf, math.inf)
+        self._next_choice = now
 
-    def step(self, state: RobotState) -> Move:
-        """Decide what to do."""
+    def _choose(self, state: RobotState) -> Move:
+        track = self._task.track
+        if track.seen is None:
+            reason = f"person {self.user_id} was not followed lately: nobody knows where they vanished"
+            return Move(STANDSTILL, "lost", failure("user_lost", reason))
+        if track.is_seen(state.now):
+            return Move(STANDSTILL, "the person is seen", success())
+        if state.now - self._moved > _NO_WAY_S:
+            reason = f"the robot could not move for {_NO_WAY_S:g} s, and sees nobody from where it is"
+            return Move(STANDSTILL, "lost", failure("user_lost", reason))
         look = self._look_at_who_walks(state)
         if look is not None:
             return Move(look, "looking at who walks")
-        if self._heading is None and (self._looks > 0 or self._goal_place is not None):
-            # They are most likely ahead; but they may be right beside the robot, too.
-            look = self._look_at_legs(state)
-            if look is not None:
-                return Move(look, "looking at what may be the person")
-        return Move(self._look_where_likely(state), "looking for the person")
+        return Move(self._look_where_likely(state, track.seen), "looking for the person")
 
     def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
         """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
@@ -85,41 +77,23 @@ class Search:
         walking.reject(nearest)
         return None
 
-    def _look_at_legs(self, state: RobotState) -> Twist2 | None:
-        """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
-        before = self._nearby.since
-        unknown = of_nobody_known(all_legs(self._task.track.unknown), state.people.places)
-        legs = self._nearby.next(state.now, state.pose, unknown)
-        if self._nearby.since != before:
-            self._task.motions.begin_to_turn_round()
-        if legs is None:
-            return None
-        bearing = state.pose.bearing_to(*legs)
-        if abs(bearing) > _FACING_RAD:
-            turn = self._task.motions.turn_round(state, bearing, self._task.goal.max_angular)
-            if turn.is_zero():
-                self._nearby.leave()
-            return turn
-        if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
-            self._made_room = True
-            self._retreat_path.begin(state.now)
-        return STANDSTILL
-
-    def _look_where_likely(self, state: RobotState) -> Twist2:
+    def _look_where_likely(self, state: RobotState, vanished: float) -> Twist2:
         """Turn to where they may be; drive there when that cannot be seen from here."""
-        robot = state.map_pose
-        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._task.track.unknown)]
+        robot, track = state.map_pose, self._task.track
+        if self._belief is None:
+            in_map = state.map_from_odom.apply(*track.last)
+            velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
+            self._belief = PersonBelief(self._task.costmaps, in_map, velocity, vanished)
+        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(track.unknown)]
         self._belief.update(state.now, robot, legs)
         if self._heading is None and state.now >= self._next_choice:
             if self._goal_place is not None and self._path_follower.path is None:
                 self._belief.no_way_to(self._goal_place)
-            self._choose(state)
+            self._choose_place(state, self._belief)
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
             if abs(left) > _FACING_RAD / 2.0:
-                fast = abs(left) > 2.0 * _FACING_RAD
-                speed = self._task.goal.max_angular if fast else _LOOK_RADPS
-                turn = self._task.motions.turn_round(state, left, speed)
+                turn = self._task.motions.turn_towards(state, left)
                 if turn.is_zero():
                     # It cannot be looked at from here: make room, and drive on.
                     self._heading, self._looks = None, len(_WORTH_LOOKING)
@@ -132,19 +106,18 @@ class Search:
         command, _ = self._path_follower.drive(state, state.map_from_odom.inverse().apply(*self._goal_place))
         return command
 
-    def _choose(self, state: RobotState) -> None:
+    def _choose_place(self, state: RobotState, belief: PersonBelief) -> None:
         """Choose between a heading to look in and a place to drive to."""
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose
-        heading, share = self._belief.best_view(robot)
-        place = self._belief.best_place(robot)
+        heading, share = belief.best_view(robot)
+        place = belief.best_place(robot)
         beside = abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD
         if robot.distance_to(self._looked_from) > _SAME_PLACE_M:
             self._looks, self._looked_from = 0, robot
         worth = _WORTH_LOOKING[self._looks] if self._looks < len(_WORTH_LOOKING) else math.inf
         if place is None or (share >= worth and beside):
             self._heading, self._goal_place = heading, None
-            self._task.motions.begin_to_turn_round()
             self._looks += 1
         else:
             self._goal_place = place
