@@ -147,8 +147,8 @@ def test_an_unknown_label_gets_a_hint() -> None:
 def test_reading_hotspots_loads_no_heavy_module() -> None:
     code = (
         "import sys; import florence_bt.skills.locator.hotspots, florence_bt.skills.locator.locator,"
-        " florence_bt.skills.locator.declaration, florence_bt.skills.people.user_tracker.declaration,"
-        " florence_bt.skills.people.approach_user.declaration,"
+        " florence_bt.skills.locator.bindings, florence_bt.skills.people.user_tracker.bindings,"
+        " florence_bt.skills.people.approach_user.bindings,"
         " florence_bt.skills.people.approach_user.polite_pose;"
         " print([m for m in ('numpy', 'numba', 'rclpy', 'cv2', 'scipy') if m in sys.modules])"
     )
