@@ -12,7 +12,7 @@ import array
 import importlib
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from florence_bt.core.declaration import Kind
@@ -133,6 +133,25 @@ def part_of(interface: Any, part: str) -> Any:
         kind = "an action" if part in ("Goal", "Result", "Feedback") else "a service"
         raise ConfigError(f"{interface.__name__} is not {kind}")
     return found
+
+
+def fill(message: Any, fields: Mapping[str, Any], stamp: Any) -> Any:
+    """Write values into the fields of a message, and the stamp into its header; return the message.
+
+    Args:
+        message: The message, goal or request.
+        fields: Path of a field -> value, as :func:`put` takes it.
+        stamp: The present time as ``builtin_interfaces/Time``.
+
+    Raises:
+        ConfigError: There is no such field.
+        ValueError: A field does not hold its value.
+    """
+    if hasattr(message, "header"):
+        message.header.stamp = stamp
+    for path, value in fields.items():
+        put(message, path, value, stamp)
+    return message
 
 
 def put(message: Any, path: str, value: Any, stamp: Any) -> None:

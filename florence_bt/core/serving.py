@@ -1,8 +1,10 @@
-"""How a shipped skill is served: over ROS by an action, a service or a topic, and in the rig by a component
-or a topic of the rig.
+"""How a skill is served: over ROS by an action, a service or a topic, and in the rig by a component or a
+topic of the rig.
 
-Each ``bindings.py`` has a table ``BINDINGS`` for the skills that the ``NAME.skills.yaml`` beside it declares.
+Each ``bindings.py`` has a table ``BINDINGS`` for the skills that the ``NAME.skills.yaml`` beside it declares;
+a file of skills that says how one is served gives such a binding too (``trees.language.message_mappings``).
 The types of ROS are named, not imported, and messages are read by their fields, so that the rig needs no ROS.
+What is sent is given by the paths of its fields (:func:`florence_bt.core.interfaces.fill`).
 """
 
 from __future__ import annotations
@@ -58,15 +60,14 @@ class NodeBinding(SkillBinding):
     """A skill that a node serves as an action or service.
 
     Attributes:
-        component: The part of the rig that performs the skill.
+        component: The part of the rig that performs the skill; empty where the rig has none.
         start_in_rig: Given the component and the inputs: the result of a skill that answers at once, else its
             run.
-        request: The fields of the goal or request from the inputs. A :class:`Pose2` becomes a stamped pose in
-            the map frame, a ``timedelta`` a duration, a tuple x, y, z a point; a list a list of these.
+        request: The fields of the goal or request from the inputs; ``dict`` where both have the same names.
     """
 
-    component: str
-    start_in_rig: Callable[[Any, Inputs], Result | SkillRun]
+    component: str = ""
+    start_in_rig: Callable[[Any, Inputs], Result | SkillRun] | None = None
     request: Callable[[Inputs], Mapping[str, Any]] = lambda inputs: {}
 
 
@@ -99,7 +100,18 @@ class ServiceBinding(NodeBinding):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConditionBinding(SkillBinding):
+class TopicBinding(SkillBinding):
+    """A skill that reads or writes a topic.
+
+    Attributes:
+        latched: Whether the topic gives its last message to who comes later.
+    """
+
+    latched: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionBinding(TopicBinding):
     """A condition that is judged from the last message of a topic.
 
     Attributes:
@@ -112,7 +124,7 @@ class ConditionBinding(SkillBinding):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PublicationBinding(SkillBinding):
+class PublicationBinding(TopicBinding):
     """A skill that publishes one message on a topic.
 
     Attributes:
@@ -123,7 +135,7 @@ class PublicationBinding(SkillBinding):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WaitBinding(SkillBinding):
+class WaitBinding(TopicBinding):
     """A skill that waits for the next message of a topic.
 
     Attributes:

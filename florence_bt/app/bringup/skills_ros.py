@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from datetime import timedelta
 from functools import partial
 from types import ModuleType
 from typing import Any
 
-from geometry_msgs.msg import Point
-
-from florence_bt.core.geometry import Pose2
-from florence_bt.core.interfaces import load_interface
+from florence_bt.core.interfaces import fill, load_interface
 from florence_bt.core.serving import (
     ActionBinding,
     AnswerBinding,
@@ -22,11 +18,12 @@ from florence_bt.core.serving import (
     QuestionBinding,
     ServiceBinding,
     SkillBinding,
+    TopicBinding,
     WaitBinding,
 )
 from florence_bt.core.skill import Inputs, InstantSkill, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
-from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros, stamp_to_ros
+from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, STATE
 from florence_bt.ros.service_skill import ServiceSkill
@@ -66,55 +63,14 @@ def make_skills(
 def _skills_of_files(node: FlorenceNode, mappings: Mapping[str, MessageMapping]) -> dict[str, Skill]:
     """Make the skills of files; one that cannot be made leaves the others in place."""
     skills = {
-        name: _attempt(partial(_of_file, node, each), f"{each.way} {each.name} ({each.interface})")
+        name: _attempt(
+            partial(_over_ros, node, each.binding(), each.declaration.deadline_s),
+            f"{each.way} {each.name} ({each.interface})",
+        )
         for name, each in mappings.items()
     }
     _log_missing(node, {name: skill for name, skill in skills.items() if not mappings[name].stock})
     return skills
-
-
-def _of_file(node: FlorenceNode, mapping: MessageMapping) -> Skill:
-    """Make a skill of a file.
-
-    Raises:
-        ConfigError: Its interface is not installed.
-    """
-    interface = load_interface(mapping.interface)
-    topic = (interface, mapping.name)
-    heard = LATCHED if mapping.latched else STATE  # which hears every publisher, reliable or not
-    deadline_s = mapping.declaration.deadline_s
-
-    def to_message(inputs: Inputs) -> Any:
-        return mapping.message(inputs, stamp_to_ros(node.stamp()))
-
-    match mapping.way:
-        case "action":
-            return ActionSkill(
-                node,
-                interface,
-                mapping.name,
-                to_goal=to_message,
-                to_result=mapping.result,
-                to_feedback=mapping.feedback_text,
-                deadlines=Deadlines.within(deadline_s),
-            )
-        case "service":
-            return ServiceSkill(
-                node,
-                interface,
-                mapping.name,
-                to_request=to_message,
-                to_result=mapping.result,
-                deadline_s=deadline_s,
-            )
-        case "publish":
-            qos = LATCHED if mapping.latched else RELIABLE
-            return TopicPublication(node, topic, to_message, qos, deadline_s=deadline_s)
-        case "condition":
-            max_age_s = mapping.max_age_s
-            return TopicCondition(node, topic, to_result=mapping.judge, max_age_s=max_age_s, qos=heard)
-        case _:
-            return TopicWait(node, interface, mapping.wait(), heard, deadline_s=deadline_s)
 
 
 def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
@@ -172,42 +128,46 @@ def _attempt(make: Callable[[], Any], what: str) -> Any:
 
 
 def _over_ros(node: FlorenceNode, served: SkillBinding, deadline_s: float) -> Skill:
-    """Make the client of a skill's action, service or topic."""
+    """Make the client of a skill's action, service or topic.
+
+    Raises:
+        ConfigError: Its interface is not installed.
+    """
     if isinstance(served, AnswerBinding):
         return InstantSkill(served.answer)
     if isinstance(served, ClockBinding):
         return served.make(node.timebase, lambda: node.get_clock().now().nanoseconds / 1e9)
-    interface = load_interface(served.interface)
-    if isinstance(served, ConditionBinding):
-        source = (interface, served.name)
-        return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
-    if isinstance(served, PublicationBinding):
-        topic = (interface, served.name)
-        return TopicPublication(
-            node, topic, lambda inputs: interface(**served.message(inputs)), deadline_s=deadline_s
-        )
     if isinstance(served, QuestionBinding):
         return TopicAnswerWait(node, served)
+    interface = load_interface(served.interface)
+    if isinstance(served, NodeBinding):
+        return _of_node(node, served, interface, deadline_s)
+    assert isinstance(served, TopicBinding)
+    heard = LATCHED if served.latched else STATE  # which hears every publisher, reliable or not
+    if isinstance(served, ConditionBinding):
+        topic = (interface, served.name)
+        return TopicCondition(node, topic, to_result=served.judge, max_age_s=served.max_age_s, qos=heard)
     if isinstance(served, WaitBinding):
-        return TopicWait(node, interface, served, deadline_s=deadline_s)
-    assert isinstance(served, NodeBinding)
-    return _of_node(node, served, interface, deadline_s)
+        return TopicWait(node, interface, served, heard, deadline_s=deadline_s)
+    assert isinstance(served, PublicationBinding)
+    return TopicPublication(
+        node,
+        (interface, served.name),
+        _writer(node, interface, served.message),
+        LATCHED if served.latched else RELIABLE,
+        deadline_s=deadline_s,
+    )
 
 
 def _of_node(
     node: FlorenceNode, served: NodeBinding, interface: Any, deadline_s: float
 ) -> ActionSkill | ServiceSkill:
-    message_type = interface.Goal if isinstance(served, ActionBinding) else interface.Request
-
-    def to_message(inputs: Inputs) -> Any:
-        return message_type(**{key: _to_ros(node, value) for key, value in served.request(inputs).items()})
-
     if isinstance(served, ActionBinding):
         return ActionSkill(
             node,
             interface,
             served.name,
-            to_goal=to_message,
+            to_goal=_writer(node, interface.Goal, served.request),
             to_result=served.result,
             to_feedback=served.feedback,
             deadlines=Deadlines.within(deadline_s),
@@ -217,20 +177,15 @@ def _of_node(
         node,
         interface,
         served.name,
-        to_request=to_message,
+        to_request=_writer(node, interface.Request, served.request),
         to_result=served.result,
         deadline_s=deadline_s,
         judge=served.judge,
     )
 
 
-def _to_ros(node: FlorenceNode, value: Any) -> Any:
-    if isinstance(value, Pose2):
-        return pose_stamped_to_ros(value, "map", node.stamp())
-    if isinstance(value, timedelta):
-        return duration_to_ros(value.total_seconds())
-    if isinstance(value, tuple):
-        return Point(**dict(zip("xyz", map(float, value), strict=True)))
-    if isinstance(value, list):
-        return [_to_ros(node, each) for each in value]
-    return value
+def _writer(
+    node: FlorenceNode, message_type: Any, fields: Callable[[Inputs], Mapping[str, Any]]
+) -> Callable[[Inputs], Any]:
+    """Return what makes a message from inputs."""
+    return lambda inputs: fill(message_type(), fields(inputs), stamp_to_ros(node.stamp()))

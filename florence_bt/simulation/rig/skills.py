@@ -153,6 +153,7 @@ def _in_rig(
     if isinstance(served, ClockBinding):
         return served.make(clock, clock.now)
     if isinstance(served, NodeBinding):
+        assert served.start_in_rig is not None, f"{served.skill} names no component of the rig"
         return ComponentSkill(partial(served.start_in_rig, components[served.component]))
     topic = topics.setdefault(served.name, RigTopic())
     if isinstance(served, PublicationBinding):

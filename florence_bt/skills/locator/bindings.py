@@ -59,7 +59,7 @@ BINDINGS = (
         skill="get_hotspot",
         interface="florence_interfaces/srv/GetHotspot",
         name="florenceLocator/getHotspot",
-        request=lambda inputs: {"label": inputs["label"]},
+        request=dict,
         result=lambda message: (
             success(pose=_pose(message)) if message.valid else failure("unknown_hotspot", message.message)
         ),
@@ -70,7 +70,7 @@ BINDINGS = (
         skill="get_view",
         interface="florence_interfaces/srv/GetView",
         name="florenceLocator/getView",
-        request=lambda inputs: {"room": inputs["room"], "number": inputs["number"]},
+        request=dict,
         result=lambda message: (
             success(pose=_pose(message)) if message.valid else failure("no_more_views", message.message)
         ),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from florence_bt.behaviours.expressions import CompiledExpression
@@ -23,11 +24,17 @@ from florence_bt.core.interfaces import (
     kind_of_field,
     load_interface,
     part_of,
-    put,
 )
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
-from florence_bt.core.serving import WaitBinding
+from florence_bt.core.serving import (
+    ActionBinding,
+    ConditionBinding,
+    PublicationBinding,
+    ServiceBinding,
+    SkillBinding,
+    WaitBinding,
+)
 from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
@@ -103,40 +110,48 @@ class MessageMapping:
     latched: bool = False
     stock: bool = False
 
-    def message(self, inputs: Inputs, stamp: Any) -> Any:
-        """Return the goal, request or message.
+    def binding(self) -> SkillBinding:
+        """Return how the skill is served, as the shipped ones say it."""
+        make: Callable[..., SkillBinding]
+        match self.way:
+            case "action":
+                make = partial(
+                    ActionBinding, request=self.fields, result=self.result, feedback=self.feedback_text
+                )
+            case "service":
+                make = partial(ServiceBinding, request=self.fields, result=self.result)
+            case "publish":
+                make = partial(PublicationBinding, message=self.fields, latched=self.latched)
+            case "condition":
+                make = partial(
+                    ConditionBinding, judge=self.judge, max_age_s=self.max_age_s, latched=self.latched
+                )
+            case _:
+                limit_s = self.declaration.deadline_s
+                nothing = failure("timed_out", f"nothing came from topic {self.name} within {limit_s:g} s")
+                make = partial(
+                    WaitBinding,
+                    result=self.result,
+                    time_limit=lambda inputs: limit_s,
+                    nothing=lambda inputs: nothing,
+                )
+        return make(skill=self.declaration.name, interface=self.interface, name=self.name)
+
+    def fields(self, inputs: Inputs) -> dict[str, Any]:
+        """Return what is sent: path of a field -> value.
 
         Args:
             inputs: The inputs, complete.
-            stamp: The present time as ``builtin_interfaces/Time``, for headers.
 
         Raises:
-            FlorenceError: An input does not fit; TypeError, ValueError or AssertionError likewise.
+            FlorenceError: An input does not fit; TypeError or ValueError likewise.
         """
-        message = part_of(load_interface(self.interface), WAYS[self.way].sent or "")()
         keys = KeyStore(dict(inputs))
-        if hasattr(message, "header"):
-            message.header.stamp = stamp
-        for path, value in self.send:
-            put(message, path, resolve(value, keys), stamp)
-        return message
+        return {path: resolve(value, keys) for path, value in self.send}
 
     def judge(self, inputs: Inputs, message: Any) -> Result:
         """Return what a condition says about a message."""
         return self.result(message, inputs=inputs)
-
-    def wait(self) -> WaitBinding:
-        """Return how the skill waits for a message."""
-        limit_s = self.declaration.deadline_s
-        nothing = failure("timed_out", f"nothing came from topic {self.name} within {limit_s:g} s")
-        return WaitBinding(
-            skill=self.declaration.name,
-            interface=self.interface,
-            name=self.name,
-            result=self.result,
-            time_limit=lambda inputs: limit_s,
-            nothing=lambda inputs: nothing,
-        )
 
     def result(
         self, message: Any, outcome: Outcome = Outcome.SUCCEEDED, inputs: Inputs | None = None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from florence_bt.core.declaration import Kind
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.interfaces import fill, load_interface, part_of
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.serving import (
     ActionBinding,
@@ -65,19 +66,19 @@ def test_the_type_fits_the_table(served: SkillBinding) -> None:
         (
             "turn",
             {"angle": 1, "time_allowance": 20.0},
-            {"target_yaw": 1.0, "time_allowance": timedelta(seconds=20.0)},
+            {"target_yaw": 1.0, "time_allowance": 20.0},
         ),
         ("navigate_through", {"via": POSE, "goal": Pose2()}, {"poses": [POSE, Pose2()]}),
         ("plan_to", {"goal": POSE}, {"goal": POSE}),
         (
             "drive_back",
             {"distance": 0.5, "speed": 0.1, "time_allowance": 20.0},
-            {"target": (0.5, 0.0, 0.0), "speed": 0.1, "time_allowance": timedelta(seconds=20.0)},
+            {"target.x": 0.5, "speed": 0.1, "time_allowance": 20.0},
         ),
         (
             "drive_straight",
             {"distance": -1, "speed": 0.1, "time_allowance": 20.0},
-            {"target": (-1, 0.0, 0.0), "speed": -0.1, "time_allowance": timedelta(seconds=20.0)},
+            {"target.x": -1, "speed": -0.1, "time_allowance": 20.0},
         ),
         ("clear_costmap", {}, {}),
         (
@@ -125,6 +126,20 @@ def test_inputs_become_fields(name: str, inputs: dict[str, Any], fields: dict[st
     served = BY_NAME[name]
     assert isinstance(served, ActionBinding | ServiceBinding)
     assert served.request(inputs) == fields
+
+
+@pytest.mark.parametrize("served", BINDINGS, ids=lambda served: served.skill)
+def test_the_interface_has_every_field_that_is_sent(served: SkillBinding) -> None:
+    time = pytest.importorskip("builtin_interfaces.msg").Time
+    write = getattr(served, "request", None) or getattr(served, "message", None)
+    if write is None:
+        return
+    ports = own_declarations()[served.skill].inputs
+    values = {Kind.POSE: POSE, Kind.TEXT: "hall", Kind.INTEGER: 3}
+    fields = write({name: values.get(port.kind, 2) for name, port in ports.items()})
+    part = {ActionBinding: "Goal", ServiceBinding: "Request"}.get(type(served), "")
+    empty = part_of(load_interface(served.interface), part)
+    assert (fill(empty(), fields, time(sec=7)) != empty()) == bool(fields)
 
 
 def test_answers_of_services_become_results() -> None:

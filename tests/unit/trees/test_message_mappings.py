@@ -21,15 +21,23 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.interfaces import get, put
+from florence_bt.core.interfaces import fill, get, load_interface, part_of, put
 from florence_bt.core.message_skills import MessageCondition
 from florence_bt.core.outcome import Outcome
+from florence_bt.core.serving import WaitBinding
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import DeclaredSkills, mappings_in, read_skills_file
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
 
 STAMP = Time(sec=7)
+
+
+def message_of(mapping: MessageMapping, inputs: dict[str, Any]) -> Any:
+    part = WAYS[mapping.way].sent
+    assert part is not None
+    return fill(part_of(load_interface(mapping.interface), part)(), mapping.fields(inputs), STAMP)
 
 
 @pytest.fixture
@@ -62,7 +70,7 @@ def test_an_action(read: Any) -> None:
     found = read(SPIN)
     assert not found.findings
     spin = found.mappings["spin_by"]
-    goal = spin.message({"angle": 1.5}, STAMP)
+    goal = message_of(spin, {"angle": 1.5})
     assert (goal.target_yaw, goal.time_allowance.sec) == (1.5, 12)
     message = Spin.Result()
     message.total_elapsed_time.sec = 3
@@ -98,10 +106,12 @@ def test_a_service_a_condition_and_a_wait(read: Any) -> None:
     message = PoseStamped()
     put(message, "pose", Pose2(1.0, 2.0, 0.5), STAMP)
     message.header.frame_id = "odom"
-    got = place.wait().result(message).outputs
+    waits = place.binding()
+    assert isinstance(waits, WaitBinding)
+    got = waits.result(message).outputs
     assert (got["place"].x, got["place"].y, got["frame"]) == (1.0, 2.0, "odom")
     assert got["place"].yaw == pytest.approx(0.5)
-    assert place.wait().time_limit({}) == 20.0 and place.wait().nothing({}).code == "timed_out"
+    assert waits.time_limit({}) == 20.0 and waits.nothing({}).code == "timed_out"
 
 
 @pytest.mark.parametrize(
@@ -124,7 +134,7 @@ def test_a_service_a_condition_and_a_wait(read: Any) -> None:
 def test_values_go_into_fields_and_come_back(
     interface: str, path: str, value: Any, kind: Kind, shown: str
 ) -> None:
-    from florence_bt.core.interfaces import field_type, holds, load_interface
+    from florence_bt.core.interfaces import field_type, holds
 
     message = load_interface(interface)()
     assert holds(kind, field_type(type(message), path))
@@ -206,9 +216,9 @@ def test_a_value_that_a_field_cannot_hold_is_told_by_the_run(read: Any) -> None:
         "  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n"
         "    inputs: {times: {type: integer}}\n    send: {data: $times}\n"
     )
-    assert found.mappings["blink"].message({"times": 3}, STAMP).data == 3
+    assert message_of(found.mappings["blink"], {"times": 3}).data == 3
     with pytest.raises(ValueError, match="data"):
-        found.mappings["blink"].message({"times": 300}, STAMP)
+        message_of(found.mappings["blink"], {"times": 300})
 
 
 def test_the_check_does_not_miss_a_skill_that_a_file_serves(read: Any, tmp_path: Path) -> None:
@@ -280,6 +290,6 @@ def test_items_of_arrays_are_sent(read: Any) -> None:
         "    inputs: {value: {type: number}}\n"
         '    send: {"parameters[0].name": speed, "parameters[1].value.double_value": $value}\n'
     )
-    message = found.mappings["limit"].message({"value": 2.5}, STAMP)
+    message = message_of(found.mappings["limit"], {"value": 2.5})
     assert [each.name for each in message.parameters] == ["speed", ""]
     assert message.parameters[1].value.double_value == 2.5

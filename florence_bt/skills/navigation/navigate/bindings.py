@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from datetime import timedelta
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -38,7 +37,6 @@ NOT_OF_NAV2 = frozenset(
 ACTIONS_WITHOUT_SKILL = ("follow_path", "wait")
 """For other programs: missions have no paths, and a node of their own that waits."""
 
-_SPEED_LIMITS = ("max_lin_speed", "max_ang_speed")
 _AT_THE_PERSON = ("distance", "p2r_orientation", "r2p_orientation")
 
 
@@ -60,9 +58,9 @@ def _plan_result(message: Any, outcome: Outcome) -> Result:
 
 def _straight_request(distance: float, inputs: Inputs) -> dict[str, Any]:
     return {
-        "target": (distance, 0.0, 0.0),
+        "target.x": distance,
         "speed": math.copysign(inputs["speed"], distance),
-        "time_allowance": timedelta(seconds=inputs["time_allowance"]),
+        "time_allowance": inputs["time_allowance"],
     }
 
 
@@ -88,10 +86,7 @@ BINDINGS = (
         skill="turn",
         interface="nav2_msgs/action/Spin",
         name="spin",
-        request=lambda inputs: {
-            "target_yaw": float(inputs["angle"]),
-            "time_allowance": timedelta(seconds=inputs["time_allowance"]),
-        },
+        request=lambda inputs: {"target_yaw": inputs["angle"], "time_allowance": inputs["time_allowance"]},
         error_codes=SPIN_CODES_BY_NUMBER,
         result=partial(result_from_server, "turn", SPIN_CODES_BY_NUMBER, "turn_failed"),
         feedback=lambda message: "turning",
@@ -113,7 +108,7 @@ BINDINGS = (
         skill="plan_to",
         interface="nav2_msgs/action/ComputePathToPose",
         name="compute_path_to_pose",
-        request=lambda inputs: {"goal": inputs["goal"]},
+        request=dict,
         error_codes=PLAN_CODES_BY_NUMBER,
         result=_plan_result,
         feedback=lambda message: "planning",
@@ -156,10 +151,7 @@ BINDINGS = (
         skill="follow_user",
         interface="florence_interfaces/action/FollowUser",
         name="follow_user",
-        request=lambda inputs: {
-            "user_id": inputs["user_id"],
-            **{name: float(inputs[name]) for name in ("distance", *_SPEED_LIMITS)},
-        },
+        request=dict,
         error_codes=FOLLOW_CODES_BY_NUMBER,
         result=partial(result_from_server, "follow_user", FOLLOW_CODES_BY_NUMBER, "blocked"),
         feedback=lambda message: message.text,
@@ -170,10 +162,7 @@ BINDINGS = (
         skill="search_for_user",
         interface="florence_interfaces/action/FollowUser",
         name="search_for_user",
-        request=lambda inputs: {
-            "user_id": inputs["user_id"],
-            **{name: float(inputs[name]) for name in _SPEED_LIMITS},
-        },
+        request=dict,
         error_codes=SEARCH_CODES_BY_NUMBER,
         result=partial(result_from_server, "search_for_user", SEARCH_CODES_BY_NUMBER, "user_lost"),
         feedback=lambda message: message.text,
@@ -185,8 +174,7 @@ BINDINGS = (
         interface="florence_interfaces/action/ApproachMe",
         name="approach_person",
         request=lambda inputs: {
-            **{f"desired_{name}": float(inputs[name]) for name in _AT_THE_PERSON},
-            **{name: float(inputs[name]) for name in ("x", "y", *_SPEED_LIMITS)},
+            f"desired_{name}" if name in _AT_THE_PERSON else name: value for name, value in inputs.items()
         },
         result=lambda message, outcome: result_from_approach(outcome, message.code, message.reason),
         feedback=lambda message: "approaching the person",
@@ -197,7 +185,7 @@ BINDINGS = (
         skill="get_frontier",
         interface="florence_interfaces/srv/GetView",
         name="navigate/get_frontier",
-        request=lambda inputs: {"number": inputs["number"]},
+        request=dict,
         result=_frontier_result,
         component="base",
         start_in_rig=lambda base, inputs: base.get_frontier(inputs["number"]),

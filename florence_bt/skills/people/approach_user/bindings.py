@@ -17,7 +17,7 @@ def _request(inputs: Inputs) -> dict[str, Any]:
         "user_y": user.y,
         "robot_x": robot.x,
         "robot_y": robot.y,
-        "safe_distance": float(inputs["safe_distance"]),
+        "safe_distance": inputs["safe_distance"],
         "trial": inputs["trial"],
     }
 

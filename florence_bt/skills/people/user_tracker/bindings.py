@@ -58,10 +58,7 @@ BINDINGS = (
         skill="look_for_user",
         interface="florence_interfaces/action/LookForUser",
         name="look_for_user",
-        request=lambda inputs: {
-            "user_id": inputs["user_id"],
-            **{name: float(inputs[name]) for name in ("window", "x", "y")},
-        },
+        request=dict,
         error_codes=LOOK_CODES_BY_NUMBER,
         result=_looked,
         feedback=lambda message: f"looking; people seen so far: {message.users_seen}",
