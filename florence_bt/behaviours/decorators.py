@@ -9,12 +9,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator
 
-from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.branch import Branch
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, ValueProblem, resolve
-from florence_bt.behaviours.watching import Spot
 from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import Port
 from florence_bt.core.outcome import Outcome, Result, failure
@@ -327,76 +325,6 @@ class While(PreparedDecorator):
     def _on_key(self, key: str) -> None:
         if self.problem() is not None:
             self._context.wake()
-
-
-COOLING_DOWN = "cooling_down"
-
-
-class Cooldown(PreparedDecorator):
-    """Fails with ``cooling_down`` when it is started again too soon after its child has succeeded.
-
-    The time is counted from the end of the child, for as long as the run of the mission lasts. When it is
-    over the executor is woken, so that a selector without memory tries again.
-
-    Args:
-        name: The name of the node in dumps.
-        child: What must not be done too often.
-        context: What the tree shares.
-        duration: Seconds, or a value source that gives them.
-        spot: Where it stands in a condition that is watched, or None: to ask again is no new start there.
-    """
-
-    def __init__(
-        self, name: str, child: Behaviour, context: TreeContext, duration: Any, spot: Spot | None = None
-    ) -> None:
-        super().__init__(name, child)
-        self._context = context
-        self._duration = duration
-        self._seconds = 0.0
-        self._spot = spot
-        self._goes_on = False
-        self._timer = WakeTimer(context, self._on_over)
-        self._last_success: float | None = None
-
-    def prepare(self) -> Result | None:
-        """See whether enough time has passed."""
-        self._goes_on = self._spot is not None and self._spot.recall() is not None
-        if self._goes_on:
-            return None
-        self._seconds = resolve(self._duration, self._context.keys)
-        problem = bad_duration(self._seconds)
-        if problem is not None or self._last_success is None:
-            return problem
-        left = self._last_success + self._seconds - self._context.clock.now()
-        if left <= 0.0:
-            return None
-        self._timer.start(left)
-        if self._spot is not None:
-            self._spot.forget()
-        done = f"{self.decorated.name} succeeded less than {self._seconds:g} s ago"
-        return failure(COOLING_DOWN, done)
-
-    def update(self) -> Status:
-        """Return the status of the child; a success is remembered."""
-        if self.decorated.status is Status.SUCCESS and not self._goes_on:
-            self._last_success = self._context.clock.now()
-        if self._spot is not None and self.decorated.status is Status.SUCCESS:
-            self._spot.keep(True)
-            if not self._goes_on:
-                self._timer.start(self._seconds)
-        elif self._spot is not None and self.decorated.status is Status.FAILURE:
-            self._spot.forget()
-        return self.decorated.status
-
-    def _on_over(self) -> None:
-        """Have a condition that has failed tried again."""
-        if self._spot is not None and self._spot.watch.answer is Status.FAILURE:
-            self._spot.change()
-
-    def terminate(self, new_status: Status) -> None:
-        """Cancel the timer when the node is reset."""
-        if new_status is Status.INVALID:
-            self._timer.cancel()
 
 
 class Once(PreparedDecorator):

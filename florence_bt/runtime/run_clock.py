@@ -1,6 +1,6 @@
 """The clock of one run: the clock of the system, which is frozen while the run is paused.
 
-Every time in a tree (time-outs, waits, deadlines, cool-downs) comes from here, so a pause costs a mission no
+Every time in a tree (time-outs, waits, deadlines) comes from here, so a pause costs a mission no
 time. A run that is recovered after a crash is first driven by a clock by hand and then moved to the real one.
 """
 

@@ -262,8 +262,6 @@ class KeyFlow:
                 return Flow(flow.failure, flow.success, flow.touched)
             case model.Timeout():
                 return Flow(flow.success, stopped, flow.touched)
-            case model.Cooldown():
-                return Flow(flow.success, join(flow.failure, before), flow.touched)
         return flow
 
     def _on_failure(self, node: model.OnFailure, before: Written, observer: ReadObserver | None) -> Flow:

@@ -62,7 +62,7 @@ class NameChecks:
                 check(count, COUNT, "retry")
             case model.Repeat(rounds=count) if count is not None:
                 check(count, COUNT, "repeat")
-            case model.Timed(duration=duration) | model.Wait(duration=duration):
+            case model.Timeout(duration=duration) | model.Wait(duration=duration):
                 check(duration, PAUSE, type(node).__name__.lower())
             case model.Set(values=values):
                 for key, value in values:

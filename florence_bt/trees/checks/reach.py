@@ -64,8 +64,8 @@ class ReachChecks:
                     self._check_retry(node)
                 case model.Repeat():
                     self._check_repeat(node)
-                case model.Timeout() | model.Cooldown():
-                    self._check_duration(node)
+                case model.Timeout():
+                    self._check_timeout(node)
                 case model.ForEach():
                     self._check_for_each(node)
                 case model.OnFailure():
@@ -199,12 +199,9 @@ class ReachChecks:
             self._findings.warning(
                 node.position, f"the repeat has no effect: {title!r} keeps its first result"
             )
-        elif isinstance(node.child, model.Cooldown):
-            message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
-            self._findings.warning(node.position, message, ["wait: a pause, after the node"])
 
-    def _check_duration(self, node: model.Timeout | model.Cooldown) -> None:
-        """Check a duration: a time-out of no time stops everything, and a cool-down of none nothing."""
+    def _check_timeout(self, node: model.Timeout) -> None:
+        """Check the duration: a time-out of no time stops everything."""
         try:
             duration = port_value(node.duration, PAUSE)
         except ConfigError:
@@ -212,11 +209,8 @@ class ReachChecks:
         if duration != 0.0:
             return
         title = node.child.title
-        if isinstance(node, model.Cooldown):
-            message = f"the cooldown has no effect: it lasts {format_value(0.0, Kind.DURATION)}"
-        else:
-            message = f"timeout: {title!r} is stopped at once: it has {format_value(0.0, Kind.DURATION)}"
-        valid = [example_of(Kind.DURATION), f"{title} without {type(node).__name__.lower()}"]
+        message = f"timeout: {title!r} is stopped at once: it has {format_value(0.0, Kind.DURATION)}"
+        valid = [example_of(Kind.DURATION), f"{title} without timeout"]
         self._findings.in_vain(node.duration.position, message, valid)
 
     def _check_for_each(self, node: model.ForEach) -> None:

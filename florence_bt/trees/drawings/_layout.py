@@ -24,7 +24,7 @@ MAX_CHOICES = 24
 
 
 @dataclass(eq=False)
-class Item:
+class PlacedBox:
     """A box to be placed.
 
     Attributes:
@@ -38,12 +38,12 @@ class Item:
 
     width: float
     height: float
-    children: list[Item] = field(default_factory=list)
+    children: list[PlacedBox] = field(default_factory=list)
     x: float = 0.0
     y: float = 0.0
-    rows: list[list[Item]] = field(default_factory=list)
+    rows: list[list[PlacedBox]] = field(default_factory=list)
 
-    def walk(self) -> Iterator[Item]:
+    def walk(self) -> Iterator[PlacedBox]:
         """Yield this item and every item below."""
         yield self
         for child in self.children:
@@ -61,7 +61,7 @@ class _Choice:
     """How many children stand in each row; empty when they stand below each other."""
 
 
-def lay_out(root: Item, max_width: float, shape: float) -> tuple[float, float]:
+def lay_out(root: PlacedBox, max_width: float, shape: float) -> tuple[float, float]:
     """Place all items.
 
     Args:
@@ -81,7 +81,7 @@ def lay_out(root: Item, max_width: float, shape: float) -> tuple[float, float]:
     return best.width, best.height
 
 
-def _choices(item: Item) -> list[_Choice]:
+def _choices(item: PlacedBox) -> list[_Choice]:
     if not item.children:
         return [_Choice(item.width, item.height)]
     below = [_choices(child) for child in item.children]
@@ -91,7 +91,7 @@ def _choices(item: Item) -> list[_Choice]:
     return _best(found)
 
 
-def _stacked(item: Item, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
+def _stacked(item: PlacedBox, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
     for limit in sorted({choice.width for choices in below for choice in choices}):
         picked = [_lowest(choices, limit) for choices in below]
         kept = tuple(choice for choice in picked if choice is not None)
@@ -101,7 +101,7 @@ def _stacked(item: Item, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
             yield _Choice(width, height, kept)
 
 
-def _in_rows(item: Item, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
+def _in_rows(item: PlacedBox, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
     for limit in sorted({choice.height for choices in below for choice in choices}):
         picked = [_narrowest(choices, limit) for choices in below]
         kept = tuple(choice for choice in picked if choice is not None)
@@ -112,7 +112,7 @@ def _in_rows(item: Item, below: Sequence[list[_Choice]]) -> Iterator[_Choice]:
             yield _broken(item, kept, max(total / rows, *(choice.width for choice in kept)))
 
 
-def _broken(item: Item, kept: tuple[_Choice, ...], width: float) -> _Choice:
+def _broken(item: PlacedBox, kept: tuple[_Choice, ...], width: float) -> _Choice:
     """Put children in rows that are not wider than so much."""
     rows: list[list[_Choice]] = [[]]
     for choice in kept:
@@ -149,7 +149,7 @@ def _best(choices: list[_Choice]) -> list[_Choice]:
     return [kept[round(index * step)] for index in range(MAX_CHOICES)]
 
 
-def _place(item: Item, choice: _Choice, x: float, y: float, *, centred: bool = True) -> None:
+def _place(item: PlacedBox, choice: _Choice, x: float, y: float, *, centred: bool = True) -> None:
     """Place an item with everything below it into a rectangle whose upper left corner is given."""
     item.x, item.y, item.rows = x, y, []
     pairs = list(zip(item.children, choice.below, strict=True))

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 
-from florence_bt.trees.drawings._layout import DROP, INDENT, Item, lay_out
+from florence_bt.trees.drawings._layout import DROP, INDENT, PlacedBox, lay_out
 from florence_bt.trees.drawings.diagram import Box
 
 FONT = "DejaVu Sans, Verdana, sans-serif"
@@ -128,7 +128,7 @@ class _Drawn:
 
     box: Box
     lines: list[TextLine]
-    item: Item
+    item: PlacedBox
     below: list[_Drawn]
 
     def walk(self) -> Iterator[_Drawn]:
@@ -176,7 +176,7 @@ def _measure(box: Box) -> _Drawn:
     lines, below = box_lines(box), [_measure(child) for child in box.below]
     width = max(_MIN_WIDTH, *(line.width for line in lines)) + 2 * _PAD_X
     height = sum(line.height for line in lines) + 2 * _PAD_Y
-    return _Drawn(box, lines, Item(width, height, [child.item for child in below]), below)
+    return _Drawn(box, lines, PlacedBox(width, height, [child.item for child in below]), below)
 
 
 def _line(parent: _Drawn, child: _Drawn) -> str:

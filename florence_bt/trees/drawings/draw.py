@@ -22,7 +22,6 @@ SYMBOLS = {
     "retry": "↻",
     "repeat": "↻",
     "timeout": "⏱",
-    "cooldown": "⏱",
     "once": "①",
     "invert": "¬",
     "succeed": "✓",

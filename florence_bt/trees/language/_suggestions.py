@@ -43,6 +43,7 @@ OTHER_KINDS = by_spelling(
         "sequence: [the node, {fail: the reason}]": ("force_failure", "forcefailure"),
         "succeed: the node, or a sequence that ends with fail": ("force",),
         "sequence: [{wait: 2 s}, the node]": ("delay",),
+        "sequence: [the node, {wait: 30 s}], in a repeat": ("cooldown",),
         "on_failure: {any: a node}, at the node that may fail": (
             *("try", "catch", "try_catch", "trycatch", "except", "recovery", "recovery_node", "recoverynode"),
         ),
@@ -53,7 +54,6 @@ OTHER_KINDS = by_spelling(
         "switch": ("match",),
         "condition": ("check", "assert"),
         "fail": ("abort",),
-        "cooldown": ("cool_down",),
         "parallel": ("at_once",),
     }
 )

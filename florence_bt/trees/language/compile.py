@@ -21,7 +21,6 @@ from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
     CallMission,
-    Cooldown,
     ForceSuccess,
     Invert,
     Once,
@@ -491,16 +490,12 @@ class _TreeBuilder:
 
     def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
         builder = self if passes_on(node) else replace(self, watch=None)
-        # A cool-down comes before the child, a time-out ends after it.
-        spot = builder._spot() if isinstance(node, model.Cooldown) else None
         child = builder._node(node.child, skipped_fails=skipped_fails)
         if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
             self.watch.keep()
-        return self._decorator(node, name, child, spot, skipped_fails)
+        return self._decorator(node, name, child, skipped_fails)
 
-    def _decorator(
-        self, node: model.Wrapper, name: str, child: Behaviour, spot: Spot | None, skipped_fails: bool
-    ) -> Behaviour:
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, skipped_fails: bool) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
@@ -527,8 +522,6 @@ class _TreeBuilder:
                 behaviour = Repeat(name, child, self.context, argument)
             case model.Timeout():
                 behaviour = Timeout(name, child, self.context, argument, self._spot())
-            case model.Cooldown():
-                behaviour = Cooldown(name, child, self.context, argument, spot)
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)

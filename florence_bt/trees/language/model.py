@@ -422,30 +422,15 @@ class ForEach(Wrapper):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Timed(Wrapper):
-    """A node with one node below and a time."""
+class Timeout(Wrapper):
+    """``timeout``: stopped when it takes too long."""
 
     duration: Value
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Timeout(Timed):
-    """``timeout``: stopped when it takes too long."""
 
     @property
     def default_title(self) -> str:
         """Such as ``within 30 s``."""
         return f"within {show(self.duration)}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cooldown(Timed):
-    """``cooldown``: no new start within a time after a success."""
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``at most every 30 s``."""
-        return f"at most every {show(self.duration)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -742,5 +727,5 @@ def values_of(node: Node) -> Iterator[Value]:
         case Retry(attempts=value) | Repeat(rounds=value) | Switch(value=value) | Fail(reason=value):
             assert value is not None  # that was the case above
             yield value
-        case Timed(duration=value) | Wait(duration=value):
+        case Timeout(duration=value) | Wait(duration=value):
             yield value

@@ -34,7 +34,7 @@ OWN_CODES = {
 COUNT = Port(Kind.INTEGER, "", minimum=1)
 """What ``retry`` and ``repeat`` take."""
 PAUSE = Port(Kind.DURATION, "", minimum=0.0)
-"""What ``wait``, ``timeout`` and ``cooldown`` take."""
+"""What ``wait`` and ``timeout`` take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +61,6 @@ class NodeOutcomes:
 
 SUCCEEDS = NodeOutcomes(True, frozenset())
 _NO_CODES = frozenset[str]()
-_TIMED_CODES: dict[type[Node], frozenset[str]] = {
-    model.Timeout: frozenset({"timed_out"}),
-    model.Cooldown: frozenset({"cooling_down"}),
-}
 _WHATEVER_A_VALUE_DOES = frozenset({"missing_key", "bad_input"})
 
 
@@ -166,9 +162,9 @@ class MissionOutcomes:
             case model.Invert():
                 own = frozenset({node.own_failure(UNEXPECTED_SUCCESS)})
                 return NodeOutcomes(child.can_fail, own if child.can_succeed else _NO_CODES)
-            case model.Timed(duration=value):
-                own = _TIMED_CODES.get(type(node), _NO_CODES)
-                return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE) | own)
+            case model.Timeout(duration=value):
+                codes = child.codes | self._of_value(value, PAUSE) | {"timed_out"}
+                return NodeOutcomes(child.can_succeed, codes)
             case model.Retry(attempts=value, between=between):
                 codes = child.codes
                 if value is not None:

@@ -518,8 +518,7 @@ class _MissionParser(Reader):
         if key.text == "repeat":
             return model.Repeat(child=child, rounds=argument, **fields)
         assert argument is not None  # that was a loop
-        timed = {"timeout": model.Timeout, "cooldown": model.Cooldown}[key.text]
-        return timed(child=child, duration=argument, **fields)
+        return model.Timeout(child=child, duration=argument, **fields)
 
     def _for_each(
         self,

@@ -222,7 +222,6 @@ KIND_VALUES: dict[str, Schema] = {
     "retry": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "timeout": _PAUSE,
-    "cooldown": _PAUSE,
     "once": NODE,
     "invert": NODE,
     "succeed": NODE,

@@ -15,7 +15,6 @@ NODE_KINDS: dict[str, str] = {
     "retry": "starts a node again when it fails, up to a number of attempts",
     "repeat": "runs a node a number of times",
     "timeout": "stops a node that takes longer",
-    "cooldown": "refuses to start a node again too soon after its success",
     "once": "runs a node once and keeps its result",
     "invert": "turns the success of a node into failure and its failure into success",
     "succeed": "runs a node and counts its failure as success",
@@ -39,7 +38,7 @@ ANYWHERE = ("name", *GUARDS, "until", "on_failure", "because", "finally")
 """Modifiers that every node may have."""
 
 MODIFIERS: dict[str, tuple[str, ...]] = {
-    "do": ("for_each", "retry", "repeat", "timeout", "cooldown"),
+    "do": ("for_each", "retry", "repeat", "timeout"),
     "then": ("if",),
     "else": ("if",),
     "cases": ("switch",),
@@ -136,7 +135,6 @@ TREE_CODES: dict[str, str] = {
     "condition_false": "the expression of a `condition` does not hold",
     "none_worked": "a `for_each` with `until: success` has no item that succeeds",
     "no_case": "no case of a `switch` fits",
-    "cooling_down": "a cool-down has not passed",
     "failed": "`fail` without a code",
 }
 """Codes that the tree itself gives -> what they mean."""

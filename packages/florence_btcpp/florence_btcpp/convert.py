@@ -1297,11 +1297,10 @@ def florence_for_each(c: Converter, e: Element) -> Node:
     return {**node, "do": c.only_child(e)}
 
 
-@_converts("FlorenceTimeout", "FlorenceCooldown")
-def florence_timed(c: Converter, e: Element) -> Node:
-    """Convert ``FlorenceTimeout``, ``FlorenceCooldown``: durations that come from a key."""
-    kind = e.tag.removeprefix("Florence").lower()
-    return {kind: c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
+@_converts("FlorenceTimeout")
+def florence_timeout(c: Converter, e: Element) -> Node:
+    """Convert ``FlorenceTimeout``: a duration that comes from a key."""
+    return {"timeout": c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
 
 
 @_converts("FlorenceGuard")

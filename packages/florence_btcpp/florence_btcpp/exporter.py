@@ -322,10 +322,6 @@ class NodeWriter:
                 )
             case model.Timeout(duration=duration):
                 return self._timed(node, duration, ("Timeout", "msec"), "FlorenceTimeout", children)
-            case model.Cooldown(duration=duration):
-                self._florence_node(node, "FlorenceCooldown", "BehaviorTree.CPP has no cool-down")
-                seconds = {"seconds": port_attribute(duration, Kind.DURATION)}
-                return _florence("Decorator", "FlorenceCooldown", seconds, children)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
     def _for_each(self, node: model.ForEach, children: list[Element]) -> Element:

@@ -98,7 +98,6 @@ NODES = [
     "{look: , on_failure: {nobody: {beep: }, any: {turn: }}}",
     "{name: l, look: , until: {turn: }, on_failure: {nobody: {fail: '$failure_code'}}, when: $found, finally: {beep: }}",
     "{sequence: [{look: , name: l}], on_failure: {any: {beep: }}, because: {rejected: no}}",
-    "{repeat: 3, do: {cooldown: 2 s, do: {beep: }}}",
     "{repeat: 2, do: {once: {look: }}}",
     "{succeed: {look: }}",
     "{invert: {room_is: {room: bedroom}}}",

@@ -5,7 +5,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success as Succeed
 from py_trees.common import Status
 
-from florence_bt.behaviours.decorators import CallMission, Cooldown, Once, StartGuard, While
+from florence_bt.behaviours.decorators import CallMission, Once, StartGuard, While
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyReference, KeyStore
 from florence_bt.behaviours.leaves import Fail, SetKey
@@ -98,31 +98,6 @@ def test_a_child_that_succeeds_with_the_step_that_ends_the_condition_has_succeed
     node = While("while", SetKey("set", context, {"free": False}), context, FREE)
     node.tick_once()
     assert node.status is Status.SUCCESS
-
-
-def test_a_cooldown_counts_from_the_last_success_and_wakes_when_it_is_over(clock):
-    context = make_context(clock, keys={"pause": 10.0})
-    child = Scripted(Status.FAILURE, Status.SUCCESS)
-    node = Cooldown("cooldown", child, context, KeyReference("pause"))
-    node.tick_once()
-    node.tick_once()  # a failure before does not count
-    assert (node.status, child.starts) == (Status.SUCCESS, 2)
-    clock.advance(4.0)
-    node.tick_once()
-    assert explain(node) == Why("cooldown", "cooling_down", "work succeeded less than 10 s ago")
-    assert (child.starts, context.wake.take()) == (2, False)
-    clock.advance(6.0)
-    assert context.wake.take()
-    node.tick_once()
-    assert (node.status, child.starts) == (Status.SUCCESS, 3)
-
-
-def test_a_cooldown_of_a_wrong_length_fails_before_its_node_starts(clock):
-    context = make_context(clock, keys={"pause": -1.0})
-    child = Scripted(Status.SUCCESS)
-    node = Cooldown("cooldown", child, context, KeyReference("pause"))
-    node.tick_once()
-    assert (explain(node).code, child.starts) == ("bad_input", 0)
 
 
 @pytest.mark.parametrize("status", [Status.SUCCESS, Status.FAILURE])

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from florence_bt.app.mission_files.draw import png_of
-from florence_bt.trees.drawings._layout import Item, lay_out
+from florence_bt.trees.drawings._layout import PlacedBox, lay_out
 from florence_bt.trees.drawings._svg import MAX_CHARS, box_lines
 from florence_bt.trees.drawings.diagram import Box, diagram_of
 from florence_bt.trees.drawings.draw import FORMATS, SYMBOLS, draw
@@ -30,7 +30,7 @@ tree:
       cases: {fast: {wait: 1 s}, slow: {wait: 2 s}}
       default: {condition: $found}
     - {turn: {angle: 5 deg}, when: not $found, while: $near < 3 m, name: turn a little}
-    - {cooldown: 30 s, do: {once: {turn: {angle: 1 deg}, until: $found, on_failure: {any: {wait: 3 s}}}}}
+    - {timeout: 30 s, do: {once: {turn: {angle: 1 deg}, until: $found, on_failure: {any: {wait: 3 s}}}}}
     - {parallel: [{stop_tracker: , name: one}, {wait: 1 s}], policy: [one]}
     - {run: goto_room, with: {room: kitchen}}
 """
@@ -58,13 +58,13 @@ def test_branches_guards_and_words_are_in_the_diagram(workshop):
     box = diagram_of(workshop.library().get("m"))
     assert box.because == ("blocked: the way is blocked",)
     assert [below.edge for below in box.below] == ["", "", "", "", "", "", "finally"]
-    choice, switch, turn, cool, together, _, _ = box.below
+    choice, switch, turn, limited, together, _, _ = box.below
     assert [below.edge for below in choice.below] == ["then", "else"]
     assert choice.below[1].details == ("too far", "code: far")
     assert [below.edge for below in switch.below] == ["fast", "slow", "default"]
     assert turn.guards == ("when not $found", "while $near < 3 m")
-    assert [each.kind for each in cool.walk()] == [
-        "cooldown",
+    assert [each.kind for each in limited.walk()] == [
+        "timeout",
         "once",
         "on_failure",
         "until",
@@ -225,7 +225,7 @@ def test_sixty_nodes_fit_a_page(workshop):
 
 
 def test_ten_thousand_boxes_are_laid_out():
-    root = Item(50, 20, [Item(40, 20, [Item(30, 20) for _ in range(99)]) for _ in range(100)])
+    root = PlacedBox(50, 20, [PlacedBox(40, 20, [PlacedBox(30, 20) for _ in range(99)]) for _ in range(100)])
     width, height = lay_out(root, 2000, 1.5)
     assert width <= 2000 and height > 0
 

@@ -37,7 +37,6 @@ MAYBE = "may have no value here"
         ("{sequence: [{succeed: LOOK}, USE]}", MAYBE),
         ("{sequence: [{once: LOOK}, USE]}", None),
         ("{sequence: [{sequence: [{wait: 1 s}, LOOK]}, USE]}", None),
-        ("{sequence: [{cooldown: 1 s, do: LOOK}, USE]}", None),
         ("{selector: [{timeout: 5 s, do: {sequence: [LOOK, {wait: 9 s}]}}, USE]}", MAYBE),
         ("{selector: [{invert: LOOK}, USE]}", None),  # it fails only after the look has succeeded
         # loops: what a later round finds, the first one may lack
@@ -127,7 +126,7 @@ def test_what_nobody_reads(workshop):
         ),
         ("{switch: $l, cases: {fast: {wait: 1 s}}}", "fast", "case: a length is needed, not 'fast'"),
         ("{timeout: 3 m, do: {wait: 1 s}}", "3 m", "timeout: 'm' is not a unit of a duration"),
-        ("{cooldown: $l, do: {wait: 1 s}}", "$l", "cooldown: a duration is needed, but $l is a length"),
+        ("{timeout: $l, do: {wait: 1 s}}", "$l", "timeout: a duration is needed, but $l is a length"),
         (
             "{look_for_user: {window: $long}}",
             "$long",

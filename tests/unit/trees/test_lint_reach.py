@@ -60,7 +60,6 @@ def only(workshop, tree, text):
         ("{timeout: 0, do: TURN}", "0", "timeout: 'turn' is stopped at once: it has 0 s"),
         ("{timeout: 0 min, do: TURN}", "0", "timeout: 'turn' is stopped at once: it has 0 s"),
         ("{timeout: '${0 * 3 s}', do: TURN}", "0 *", "timeout: 'turn' is stopped at once: it has 0 s"),
-        ("{cooldown: 0 s, do: TURN}", "0", "the cooldown has no effect: it lasts 0 s"),
         ("{selector: [TURN, {fail: x}, {wait: 1 s}]}", "fail", "'fail' has no effect in the middle of a"),
         ("{selector: [{fail: x}, {wait: 1 s}]}", "fail", "'fail' has no effect in the middle of a"),
         (
@@ -108,7 +107,6 @@ def test_errors(workshop, tree, at, problem):
         ("{wait: 1 s, while: true or $x}", "true or", "while: 'true or $x' always holds"),
         ("{repeat: 3, do: {fail: x}}", "repeat", "there is never a second round"),
         ("{repeat: 3, do: {once: TURN}}", "repeat", "the repeat has no effect"),
-        ("{repeat: 3, do: {cooldown: 5 s, do: TURN}}", "repeat", "fails at once with 'cooling_down'"),
         ("{wait: 1 s, finally: {fail: x}}", "fail", "finally: 'fail' never succeeds"),
         ("{parallel: [{fail: x}, TURN]}", "fail", "the parallel never succeeds, because 'fail' never does"),
         ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and is done only once"),
@@ -158,7 +156,6 @@ def test_warnings(workshop, tree, at, problem):
         "{sequence: [HOTSPOT, TURN], memory: false}",
         "{sequence: [HOTSPOT, {once: {stop_tracker: }}, TURN], memory: false}",
         "{sequence: [{retry: 2, do: HOTSPOT}, TURN], memory: false}",
-        "{sequence: [{cooldown: 5 s, do: HOTSPOT}, TURN], memory: false}",
         "{selector: [{sequence: [HOTSPOT, TURN], finally: {stop_tracker: }}, {wait: 1 s}], memory: false}",
         "{sequence: [{look_for_user: , every: 10 s}, TURN], memory: false}",
         "{selector: [{invert: {sequence: [HOTSPOT, {if: $b, then: HOTSPOT}]}}, TURN], memory: false}",
@@ -253,7 +250,6 @@ def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
         "{selector: [{wait: 1 s, while: $b}, {wait: 2 s}]}",
         "{selector: [{wait: $d}, {wait: 2 s}]}",  # nothing says that d is not below zero
         "{selector: [{timeout: 1 s, do: {wait: 2 s}}, {wait: 2 s}]}",
-        "{selector: [{cooldown: 1 s, do: {wait: 2 s}}, {wait: 2 s}]}",
         "{selector: [{if: $b, then: TURN}, {wait: 2 s}]}",
         "{selector: [{condition: $b}, {wait: 2 s}]}",
         "{selector: [{switch: $b, cases: {true: {wait: 1 s}}}, {wait: 2 s}]}",

@@ -89,7 +89,6 @@ def larger(nodes):
         st.builds("{{repeat: forever, do: {}}}".format, nodes),
         st.builds("{{retry: forever, on: [{}], do: {}}}".format, st.sampled_from(["broken", "lost"]), nodes),
         st.builds("{{for_each: {}, as: {}, do: {}{}}}".format, LISTS, KEYS, nodes, MORE),
-        st.builds("{{cooldown: 1 s, do: {}}}".format, nodes),
         st.builds("{{once: {}}}".format, nodes),
         st.builds("{{timeout: 2 s, do: {{wait_until: {}}}}}".format, EXPRESSIONS),
         st.builds("{{invert: {}}}".format, nodes),
@@ -132,7 +131,11 @@ def test_nothing_happens_that_the_check_excludes(tree, steps):
     known = Analysis(library, SKILLS).of(mission)
     keys_in_order = not any("the key" in f.message or "no node writes" in f.message for f in findings)
     unreached = {
-        (f.line, f.column) for f in findings if "is never reached" in f.message or "never tried" in f.message
+        (f.line, f.column)
+        for f in findings
+        if "is never reached" in f.message or "never tried" in f.message
+        # That one points at an `until` that holds from the start, which is asked all the same.
+        if "succeeds at once" not in f.message
     }
 
     clock = ManualClock()

@@ -41,7 +41,7 @@ tree:
         slow: {stop_tracker: , until: $tries > 3, on_failure: {any: {wait: 2 s}}}
       default: {retry: 2, do: {wait: "${max(1 s, 2 s)}"}, between: {wait: 1 s}}
     - parallel:
-        - {name: looking, cooldown: 30 s, do: {look_for_user: {window: 2 s}}}
+        - {name: looking, timeout: 30 s, do: {look_for_user: {window: 2 s}}}
         - {condition: $tries > 0, because: {condition_false: "no tries yet"}}
       policy: [looking]
       while: $tries < 9

@@ -1,48 +1,10 @@
-"""``cooldown``, ``once``, declared keys and expressions as values."""
+"""``once``, declared keys and expressions as values."""
 
 import pytest
 
 from florence_bt.core.errors import ConfigError
 from tests.unit.trees.dumps import ascii_tree
 from tests.unit.trees.language import BROKEN, ENDLESS, Play, measured, takes
-
-COOLING = """
-  repeat: 4
-  do:
-    sequence:
-      - succeed: {cooldown: 30 s, do: {work: }}
-      - wait: 10 s
-"""
-
-
-def test_a_cooldown_counts_from_the_end_of_a_success(tmp_path):
-    # Work ends at 5 s; the next rounds begin at 15, 25 and 35 s: only the last may start it again.
-    play = Play(tmp_path, f"tree: {COOLING}", work=[takes(5.0)])
-    assert (play.run(), play.started) == ("success", [(0.0, "work"), (35.0, "work")])
-
-
-def test_a_failure_needs_no_cooldown(tmp_path):
-    play = Play(tmp_path, f"tree: {COOLING}", work=[takes(5.0, BROKEN)])
-    assert (play.run(), len(play.started)) == ("success", 4)
-
-
-def test_a_cooldown_says_what_it_waits_for(tmp_path):
-    play = Play(tmp_path, "tree: {repeat: 2, do: {cooldown: 1 min, do: {work: }}}")
-    assert play.run() == "cooling_down"
-    assert play.why.reason == "work succeeded less than 60 s ago"
-
-
-def test_the_end_of_a_cooldown_wakes_a_selector_without_memory(tmp_path):
-    # 0: work succeeds, then the selector waits; 30: the cool-down is over, work begins again.
-    tree = """
-  sequence:
-    - selector: [{sequence: [{cooldown: 30 s, do: {work: }}, {fail: go on}]}, {wait: 100 s}]
-      memory: false
-"""
-    play = Play(tmp_path, f"tree: {tree}")
-    assert play.at(29.0) == "running"
-    play.at(31.0)
-    assert play.started == [(0.0, "work"), (30.0, "work")]
 
 
 @pytest.mark.parametrize(("result", "status"), [(None, "success"), (BROKEN, "broken")])

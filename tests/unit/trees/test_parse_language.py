@@ -10,7 +10,6 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.trees.language.model import (
     CallMission,
     Condition,
-    Cooldown,
     Expression,
     If,
     Once,
@@ -22,6 +21,7 @@ from florence_bt.trees.language.model import (
     Sequence,
     Switch,
     Template,
+    Timeout,
     Until,
     references,
     show,
@@ -66,7 +66,7 @@ def test_switch():
 @pytest.mark.parametrize(
     ("tree", "kind", "title"),
     [
-        ("{cooldown: $pause, do: {work: }}", Cooldown, "at most every $pause"),
+        ("{timeout: $pause, do: {work: }}", Timeout, "within $pause"),
         ("{once: {work: }}", Once, "once work"),
         ("{repeat: forever, do: {work: }}", Repeat, "repeat forever"),
         ("{work: , until: $a, code: late}", Until, "work until $a"),
@@ -199,11 +199,14 @@ WRONG = """
 {delay: 2 s, do: {work: }}
     3:8 there is no skill and no kind of node 'delay' | sequence: [{wait: 2 s}, the node]
 
-{cooldown: 2 s}
-    3:8 cooldown needs a node under `do` | do: {a node}
+{cooldown: 2 s, do: {work: }}
+    3:8 there is no skill and no kind of node 'cooldown' | sequence: [the node, {wait: 30 s}], in a repeat
 
-{cooldown: , do: {work: }}
-    3:18 cooldown has no value | a value, quotes round it: "..."
+{timeout: 2 s}
+    3:8 timeout needs a node under `do` | do: {a node}
+
+{timeout: , do: {work: }}
+    3:17 timeout has no value | a value, quotes round it: "..."
 
 {once: work}
     3:14 'work' is not a node: a node is a name, a colon and a space | work:

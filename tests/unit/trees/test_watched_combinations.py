@@ -21,7 +21,6 @@ WRAPPERS = {
     "retry": ("{retry: 3, do: G}", None),
     "retry with a pause": ("{retry: 2, do: {selector: [G, {sequence: [{wait: 200 ms}, {fail: no}]}]}}", None),
     "repeat": ("{repeat: 3, do: G}", None),
-    "cooldown": ("{cooldown: 3 s, do: G}", None),
     "once": ("{once: G}", None),
     "delay": ("{sequence: [{wait: 300 ms}, G]}", None),
     "succeed": ("{succeed: G}", True),
@@ -157,9 +156,6 @@ def holds(tmp_path, wrappers, guard, place):
         assert "action before" in wrappers, "what only asks can have no clean-up and no once"
     if "once" in wrappers:
         ends = False  # the action and what follows it are done once: that is what the author says
-    if wrappers == ("cooldown", "repeat") and place == "sequence":
-        assert any("fails at once with 'cooling_down'" in found.message for found in checked(play))
-        return
     runs = 2 if place == "below parallel" else 1
     assert play.at(CHANGES_AT) == "running"
     assert len(works(play)) == runs and all(moment < 5.0 for moment in works(play))

@@ -14,7 +14,7 @@ from typing import Any
 from florence_bt.app.page.editor.words import Words
 
 MOST_OPTIONS = 200
-_DURATIONS = frozenset(("wait", "timeout", "cooldown", "every"))
+_DURATIONS = frozenset(("wait", "timeout", "every"))
 _CODE_KEYS = frozenset(("on", "go_on_over", "code"))
 _FLAGS = {"true": "", "false": ""}
 _PORTS = frozenset(("inputs", "outputs", "keys"))

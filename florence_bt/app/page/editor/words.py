@@ -28,7 +28,6 @@ _SNIPPETS = {
     "retry": "- retry: 3\n  do:\n    wait: 1 s",
     "repeat": "- repeat: 3\n  do:\n    wait: 1 s",
     "timeout": "- timeout: 1 min\n  do:\n    wait: 10 s",
-    "cooldown": "- cooldown: 1 min\n  do:\n    wait: 1 s",
     "once": "- once:\n    wait: 1 s",
     "invert": "- invert:\n    condition: $found",
     "succeed": "- succeed:\n    wait: 1 s",

@@ -138,7 +138,6 @@ class Author:
                 {"timeout": "1.5 s", "do": child},
                 {"succeed": child},
                 {"sequence": [child, {"fail": "because", "code": "forced"}]},
-                {"cooldown": "1.5 s", "do": child},
                 {"sequence": [{"wait": "0.5 s"}, child]},
                 {"invert": child},
                 call,

@@ -21,7 +21,6 @@ from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import (
-    Cooldown,
     ForceSuccess,
     Invert,
     Once,
@@ -250,7 +249,6 @@ OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [
     lambda s, c: StartGuard(s.name("guard"), c, s.context, when=s.formula(), skipped_fails=True),
     lambda s, c: StartGuard(s.name("guard"), c, s.context, unless=s.formula(), holds=s.formula()),
     lambda s, c: While(s.name("while"), c, s.context, s.formula()),
-    lambda s, c: Cooldown(s.name("cooldown"), c, s.context, 1.5),
     lambda s, c: Once(s.name("once"), c),
     lambda s, c: OnFailure(s.name("on failure"), s.context, c, [h := s.leaf()], {"broken": h}, h),
     lambda s, c: Until(s.name("until"), s.context, c, Question(s.context, s.leaf(), None), "not_met"),
