@@ -66,13 +66,13 @@ def _change(
     undo: UndoOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    from florence_bt.app.maps.change import MapFiles, change_map
+    from florence_bt.app.maps.change import ChangedFiles, change_map
     from florence_bt.app.maps.change import undo as undo_last
 
     if undo:
         typer.echo(undo_last(file, overwrite=overwrite))
         return
-    for line in change_map(MapFiles(file, out, hotspots, pose, picture), *change):
+    for line in change_map(ChangedFiles(file, out, hotspots, pose, picture), *change):
         typer.echo(line)
 
 

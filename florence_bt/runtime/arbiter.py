@@ -9,8 +9,8 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, TriggerPolicy
 from florence_bt.runtime.run_queue import RunQueue
 
 
-class Verdict(enum.Enum):
-    """The verdicts on a request."""
+class Admission(enum.Enum):
+    """What becomes of a request."""
 
     START = "start"
     QUEUE = "queue"
@@ -20,9 +20,9 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """A verdict and its reason for the caller."""
+    """What becomes of a request, and the reason for the caller."""
 
-    verdict: Verdict
+    admission: Admission
     reason: str
 
 
@@ -50,33 +50,35 @@ def decide(
         limit of the queue: the run that it stops gives its place to the next one.
     """
     if blocked_by is not None:
-        return Decision(Verdict.REJECT, blocked_by)
+        return Decision(Admission.REJECT, blocked_by)
     if current is None:
-        return Decision(Verdict.START, f"{request.mission} starts")
+        return Decision(Admission.START, f"{request.mission} starts")
     word = current.status.value.lower()
     busy = f"{current.mission} is {word} (run {current.run_id}, priority {current.request.priority})"
     match request.policy:
         case TriggerPolicy.QUEUE if queue is not None and queue.full:
             return Decision(
-                Verdict.REJECT,
+                Admission.REJECT,
                 f"{busy} and {queue.limit} runs wait already, which is the limit; stop some of them, wait, "
                 "or ask with policy 'preempt'",
             )
         case TriggerPolicy.QUEUE:
-            return Decision(Verdict.QUEUE, f"waits because {busy}")
+            return Decision(Admission.QUEUE, f"waits because {busy}")
         case TriggerPolicy.PREEMPT if request.priority < current.request.priority:
             return Decision(
-                Verdict.REJECT,
+                Admission.REJECT,
                 f"{busy}, above the priority {request.priority} of this request; wait, stop it, or ask with "
                 f"priority {current.request.priority} or more",
             )
         case TriggerPolicy.PREEMPT if queue is not None and queue.crowded:
             return Decision(
-                Verdict.REJECT,
+                Admission.REJECT,
                 f"{busy} and {len(queue)} runs wait already, among them one that preempted it, which is one "
                 "above the limit; stop some of them or ask again in a moment",
             )
         case TriggerPolicy.PREEMPT:
-            return Decision(Verdict.PREEMPT, f"replaces {current.run_id}")
+            return Decision(Admission.PREEMPT, f"replaces {current.run_id}")
         case _:
-            return Decision(Verdict.REJECT, f"{busy}; stop it first or ask with policy 'queue' or 'preempt'")
+            return Decision(
+                Admission.REJECT, f"{busy}; stop it first or ask with policy 'queue' or 'preempt'"
+            )

@@ -15,7 +15,7 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.skill import Skill
-from florence_bt.runtime.arbiter import Verdict, decide, name_of
+from florence_bt.runtime.arbiter import Admission, decide, name_of
 from florence_bt.runtime.event_bus import EventBus, EventLog, Listener, NoLog
 from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
@@ -196,7 +196,7 @@ class Executor:
         raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)
         decision = decide(request, self.current, self.blocked_by, queue=self._queue)
-        if decision.verdict is Verdict.REJECT:
+        if decision.admission is Admission.REJECT:
             raise RequestRefused(decision.reason)
         kinds = {name: port.kind for name, port in mission.inputs.items()}
         run = MissionRun(self._new_id(request.mission), request, inputs, input_kinds=kinds)
@@ -207,7 +207,7 @@ class Executor:
         if self.current is None:
             self._begin(tree)
             return run
-        preempts = decision.verdict is Verdict.PREEMPT
+        preempts = decision.admission is Admission.PREEMPT
         self._queue.add(run, first=preempts)
         self._event_bus.publish(run, EventKind.QUEUED, reason=decision.reason)
         if preempts:

@@ -39,7 +39,7 @@ _TOKENS = {"**": "(/[^/]+)*", "*": "/[^/]+"}
 
 
 @dataclass(frozen=True, slots=True)
-class _Entry:
+class _Parameter:
     """A parameter's value, and how to make an error about it."""
 
     value: Any
@@ -58,7 +58,7 @@ class Section:
     """
 
     name: str
-    entries: Mapping[str, _Entry]
+    entries: Mapping[str, _Parameter]
     error: Callable[[str, Iterable[str]], ConfigError]
 
     @property
@@ -92,14 +92,14 @@ class Config:
         self.sections = tuple(sections)
         self.namespace = namespace
 
-    def entries(self, node: str, known: Collection[str] | None = None) -> dict[str, _Entry]:
+    def entries(self, node: str, known: Collection[str] | None = None) -> dict[str, _Parameter]:
         """Return the parameters of a node with their places.
 
         Args:
             node: Its name without namespace.
             known: The parameters that it has: of a section for many nodes it gets only those; None: all.
         """
-        found: dict[str, _Entry] = {}
+        found: dict[str, _Parameter] = {}
         for part in self.sections:
             if part.is_for(node, self.namespace):
                 found |= {
@@ -170,7 +170,7 @@ def _rule(text: str) -> Section:
     parsed = parse_yaml(value.encode(), Path(text)) if value.strip() else None
     if not assigned or not name or parsed is None:
         raise ConfigError(f"-p {text!r} sets no parameter", valid=["-p node:name:=value", "-p name:=value"])
-    entry = _Entry(reader.parameter(node or name, name, parsed), reader.error_at(parsed))
+    entry = _Parameter(reader.parameter(node or name, name, parsed), reader.error_at(parsed))
     return Section(node or "/**", {name: entry}, reader.error_at(parsed))
 
 
@@ -200,14 +200,14 @@ class _ConfigReader(SettingsReader):
             raise self.error(problem, parameters, [f"{name}: {{...}}"])
         return parameters
 
-    def _entries(self, node: str, source: YamlMapping, above: str = "") -> Iterator[tuple[str, _Entry]]:
+    def _entries(self, node: str, source: YamlMapping, above: str = "") -> Iterator[tuple[str, _Parameter]]:
         """Yield the parameters; names with dots may be written as mappings in mappings, as ROS has it."""
         for key, value in source.entries:
             name = above + key.text
             if isinstance(value, YamlMapping) and value.entries:
                 yield from self._entries(node, value, name + ".")
             else:
-                yield name, _Entry(self.parameter(node, name, value), self.error_at(value))
+                yield name, _Parameter(self.parameter(node, name, value), self.error_at(value))
 
     def error_at(self, source: YamlNode) -> Callable[[str, Iterable[str]], ConfigError]:
         """Return what makes an error about a part of the file."""

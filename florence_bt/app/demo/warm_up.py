@@ -69,7 +69,7 @@ def _warm_up_mapping() -> None:
     scan = KeptScan(0.0, start=np.zeros(2, np.float32), points=ends, clear=ends + 1.0)
     builder = GridBuilder(0.05, 8.0)
     builder.add(scan, Pose2())
-    panes.View.of(builder.grid(), [scan], [Pose2()]).look(panes.Gap(-0.5, 0.0, 1.0, 1))
+    panes.BeamMap.of(builder.grid(), [scan], [Pose2()]).look(panes.Gap(-0.5, 0.0, 1.0, 1))
     field = Submap(Pose2()).field
     spread_around(field, points, Pose2(), reach=0.1, step=0.1, near=0.1, scale=1.0)
 

@@ -92,7 +92,7 @@ def build_map(
     if resumed is not None:
         slam.resume(load_drive(resumed))
     before, began = len(slam.scans), time.process_time()
-    watch, problem = _Watch(log), None
+    watch, problem = _Plausibility(log), None
     try:
         for recorded in read_recording(log, choices):
             watch.check(recorded)
@@ -128,7 +128,7 @@ def write_built(built: Built, out: Path) -> tuple[Path, Path, Path, Path]:
     return files
 
 
-class _Watch:
+class _Plausibility:
     """Looks for what cannot be a drive of a robot in metres, radians and seconds."""
 
     def __init__(self, log: Path) -> None:

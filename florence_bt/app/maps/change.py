@@ -25,7 +25,7 @@ from florence_bt.skills.navigation.mapping.wall_direction import wall_direction
 
 
 @dataclass(frozen=True, slots=True)
-class MapFiles:
+class ChangedFiles:
     """What a command is about.
 
     Attributes:
@@ -43,7 +43,7 @@ class MapFiles:
     picture: Path | None = None
 
 
-def change_map(files: MapFiles, edit: Callable[[OccupancyGrid], Edited], what: str) -> Iterator[str]:
+def change_map(files: ChangedFiles, edit: Callable[[OccupancyGrid], Edited], what: str) -> Iterator[str]:
     """Change a map and what belongs to it: all files or none.
 
     Args:

@@ -32,7 +32,7 @@ ARRIVED_M = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class DriveProgress:
     """A drive that goes on.
 
     Attributes:
@@ -63,15 +63,15 @@ class DriveWatch:
                 (NavigateThroughPoses, "navigate_through_poses"),
             )
         ]
-        self._drive: Drive | None = None
+        self._drive: DriveProgress | None = None
         self._told_at = 0.0
 
-    def now(self) -> Drive | None:
+    def now(self) -> DriveProgress | None:
         """Return the drive that goes on; None when nothing has been told of one lately."""
         for way in self._ways:
             for message in way.take():
                 self._told_at, told = time.monotonic(), message.feedback
-                self._drive = Drive(
+                self._drive = DriveProgress(
                     bytes(message.goal_id.uuid),
                     float(told.distance_remaining),
                     duration_from_ros(told.estimated_time_remaining),

@@ -69,7 +69,7 @@ class KinectParameters(CheckedParameters):
 
 
 @dataclass(frozen=True, slots=True)
-class _Latest:
+class _LatestImage:
     image: DepthImage
     arrived: float
     view: View
@@ -91,7 +91,7 @@ class KinectDriver:
         self._frequency = FrequencyMeter()
         self._next_depth = float("-inf")
         self._last_depth: float | None = None
-        self._unused: _Latest | None = None
+        self._unused: _LatestImage | None = None
         self.depth_images = 0
 
     def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
@@ -110,7 +110,7 @@ class KinectDriver:
             camera_model(columns, rows, frame.view),
             metres,
         )
-        self._unused = _Latest(image, now, frame.view)
+        self._unused = _LatestImage(image, now, frame.view)
         return image
 
     def colour(self, frame: VideoFrame, now: float) -> ColourImage:

@@ -92,7 +92,7 @@ def source_text(entries: FlatFile) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _Piece:
+class _Furniture:
     """A piece as it stands: its entry, and the cells that it covers on the floor and up to the ceiling."""
 
     entry: dict[str, Any]
@@ -107,7 +107,7 @@ class _Furnisher:
     def __init__(self, layout: Layout, walls: Flat, rng: np.random.Generator) -> None:
         self.catalogue: Catalogue = load_catalogue()
         self.frame = GridFrame.around(walls, _RESOLUTION_M, margin=0.25)
-        self.pieces: list[_Piece] = []
+        self.pieces: list[_Furniture] = []
         self.objects: dict[str, Pose2] = {}
         """Hotspots before pieces, by label; not all can be reached."""
         self._layout = layout
@@ -162,7 +162,7 @@ class _Furnisher:
             if not piece.moves or self._rng.random() >= _MOVED_CHANCE:
                 continue
             nothing = np.zeros_like(self._walls)
-            self.pieces[index] = _Piece(piece.entry, 0.0, nothing, nothing)
+            self.pieces[index] = _Furniture(piece.entry, 0.0, nothing, nothing)
             moved = next(filter(None, (self._moved(piece) for _ in range(_MOVE_TRIES))), None)
             self.pieces[index] = moved or piece
 
@@ -173,7 +173,7 @@ class _Furnisher:
         covered = (piece.covered for piece in self.pieces)
         return np.logical_or.reduce([self._walls, self._kept_free, *covered])
 
-    def _moved(self, piece: _Piece) -> _Piece | None:
+    def _moved(self, piece: _Furniture) -> _Furniture | None:
         old, reach = piece.entry, piece.moves
         dx, dy = self._rng.uniform(-reach, reach, 2).round(2)
         turn = round(float(old["turn_deg"] + self._rng.uniform(-60.0, 60.0)))
@@ -214,7 +214,7 @@ class _Furnisher:
                 if inside and self._fits(piece, self._taken(), self._blocked()):
                     self._add(piece, on_map=group.on_map)
 
-    def _add(self, piece: _Piece, *, on_map: bool) -> None:
+    def _add(self, piece: _Furniture, *, on_map: bool) -> None:
         model = piece.entry["model"]
         self._used[model] = number = self._used.get(model, 0) + 1
         piece.entry["name"] = model if number == 1 else f"{model}_{number}"
@@ -251,14 +251,16 @@ class _Furnisher:
         x, y = (low + float(rng.random()) * (high - low) for low, high in spans)
         return Pose2(round(x, 2), round(y, 2), math.radians(round(math.degrees(yaw))))
 
-    def _piece(self, entry: dict[str, Any], kind: PieceKind | None = None) -> _Piece:
+    def _piece(self, entry: dict[str, Any], kind: PieceKind | None = None) -> _Furniture:
         pose = Pose2(entry["x"], entry["y"], math.radians(entry["turn_deg"]))
         solids = [_solid(pose, part) for part in self.catalogue.models[entry["model"]]]
         low = [solid for solid in solids if solid.bottom < ROBOT_HEIGHT_M]
         covered, touchable = (cells_covered(self.frame, some, 0.05) for some in (solids, low))
-        return _Piece(entry, kind.moves if kind else 0.0, touchable, covered)
+        return _Furniture(entry, kind.moves if kind else 0.0, touchable, covered)
 
-    def _fits(self, piece: _Piece, taken: BoolGrid, blocked: BoolGrid, front: BoolGrid | None = None) -> bool:
+    def _fits(
+        self, piece: _Furniture, taken: BoolGrid, blocked: BoolGrid, front: BoolGrid | None = None
+    ) -> bool:
         """Tell whether nothing is where a piece stands, and the robot still gets everywhere."""
         if (piece.covered & taken).any() or (front is not None and (front & blocked).any()):
             return False

@@ -27,7 +27,7 @@ _FARTHEST_M = 65.0
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class MappedDrive:
     """All that is known of a drive; n kept scans.
 
     Attributes:
@@ -47,7 +47,7 @@ class Drive:
     ties: tuple[Tie, ...]
 
 
-def save_drive(path: Path, drive: Drive) -> None:
+def save_drive(path: Path, drive: MappedDrive) -> None:
     """Write a drive, in one step.
 
     Args:
@@ -79,7 +79,7 @@ def save_drive(path: Path, drive: Drive) -> None:
     replace_files({path: data.getvalue()})
 
 
-def load_drive(path: Path) -> Drive:
+def load_drive(path: Path) -> MappedDrive:
     """Load a drive.
 
     Raises:
@@ -103,7 +103,7 @@ def load_drive(path: Path) -> Drive:
         ) from error
 
 
-def _drive(arrays: dict[str, Any]) -> Drive:
+def _drive(arrays: dict[str, Any]) -> MappedDrive:
     points = _parts(arrays["points"], arrays["points_counts"])
     clear = _parts(arrays["clear"], arrays["clear_counts"])
     scans = tuple(
@@ -125,7 +125,7 @@ def _drive(arrays: dict[str, Any]) -> Drive:
         raise ValueError("it has no scans, or numbers that are not finite")
     if any(tie.first >= tie.second or tie.second >= len(scans) for tie in ties):
         raise ValueError("a tie is between poses that are not there")
-    return Drive(
+    return MappedDrive(
         scans,
         _poses(arrays["poses"]),
         _poses(arrays["driven"]),

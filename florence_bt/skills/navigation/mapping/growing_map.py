@@ -12,7 +12,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.sensing import FREE, UNKNOWN, LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.navigation.mapping.drive import Drive
+from florence_bt.skills.navigation.mapping.drive import MappedDrive
 
 EMPTY_MAP = OccupancyGrid(0.05, Pose2(), np.full((1, 1), UNKNOWN, np.int8))
 """The map before the first scan."""
@@ -42,10 +42,10 @@ class MapMaker(Protocol):
         """Note that the bumper met something where the robot is, turned towards it; odometry frame."""
 
     @property
-    def drive(self) -> Drive:
+    def drive(self) -> MappedDrive:
         """All that is known, to go on with another day."""
 
-    def resume(self, drive: Drive) -> None:
+    def resume(self, drive: MappedDrive) -> None:
         """Go on with a drive, near where it ended."""
 
     def grid(self) -> OccupancyGrid:

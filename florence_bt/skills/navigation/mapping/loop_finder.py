@@ -60,7 +60,7 @@ _CACHED = 48
 
 
 @dataclass(slots=True)
-class _Piece:
+class _Stretch:
     """The scans of a submap: from ``first`` on, up to ``end``, which is None while it is being driven."""
 
     first: int
@@ -91,7 +91,7 @@ class LoopFinder:
         self.driven: list[Pose2] = []
         self.ways: list[float] = []
         self._torn_at: set[int] = set()
-        self._pieces: list[_Piece] = []
+        self._stretches: list[_Stretch] = []
         self._drawn: OrderedDict[int, Submap] = OrderedDict()
         self._candidates: list[_Candidate] = []
 
@@ -109,13 +109,13 @@ class LoopFinder:
         if torn:
             self._torn_at.add(number)
             self._candidates.clear()
-        for piece in self._open():
-            middle = self.driven[piece.first]
-            if torn or used_up(number - piece.first, middle, driven) >= 1.0:
-                piece.end = number
+        for stretch in self._open():
+            middle = self.driven[stretch.first]
+            if torn or used_up(number - stretch.first, middle, driven) >= 1.0:
+                stretch.end = number
         opened = self._open()
         if not opened or used_up(number - opened[-1].first, self.driven[opened[-1].first], driven) >= 0.5:
-            self._pieces.append(_Piece(number))
+            self._stretches.append(_Stretch(number))
 
     @property
     def _unbroken_from(self) -> int:
@@ -126,17 +126,17 @@ class LoopFinder:
         """Which of the scans nothing ties to those before."""
         return tuple(number in self._torn_at for number in range(len(self.driven)))
 
-    def _open(self) -> list[_Piece]:
-        return [piece for piece in self._pieces[-3:] if piece.end is None]
+    def _open(self) -> list[_Stretch]:
+        return [stretch for stretch in self._stretches[-3:] if stretch.end is None]
 
     def find(self) -> list[Tie]:
         """Look for the newest kept scan in what was seen before; return what can be relied on."""
         number = len(self.driven) - 1
         here = self._graph.poses[number]
         near = [
-            (self._graph.poses[piece.first].distance_to(here), index)
-            for index, piece in enumerate(self._pieces)
-            if piece.end is not None and self.ways[number] - self.ways[piece.end - 1] >= self._least_way
+            (self._graph.poses[stretch.first].distance_to(here), index)
+            for index, stretch in enumerate(self._stretches)
+            if stretch.end is not None and self.ways[number] - self.ways[stretch.end - 1] >= self._least_way
         ]
         near = sorted(each for each in near if each[0] < _MIDDLE_M + _LONGEST_M)
         if not near:
@@ -146,7 +146,7 @@ class LoopFinder:
         found: list[Tie] = []
         left = {False: _MOST, True: _MOST}
         for distance, index in near:
-            way = float(ways[self._pieces[index].first])
+            way = float(ways[self._stretches[index].first])
             reach, turn = _search_of(way)
             if distance > _MIDDLE_M + reach:
                 continue
@@ -161,15 +161,17 @@ class LoopFinder:
         number, torn_at = len(self.driven) - 1, self._unbroken_from
         ended = [
             index
-            for index, piece in enumerate(self._pieces)
-            if piece.end is not None and piece.end <= torn_at and piece.end - piece.first >= _LEAST_SCANS
+            for index, stretch in enumerate(self._stretches)
+            if stretch.end is not None
+            and stretch.end <= torn_at
+            and stretch.end - stretch.first >= _LEAST_SCANS
         ]
         if not ended:
             return []
         ways, seen = self._graph.ways_from(number), self._seen_lately(number)
         found = []
         for index in ended[-_LAST:]:
-            reach, _ = _search_of(float(ways[self._pieces[index].first]))
+            reach, _ = _search_of(float(ways[self._stretches[index].first]))
             found.append(self._match(index, number, seen, reach, _LARGEST_RAD))
         fit, tie = max(found, key=lambda each: each[0])
         return [tie] if fit >= self._least_fit + _SURER else []
@@ -186,7 +188,7 @@ class LoopFinder:
         self, index: int, number: int, seen: NDArray[np.float64], reach: float, turn: float
     ) -> tuple[float, Tie]:
         """Fit what was seen to a submap; return the part that fits, and the tie that follows."""
-        anchor = self._pieces[index].first
+        anchor = self._stretches[index].first
         belief = self._graph.poses[anchor].inverse() @ self._graph.poses[number]
         submap = self._submap(index)
         match = self._fit(submap, seen, belief, reach, turn)
@@ -254,9 +256,9 @@ class LoopFinder:
         if index in self._drawn:
             self._drawn.move_to_end(index)
             return self._drawn[index]
-        piece, submap = self._pieces[index], Submap(Pose2())
-        middle = self.driven[piece.first].inverse()
-        for number in range(piece.first, piece.end or len(self.driven)):
+        stretch, submap = self._stretches[index], Submap(Pose2())
+        middle = self.driven[stretch.first].inverse()
+        for number in range(stretch.first, stretch.end or len(self.driven)):
             submap.add(middle @ self.driven[number], self._scans[number].points.astype(float))
         self._drawn[index] = submap
         if len(self._drawn) > _CACHED:

@@ -199,7 +199,7 @@ class Evidence:
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class BeamMap:
     """A map whose walls run along its axes, and the beams of which it consists; perhaps with x and y swapped.
 
     Attributes:
@@ -219,7 +219,7 @@ class View:
     first: NDArray[np.int64]
 
     @staticmethod
-    def of(grid: OccupancyGrid, scans: Sequence[KeptScan], poses: Sequence[Pose2]) -> View:
+    def of(grid: OccupancyGrid, scans: Sequence[KeptScan], poses: Sequence[Pose2]) -> BeamMap:
         """Move scans to the map.
 
         Args:
@@ -236,13 +236,13 @@ class View:
             ends.append(scan.points.astype(float) @ turn + place)
             first[number + 1] = first[number] + len(ends[-1])
         place = grid.origin.x, grid.origin.y
-        return View(grid.cells, place, grid.resolution, starts, np.concatenate(ends), first)
+        return BeamMap(grid.cells, place, grid.resolution, starts, np.concatenate(ends), first)
 
-    def swapped(self) -> View:
+    def swapped(self) -> BeamMap:
         """Return the same with x and y swapped."""
         cells, x, y = np.ascontiguousarray(self.cells.T), *self.origin
         starts, ends = (np.ascontiguousarray(each[:, ::-1]) for each in (self.starts, self.ends))
-        return View(cells, (y, x), self.resolution, starts, ends, self.first)
+        return BeamMap(cells, (y, x), self.resolution, starts, ends, self.first)
 
     def look(self, gap: Gap) -> Evidence:
         """Tell what was seen through a gap."""
@@ -300,7 +300,7 @@ def find_panes(
         there is none.
     """
     straight, turn = turned(grid, angle), Pose2(0.0, 0.0, angle)
-    view = View.of(straight, scans, [turn @ pose for pose in poses])
+    view = BeamMap.of(straight, scans, [turn @ pose for pose in poses])
     felt = [turn @ touch for touch in touches]
     panes = []
     for swap in (False, True):
@@ -352,7 +352,7 @@ def _felt(touch: Pose2, *, swap: bool) -> _Felt:
     return _Felt(_swapped(_front(touch), swap=swap), across)
 
 
-def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
+def _panes_in(view: BeamMap, felt: Sequence[_Felt], known: Sequence[Point2]) -> list[Gap]:
     """Return the gaps along the rows that are mirrors or panes, the surest of those that overlap."""
     found = []
     for gap in view.gaps():
@@ -371,7 +371,7 @@ def _panes_in(view: View, felt: Sequence[_Felt], known: Sequence[Point2]) -> lis
     return kept
 
 
-def _mirror_in(view: View, gap: Gap, evidence: Evidence) -> tuple[Evidence, Gap] | None:
+def _mirror_in(view: BeamMap, gap: Gap, evidence: Evidence) -> tuple[Evidence, Gap] | None:
     """Return the part of a gap that shows what is before it, where it shows that best, and what was seen."""
     if evidence.folded < _BEAMS // 2 or evidence.high - evidence.low < _LEAST_M:
         return None

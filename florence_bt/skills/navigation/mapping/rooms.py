@@ -85,7 +85,7 @@ class ProposedRoom:
 
 
 @dataclass(frozen=True, slots=True)
-class _Piece:
+class _WallPiece:
     """A thin piece of wall: its first and last cell (row, column), its length and thickness in cells."""
 
     ends: tuple[Cell, Cell]
@@ -108,7 +108,7 @@ class _Gap:
     along: int
     start: Cell
     stop: Cell
-    pieces: tuple[_Piece, ...]
+    pieces: tuple[_WallPiece, ...]
     cells: tuple[slice, slice]
 
     @property
@@ -288,7 +288,7 @@ class _Rows:
                 if gap is not None:
                     yield gap
 
-    def _gap(self, piece: _Piece, row: int, end: int, step: int) -> _Gap | None:
+    def _gap(self, piece: _WallPiece, row: int, end: int, step: int) -> _Gap | None:
         """Return the gap at an end of a piece, to the right for a step of 1; None when there is none."""
         rows, last = slice(max(0, row - 1), row + 2), self._floor.shape[1] - 1
         _, ordinary, most = map(self._cells, DOOR_M)
@@ -332,13 +332,13 @@ def _goes_on(walls: BoolGrid, start: int, length: int) -> bool:
     return int(np.count_nonzero(walls[:, columns].any(axis=0))) >= abs(length) - 1
 
 
-def _piece(labels: NDArray[np.int32], number: int, place: tuple[slice, slice]) -> _Piece:
+def _piece(labels: NDArray[np.int32], number: int, place: tuple[slice, slice]) -> _WallPiece:
     """Describe a piece of wall that runs along its row."""
     rows, columns = place
     cells = labels[place] == number
     first, last = (rows.start + int(np.mean(np.flatnonzero(cells[:, at]))) for at in (0, -1))
     length = columns.stop - columns.start
-    return _Piece(((first, columns.start), (last, columns.stop - 1)), length, int(cells.sum()) / length)
+    return _WallPiece(((first, columns.start), (last, columns.stop - 1)), length, int(cells.sum()) / length)
 
 
 def _thin(floor: BoolGrid, thickest: int) -> tuple[BoolGrid, BoolGrid]:
@@ -357,7 +357,7 @@ def _doors(gaps: list[_Gap], resolution: float) -> list[_Gap]:
     """
     near, narrowest, longest = _LEAF_M / resolution, DOOR_M[0] / resolution, DOOR_M[-1] / resolution
 
-    def is_leaf(piece: _Piece, gap: _Gap) -> bool:
+    def is_leaf(piece: _WallPiece, gap: _Gap) -> bool:
         return piece.length <= longest and any(
             other.along != gap.along
             and other.width >= narrowest

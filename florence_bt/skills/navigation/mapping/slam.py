@@ -16,7 +16,7 @@ from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
-from florence_bt.skills.navigation.mapping.drive import Drive
+from florence_bt.skills.navigation.mapping.drive import MappedDrive
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan, keep_scan
 from florence_bt.skills.navigation.mapping.loop_finder import LoopFinder
 from florence_bt.skills.navigation.mapping.map_drawer import MapDrawer
@@ -204,7 +204,7 @@ class Slam:
             self._waiting = 0
             self.revision += 1
 
-    def resume(self, drive: Drive) -> None:
+    def resume(self, drive: MappedDrive) -> None:
         """Go on with a drive that was stopped, within about a metre of where it ended; before any scan.
 
         Args:
@@ -223,10 +223,10 @@ class Slam:
         self._odometry.pose = drive.driven[-1]
 
     @property
-    def drive(self) -> Drive:
+    def drive(self) -> MappedDrive:
         """All that is known of the drive."""
         finder = self._finder
-        return Drive(
+        return MappedDrive(
             self.scans,
             self.poses,
             tuple(finder.driven),
