@@ -1,4 +1,4 @@
-"""The hot loop of drawing a map. Plain arrays in and out."""
+"""The hot loops of drawing a map, and of looking through gaps in its walls. Plain arrays in."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from florence_bt.skills.navigation.mapping.pane_evidence import Evidence
 
 _NEAREST_M, _FARTHEST_M = 0.25, 5.0
 """From so near to so far a scan tells what a gap is."""
@@ -22,6 +24,8 @@ more for each metre before the gap; half of the laser's width, and how far the h
 _PAST_BEAMS, _ELSEWHERE_M = 2, 0.1
 """A gap that lets so many beams past where a mirror would show the laser does not show it; scans from so near
 to each other say it once."""
+_LASER, _PAST_LASER = 1, 2
+"""What a beam shows through a gap: the laser, as a mirror would, or something further away."""
 _GRAZING = 1.0
 """Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
 
@@ -86,7 +90,7 @@ def look_through(
     starts: NDArray[np.float64],
     ends: NDArray[np.float64],
     first: NDArray[np.int64],
-) -> tuple[int, int, int, int, int, float, float, int, float, float]:
+) -> Evidence:
     """Tell what beams say that met a gap: whether they were folded there, or ended, or went through.
 
     Args:
@@ -98,88 +102,175 @@ def look_through(
         starts: Shape (n, 2): where the beams of each scan start, metres along and across.
         ends: Shape (m, 2): where they end.
         first: Shape (n + 1,): the first beam of each scan.
-
-    Returns:
-        The beams that end behind it and, folded, at something, or on free floor, or where nothing is known;
-        from how many places the laser itself was seen, as a mirror shows it that is met squarely, and from
-        how many something past where it would be; the parts of the gap that have ended a beam that met it
-        squarely, or let it through; the beams that came through it from behind; from where to where along it
-        they are folded (:func:`_best_stretch`).
     """
-    rows, columns = cells.shape
     across, low, high = gap
-    margin = resolution
+    inner = low + resolution, high - resolution
     size = max(1, round((high - low) / resolution))
     stopped, passed = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
     shows = np.zeros(size, np.int64)
-    folded = not_folded = unknown = behind = itself = past = 0
-    itself_u = itself_v = past_u = past_v = np.inf
+    folded = not_folded = unknown = behind = 0
     for scan in range(len(starts)):
-        height = side * (starts[scan, 1] - across)
-        u0 = starts[scan, 0]
+        u0, height = starts[scan, 0], side * (starts[scan, 1] - across)
         if abs(height) < _NEAREST_M or math.hypot(height, max(0.0, max(low - u0, u0 - high))) > _FARTHEST_M:
             continue
+        beams = ends[first[scan] : first[scan + 1]]
         if height < 0.0:
-            for k in range(first[scan], first[scan + 1]):
-                beyond = side * (ends[k, 1] - across)
-                if beyond > _BEHIND_M:
-                    u = u0 + (ends[k, 0] - u0) * height / (height - beyond)
-                    behind += low + margin < u < high - margin
+            behind += _count_from_behind(beams, u0, height, across, side, inner)
             continue
-        shown = looked = 0
-        square = _SIZE_M / (2.0 * height) + _ASKEW if low + margin < u0 < high - margin else 0.0
-        about = _ITSELF_M + _ITSELF * height
-        for k in range(first[scan], first[scan + 1]):
-            depth = side * (across - ends[k, 1])
+        for k in range(len(beams)):
+            depth = side * (across - beams[k, 1])
             if depth < -_ON_M:
                 continue
-            u = u0 + (ends[k, 0] - u0) * height / (height + depth)
-            if not low < u < high:
+            u, slope = _crossing(beams[k, 0], u0, height, depth)
+            if not low < u < high or _shows_laser(u0, height, depth, slope, inner) == _LASER:
                 continue
-            slope = abs(ends[k, 0] - u0) / (height + depth)
             place = min(size - 1, int((u - low) / resolution))
-            if slope < square and depth > height - about:
-                if depth < height + about:
-                    shown += 1
-                    continue
-                looked += 1
             if slope < _SQUARE:
                 if depth <= _ON_M:
                     stopped[place] = True
                 elif slope < _SQUARER:
                     passed[place] = True
-            if depth < _BEHIND_M or slope > _GRAZING or not low + margin < u < high - margin:
+            if depth < _BEHIND_M or slope > _GRAZING or not inner[0] < u < inner[1]:
                 continue
-            column = math.floor((ends[k, 0] - origin[0]) / resolution)
+            column = math.floor((beams[k, 0] - origin[0]) / resolution)
             row = math.floor((across + side * depth - origin[1]) / resolution)
             shows[place] -= _NOT_SHOWN
-            if not (1 <= row < rows - 1 and 1 <= column < columns - 1):
-                unknown += 1
-                continue
-            most = 0
-            for v in range(row - 1, row + 2):
-                for w in range(column - 1, column + 2):
-                    most = max(most, cells[v, w])
-            if most > 50:
+            there = _cell_at(cells, row, column)
+            if there > 0:
                 folded += 1
                 shows[place] += 1 + _NOT_SHOWN
-            elif cells[row, column] == 0:
+            elif there == 0:
                 not_folded += 1
             else:
                 unknown += 1
-        if shown > 0 and not math.hypot(u0 - itself_u, height - itself_v) < _ELSEWHERE_M:
-            itself, itself_u, itself_v = itself + 1, u0, height
-        elif (
-            shown == 0
-            and looked >= _PAST_BEAMS
-            and not math.hypot(u0 - past_u, height - past_v) < _ELSEWHERE_M
-        ):
-            past, past_u, past_v = past + 1, u0, height
+    itself, past = _count_laser(gap, side, inner, starts, ends, first)
     start, end = _best_stretch(shows)
-    stretch = low + start * resolution, low + end * resolution
-    parts = stopped.mean(), passed.mean()
-    counts = folded, not_folded, unknown, itself, past
-    return *counts, parts[0], parts[1], behind, stretch[0], stretch[1]
+    return Evidence(
+        folded,
+        not_folded,
+        unknown,
+        itself,
+        past,
+        stopped.mean(),
+        passed.mean(),
+        behind,
+        low + start * resolution,
+        low + end * resolution,
+    )
+
+
+@njit(cache=True)
+def _crossing(end_u: float, start_u: float, height: float, depth: float) -> tuple[float, float]:
+    """Return where along a gap a beam meets it, and how far it runs along for each metre across.
+
+    Args:
+        end_u: Where the beam ends, metres along.
+        start_u: Where it starts.
+        height: Metres from its start to the gap.
+        depth: Metres from there to its end.
+    """
+    u = start_u + (end_u - start_u) * height / (height + depth)
+    return u, abs(end_u - start_u) / (height + depth)
+
+
+@njit(cache=True)
+def _count_from_behind(
+    beams: NDArray[np.float64],
+    start_u: float,
+    height: float,
+    across: float,
+    side: int,
+    inner: tuple[float, float],
+) -> int:
+    """Count the beams of a scan behind a gap (``height`` below zero) that came through it."""
+    count = 0
+    for k in range(len(beams)):
+        beyond = side * (beams[k, 1] - across)
+        if beyond > _BEHIND_M:
+            u = start_u + (beams[k, 0] - start_u) * height / (height - beyond)
+            count += inner[0] < u < inner[1]
+    return count
+
+
+@njit(cache=True)
+def _cell_at(cells: NDArray[np.int8], row: int, column: int) -> int:
+    """Return 1 where the map has something in a cell or beside it, 0 where it is free, else -1."""
+    rows, columns = cells.shape
+    if not (1 <= row < rows - 1 and 1 <= column < columns - 1):
+        return -1
+    for v in range(row - 1, row + 2):
+        for u in range(column - 1, column + 2):
+            if cells[v, u] > 50:
+                return 1
+    return 0 if cells[row, column] == 0 else -1
+
+
+@njit(cache=True)
+def _shows_laser(
+    start_u: float, height: float, depth: float, slope: float, inner: tuple[float, float]
+) -> int:
+    """Tell whether a beam ends where a mirror in a gap would show the laser, or goes on past that.
+
+    Args:
+        start_u: Where it starts, metres along the gap; only a laser before the gap is shown.
+        height: Metres from its start to the gap.
+        depth: Metres from there to its end.
+        slope: How far it runs along for each metre across; a mirror shows the laser where it is met squarely.
+        inner: The gap without its edges, metres along.
+
+    Returns:
+        ``_LASER``, ``_PAST_LASER``, or 0 when it says nothing about that.
+    """
+    if not inner[0] < start_u < inner[1] or slope >= _SIZE_M / (2.0 * height) + _ASKEW:
+        return 0
+    about = _ITSELF_M + _ITSELF * height
+    if depth <= height - about:
+        return 0
+    return _LASER if depth < height + about else _PAST_LASER
+
+
+@njit(cache=True)
+def _count_laser(
+    gap: tuple[float, float, float],
+    side: int,
+    inner: tuple[float, float],
+    starts: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    first: NDArray[np.int64],
+) -> tuple[int, int]:
+    """Count the places from which a gap shows the laser, and those from which it shows something past it.
+
+    Args:
+        gap: As of :func:`look_through`; the others too.
+        side: From where it is looked at.
+        inner: The gap without its edges, metres along.
+        starts: Where the beams of each scan start.
+        ends: Where they end.
+        first: The first beam of each scan.
+    """
+    across, low, high = gap
+    itself = past = 0
+    itself_u = itself_v = past_u = past_v = np.inf
+    for scan in range(len(starts)):
+        u0, height = starts[scan, 0], side * (starts[scan, 1] - across)
+        if not (inner[0] < u0 < inner[1] and _NEAREST_M <= height <= _FARTHEST_M):
+            continue
+        shown = looked = 0
+        for k in range(first[scan], first[scan + 1]):
+            depth = side * (across - ends[k, 1])
+            if depth < -_ON_M:
+                continue
+            u, slope = _crossing(ends[k, 0], u0, height, depth)
+            if low < u < high:
+                what = _shows_laser(u0, height, depth, slope, inner)
+                shown += what == _LASER
+                looked += what == _PAST_LASER
+        if shown > 0:
+            if not math.hypot(u0 - itself_u, height - itself_v) < _ELSEWHERE_M:
+                itself, itself_u, itself_v = itself + 1, u0, height
+        elif looked >= _PAST_BEAMS and not math.hypot(u0 - past_u, height - past_v) < _ELSEWHERE_M:
+            past, past_u, past_v = past + 1, u0, height
+    return itself, past
 
 
 @njit(cache=True)

@@ -23,6 +23,7 @@ from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
 from florence_bt.skills.navigation.mapping._kernels import look_through
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
+from florence_bt.skills.navigation.mapping.pane_evidence import MIRROR_BEAMS, Evidence
 from florence_bt.skills.navigation.mapping.wall_direction import turned
 
 _WIDTH_M = 0.45, 2.4
@@ -36,16 +37,6 @@ _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _FROM_M = 5.0
 """The robot looks at a gap from so far away at most."""
-_BEAMS = 60
-"""A mirror shows the laser itself, and so many beams through it, folded, end at something."""
-_NOT_FOLDED, _PAST = 0.03, 0.25
-"""Of the beams, so few end on free floor, folded, or come from behind; and something further away than the
-laser was seen from so few places, to one from which the laser was."""
-_STOPPED, _PASSED = 0.5, 0.1
-"""Of the cells of a pane of glass, so many have ended a beam that met them squarely, and so few let one
-through."""
-_DOUBT = 3.0
-"""So much of that is allowed where a pane is known."""
 _OFFSETS_M = (0.0, -0.025, 0.025, -0.05, 0.05)
 """Where in its cell, or beside it, a gap may lie."""
 _NOT_IN_IT_M = 0.05
@@ -153,52 +144,6 @@ class Gap:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
-    """What was seen through a gap.
-
-    Attributes:
-        folded: Beams whose folded end is at something of the map.
-        not_folded: Beams whose folded end is on free floor.
-        unknown: Beams whose folded end is where the map knows nothing.
-        itself: From how many places the laser itself was seen, as far behind the gap as it was before it.
-        past: From how many something behind that was seen.
-        stopped: The part of the gap that has ended beams that met it squarely.
-        passed: The part that has let such beams through.
-        behind: Beams that came through it from behind.
-        low: From where along the gap beams are folded: beside a mirror there may be a doorway, metres.
-        high: To where.
-    """
-
-    folded: int
-    not_folded: int
-    unknown: int
-    itself: int
-    past: int
-    stopped: float
-    passed: float
-    behind: int
-    low: float
-    high: float
-
-    @property
-    def surplus(self) -> float:
-        """How much more than is needed says that a mirror is there."""
-        return self.folded - self.not_folded / _NOT_FOLDED
-
-    def is_mirror(self, *, known: bool) -> bool:
-        """Tell whether a mirror is there; it takes more to say that it is none where it was ``known``."""
-        doubt = _DOUBT if known else 1.0
-        enough = self.folded >= max(_BEAMS, self.unknown) and (self.itself > 0 or known)
-        seldom = max(self.not_folded, self.behind) <= doubt * _NOT_FOLDED * self.folded
-        return enough and seldom and self.past <= doubt * _PAST * self.itself
-
-    def is_glass(self, *, known: bool) -> bool:
-        """Tell whether a pane of glass is there; ``known`` as for a mirror."""
-        doubt = _DOUBT if known else 1.0
-        return self.stopped >= _STOPPED / doubt and self.passed <= doubt * _PASSED
-
-
-@dataclass(frozen=True, slots=True)
 class BeamMap:
     """A map whose walls run along its axes, and the beams of which it consists; perhaps with x and y swapped.
 
@@ -248,7 +193,7 @@ class BeamMap:
         """Tell what was seen through a gap."""
         place = gap.across, gap.low, gap.high
         seen = self.starts, self.ends, self.first
-        return Evidence(*look_through(self.cells, self.origin, self.resolution, place, gap.side, *seen))
+        return look_through(self.cells, self.origin, self.resolution, place, gap.side, *seen)
 
     def gaps(self) -> Iterator[Gap]:
         """Yield the gaps along the rows."""
@@ -373,7 +318,7 @@ def _panes_in(view: BeamMap, felt: Sequence[_Felt], known: Sequence[Point2]) -> 
 
 def _mirror_in(view: BeamMap, gap: Gap, evidence: Evidence) -> tuple[Evidence, Gap] | None:
     """Return the part of a gap that shows what is before it, where it shows that best, and what was seen."""
-    if evidence.folded < _BEAMS // 2 or evidence.high - evidence.low < _LEAST_M:
+    if evidence.folded < MIRROR_BEAMS // 2 or evidence.high - evidence.low < _LEAST_M:
         return None
     part = gap.part(evidence.low, evidence.high)
     looks = [
