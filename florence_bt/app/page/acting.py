@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from florence_interfaces.srv import RunMission, SetHotspot
 from nicegui import ui
@@ -13,6 +13,13 @@ from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+
+T = TypeVar("T")
+
+
+def tell_failure(error: FlorenceError) -> None:
+    """Tell the viewer what went wrong."""
+    ui.notify(str(error), type="negative", multi_line=True)
 
 
 class Actor:
@@ -35,17 +42,25 @@ class Actor:
         """Tell whether the viewer has a role, or one that includes it."""
         return self.role >= role
 
-    async def told(self, work: Awaitable[Any], message: Callable[[Any], str]) -> Any:
+    async def told(self, work: Awaitable[Any], message: Callable[[Any], str] = lambda answer: "") -> Any:
         """Wait for an answer and tell it; what went wrong is told, too, and gives None."""
         try:
             answer = await work
         except FlorenceError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
+            tell_failure(error)
             return None
         text = message(answer)
         if text:
             ui.notify(text, multi_line=True)
         return answer
+
+    def attempt(self, work: Callable[[], T]) -> T | None:
+        """Do something at once; what went wrong is told, and gives None."""
+        try:
+            return work()
+        except FlorenceError as error:
+            tell_failure(error)
+            return None
 
     async def start(self, mission: str, inputs: Mapping[str, str]) -> bool:
         """Start a mission with the inputs that were given; without a text an input has its default.

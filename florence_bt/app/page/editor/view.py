@@ -1,41 +1,29 @@
-"""The editor's page: missions and palette, the text with what is wrong, drawing, rig and scenarios."""
+"""The editor's page: the text with what is wrong, its drawing, saving; and the panels beside it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Awaitable, Callable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from typing import Any
 
-import nicegui.elements.codemirror  # noqa: F401 - so that the module nicegui-codemirror is served
-from florence_interfaces.msg import MissionPort
 from nicegui import ui
 from nicegui.element import Element
 
-from florence_bt.app.page.acting import Actor, confirmed
-from florence_bt.app.page.components import MapView, StatusView, TreeView
+from florence_bt.app.page.acting import Actor, confirmed, tell_failure
 from florence_bt.app.page.editor.completion import insertion
 from florence_bt.app.page.editor.desk import Desk, Home
+from florence_bt.app.page.editor.elements import InputForm, MissionOutline, MissionText
 from florence_bt.app.page.editor.helpers import check_size
-from florence_bt.app.page.editor.shelf import ChangedMeanwhile, Opened, Saved, checked_name, date_text
+from florence_bt.app.page.editor.scenario_panel import ScenarioPanel
+from florence_bt.app.page.editor.shelf import ChangedMeanwhile, Opened, Saved, Shelf, checked_name, date_text
+from florence_bt.app.page.editor.side_panel import SidePanel
+from florence_bt.app.page.editor.trial_panel import TrialPanel
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
-from florence_bt.app.page.mission_form import input_field, text_of
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
 
-T = TypeVar("T")
 _NAME = re.compile(r"^mission:[ ]*([a-z][a-z0-9_]*)[ ]*(?:#.*)?$", re.MULTILINE)
-_SPEEDS = {0.0: "as fast as possible", 4.0: "four times as fast", 1.0: "as fast as life"}
-_PEOPLE = {
-    "": "in a random room",
-    **{
-        room: f"in the {room.replace('_', ' ')}"
-        for room in ("kitchen", "living_room", "bedroom", "bathroom", "study")
-    },
-    **{word: word for word in ("standing", "sitting", "lying", "walking")},
-    "company": "two or three people",
-    "absent": "nobody",
-}
 _SHORT = """
 @media (max-width: 640px) {
   .florence-short .block { font-size: 0; line-height: 0; width: 0 }
@@ -44,103 +32,8 @@ _SHORT = """
 }
 """
 """On a phone these buttons have only their sign (an important rule of Quasar keeps their texts displayed)."""
-_LOOK_S = 0.5
-"""How often to look whether the rig is done."""
 _ROBOT_S = 3.0
 """How often to look whether a robot has come or gone."""
-
-
-class MissionText(Element, component="components/mission_text.js"):
-    """The text of a mission. Emits ``text`` (None when too long), ``line`` of the cursor, and ``save``."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self._props["text"] = text
-        self._props["most"] = MAX_MISSION_BYTES
-        self.show([], "looking at it…")
-
-    def show(self, findings: list[dict[str, Any]], note: str) -> None:
-        """Show what is wrong, and a sentence above it."""
-        self._props["findings"] = findings
-        self._props["note"] = note
-        self.update()
-
-    def set_dirty(self, dirty: bool) -> None:
-        """Say whether something would be lost when the page is left."""
-        if self._props.get("dirty") != dirty:
-            self._props["dirty"] = dirty
-            self.update()
-
-
-class MissionOutline(Element, component="components/outline.js"):
-    """The drawing of a mission. Emits ``node`` with its line when somebody clicks one."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._props["line"] = 1
-        self._props["rows"] = []
-
-    def show(self, rows: list[dict[str, Any]]) -> None:
-        """Show the nodes of a mission (:func:`~florence_bt.app.page.editor.looking.outline`).
-
-        Of a text that cannot be read there are none: the last drawing stays, and is said to be old.
-        """
-        self._props["stale"] = not rows
-        if rows:
-            self._props["rows"] = rows
-        self._props["empty"] = "the drawing waits until the text can be read again"
-        self.update()
-
-    def point_at(self, line: int) -> None:
-        """Mark the node that a line belongs to."""
-        self._props["line"] = line
-        self.update()
-
-
-class Chooser(Element, component="components/chooser.js"):
-    """Groups of things to choose from. Emits ``pick`` with group and name."""
-
-    def __init__(self, hint: str, chosen: str = "") -> None:
-        super().__init__()
-        self._props["hint"] = hint
-        self._props["chosen"] = chosen
-        self._props["groups"] = []
-
-    def show(self, groups: list[dict[str, Any]]) -> None:
-        """Show groups: key, title and items with name, about and perhaps a mark."""
-        self._props["groups"] = groups
-        self.update()
-
-
-class InputForm:
-    """A field for each input of a mission."""
-
-    def __init__(self) -> None:
-        self._column = ui.column().classes("w-full gap-1")
-        self._fields: dict[str, Any] = {}
-        self._shown: list[dict[str, Any]] = []
-
-    def show(self, inputs: list[dict[str, Any]]) -> None:
-        """Show the fields (:func:`~florence_bt.app.page.editor.looking.inputs`); what is typed stays."""
-        if inputs == self._shown:
-            return
-        self._shown = inputs
-        before = {name: field.value for name, field in self._fields.items()}
-        self._column.clear()
-        with self._column:
-            self._fields = {
-                each["name"]: input_field(MissionPort(**each)).props("dense outlined stack-label")
-                for each in inputs
-            }
-        for name in before.keys() & self._fields.keys():
-            if isinstance(before[name], type(self._fields[name].value)):
-                self._fields[name].value = before[name]
-
-    @property
-    def values(self) -> dict[str, str]:
-        """What was typed, without empty fields."""
-        texts = {name: text_of(field.value) for name, field in self._fields.items()}
-        return {name: text for name, text in texts.items() if text}
 
 
 class EditorPage:
@@ -166,7 +59,6 @@ class EditorPage:
         self._look: dict[str, Any] = {}
         self._looking = self._again = False
         self._line = 1
-        self._shown_end: dict[str, Any] | None = None
         self._areas: dict[str, Element] = {}
         self._build()
 
@@ -195,7 +87,6 @@ class EditorPage:
                     build()
                 self._areas[area] = panel
         self._show_area("text" if self._name else "side")
-        ui.timer(_LOOK_S, self._follow_trial)
         ui.timer(_ROBOT_S, self._look_for_robot)
         ui.timer(0.05, self._begin, once=True)
 
@@ -242,22 +133,7 @@ class EditorPage:
             ui.button("open the draft", on_click=take).props("flat dense no-caps").mark("draft")
 
     def _build_side(self) -> None:
-        with ui.tabs().props("dense no-caps align=justify") as tabs:
-            missions = ui.tab("Missions")
-            insert = ui.tab("Insert")
-        with (
-            ui.tab_panels(tabs, value=missions)
-            .props("animated=false keep-alive")
-            .classes("w-full grow min-h-0")
-        ):
-            with ui.tab_panel(missions).classes("p-2 h-full flex"):
-                self._missions = (
-                    Chooser("find a mission", self._name).classes("w-full grow min-h-0").mark("missions")
-                )
-                self._missions.on("pick", lambda event: ui.navigate.to(f"/edit/{event.args['name']}"))
-            with ui.tab_panel(insert).classes("p-2 h-full flex"):
-                self._palette = Chooser("find a node, a skill").classes("w-full grow min-h-0").mark("palette")
-                self._palette.on("pick", lambda event: self._insert(event.args))
+        self._side = SidePanel(self._name, self._insert)
 
     def _build_text(self) -> None:
         if not self._name:
@@ -286,78 +162,22 @@ class EditorPage:
                 self._outline = MissionOutline().classes("grow min-h-0 w-full").mark("outline")
                 self._outline.on("node", lambda event: self._go_to(event.args["line"]))
             with ui.tab_panel(trial).classes("p-2 h-full overflow-auto"):
-                self._build_trial()
+                self._trial = TrialPanel(
+                    self._desk.trials, self._actor, self._to_try, enabled=bool(self._name)
+                )
             with ui.tab_panel(scenarios).classes("p-2 h-full overflow-auto"):
-                self._build_scenarios()
-
-    def _build_trial(self) -> None:
-        ui.label(
-            "The mission runs in a simulated flat, as it stands in the text; nothing moves the real robot."
-        ).classes("text-sm text-gray-600")
-        self._form = InputForm()
-        with ui.row().classes("w-full items-center gap-2 mt-1"):
-            self._person = (
-                ui.select(_PEOPLE, value="", label="somebody is").props("dense outlined").classes("w-40")
-            )
-            self._seed = ui.number("chance", value=1, min=0, max=999_999, precision=0).props("dense outlined")
-            self._seed.classes("w-20").tooltip("the same number gives the same run")
-            self._speed = ui.select(_SPEEDS, value=4.0, label="time").props("dense outlined").classes("w-44")
-        with ui.row().classes("w-full items-center gap-2 mt-2"):
-            self._start = (
-                ui.button("Try it", icon="play_arrow", on_click=self._try_it).props("no-caps").mark("try")
-            )
-            self._stop = ui.button("Stop", icon="stop", on_click=self._desk.trials.stop).props(
-                "no-caps outline"
-            )
-            self._stop.mark("stop-try")
-            self._stop.set_enabled(False)
-            StatusView().classes("grow")
-        MapView(plain=True).classes("w-full h-80 mt-2 rounded").mark("map")
-        self._wait = ui.label("the flat is being built: seconds, the first time about a minute")
-        self._wait.classes("text-sm text-gray-500 mt-1").set_visibility(False)
-        self._end = ui.column().classes("w-full gap-1 mt-2").mark("outcome")
-        TreeView().classes("w-full h-72 mt-2")
-
-    def _build_scenarios(self) -> None:
-        ui.label(
-            "Scenarios play the mission with mocked skills and say what must hold (florence test)."
-        ).classes("text-sm text-gray-600")
-        ui.button("Run the scenarios", icon="checklist", on_click=self._run_scenarios).props("no-caps").mark(
-            "scenarios"
-        )
-        self._results = ui.column().classes("w-full gap-1 mt-2").mark("results")
+                ScenarioPanel(self._desk, self._actor, self._mission)
 
     # ---- the text -------------------------------------------------------------------------------------
 
     async def _begin(self) -> None:
         if self._name:
             await self._look_at_text()
-        await self._told(self._refresh())
+        await self._actor.told(self._refresh())
 
     async def _refresh(self) -> None:
         """Show the missions and what can be inserted."""
-        words = await self._desk.learn(self._home)
-        drafts = self._home.shelf.drafts()
-        known = words["missions"]
-        own = [_choice(name, known[name], drafts) for name in known if known[name]["own"]]
-        own += [
-            {"name": name, "about": "not ready yet", "mark": "draft"} for name in drafts if name not in known
-        ]
-        shipped = [_choice(name, known[name], drafts) for name in known if not known[name]["own"]]
-        self._missions.show(
-            [
-                {"key": "own", "title": "Yours", "items": own},
-                {"key": "shipped", "title": "They come with Florence", "items": shipped},
-            ]
-        )
-        nodes, skills = words["node_kinds"], words["skills"]
-        self._palette.show(
-            [
-                _group("skills", "What the robot does", {name: skills[name]["summary"] for name in skills}),
-                _group("missions", "Other missions", {name: known[name]["about"] for name in known}),
-                _group("node_kinds", "How it goes on", {name: words["nodes"][name] for name in nodes}),
-            ]
-        )
+        self._side.show(await self._desk.learn(self._home), self._home.shelf.drafts())
 
     async def _look_for_robot(self) -> None:
         """Follow a robot that has come or gone."""
@@ -370,7 +190,7 @@ class EditorPage:
         if self._name:
             self._allow_run()
             await self._look_at_text()
-        await self._told(self._refresh())
+        await self._actor.told(self._refresh())
 
     def _allow_run(self) -> None:
         """Offer to run it if the robot would: of a folder that it does not read it would run another one."""
@@ -417,7 +237,7 @@ class EditorPage:
         warnings = len(look["findings"]) - errors
         self._editor.show(look["findings"], _summary(errors, warnings))
         self._outline.show(look["outline"])
-        self._form.show(look["inputs"])
+        self._trial.form.show(look["inputs"])
         self._show_state()
         return look
 
@@ -474,7 +294,7 @@ class EditorPage:
         try:
             wanted = checked_name(given.strip().lower().replace(" ", "_").replace("-", "_"))
         except FlorenceError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
+            tell_failure(error)
             return
         ui.navigate.to(f"/edit/{wanted}?template={template.value}")
 
@@ -488,11 +308,11 @@ class EditorPage:
             why = "It has errors and would not run" if look else "It could not be checked"
             sentence = f"{why}, so it is not saved as a mission. Keep it as a draft?"
             if await confirmed(sentence, "Keep the draft"):
-                file = await self._told(_now(lambda: shelf.save_draft(name, text)))
+                file = self._actor.attempt(lambda: shelf.save_draft(name, text))
                 if file is not None:
                     ui.notify(f"the draft is kept in {file}; no robot reads it", multi_line=True)
             return
-        file = await self._told(_now(lambda: shelf.file_of(name) or shelf.own))
+        file = self._actor.attempt(lambda: shelf.file_of(name) or shelf.own)
         if file is None:
             return
         if file != shelf.own and file.parent != shelf.own:
@@ -514,14 +334,14 @@ class EditorPage:
         kept = f"; what stood there is kept in {saved.before}" if saved.before else ""
         ui.notify(f"saved in {saved.file}{kept}", type="positive", multi_line=True)
         if self._home.there and self._home.reads_own:
-            report = await self._told(self._desk.reload())
+            report = await self._actor.told(self._desk.reload())
             if report:
                 ui.notify(f"the robot: {report}", multi_line=True)
         if name != self._name and text == self._text:
             self._editor.set_dirty(False)
             ui.navigate.to(f"/edit/{name}")
         else:
-            await self._told(self._refresh())
+            await self._actor.told(self._refresh())
 
     async def _save_over(self, name: str, text: str, known: str) -> Saved | None:
         """Save a mission; what somebody else has written meanwhile only gives way when the writer agrees."""
@@ -532,9 +352,9 @@ class EditorPage:
             if not await confirmed(f"{error}. Save yours over it? The other text is kept.", "Save mine"):
                 return None
             there = shelf.open(name)
-            return await self._told(_now(lambda: shelf.save(name, text, there.print if there else "")))
+            return self._actor.attempt(lambda: shelf.save(name, text, there.print if there else ""))
         except FlorenceError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
+            tell_failure(error)
             return None
 
     async def _choose_version(self) -> None:
@@ -550,70 +370,29 @@ class EditorPage:
                     )
             ui.button("Close", on_click=dialog.close).props("flat no-caps")
         date = await dialog
-        text = await self._told(_now(lambda: shelf.version(self._name, date))) if date else None
+        text = self._actor.attempt(lambda: shelf.version(self._name, date)) if date else None
         if text is not None:
             self._editor.run_method("set_text", text)
             ui.notify("that version is in the text now; save it to have it back")
 
     # ---- trying ---------------------------------------------------------------------------------------
 
-    async def _try_it(self) -> None:
+    async def _to_try(self) -> TrialRequest | None:
+        """Return the mission as it stands; None, and a word about it, when it cannot run."""
         if not self._name:
-            return
+            return None
         text = self._text
         look = await self._look_at_text()
         if not look.get("fits"):
             why = "the mission has errors: mend them first" if look else "the mission could not be checked"
             ui.notify(why, type="warning")
-            return
-        request = TrialRequest(
-            name=self._name_in(text),
-            text=text,
-            folders=tuple(str(folder) for folder in self._home.shelf.folders),
-            inputs=self._form.values,
-            person=self._person.value if self._person.value in _PEOPLE else "",
-            seed=int(self._seed.value or 0),
-            speed=float(self._speed.value if self._speed.value in _SPEEDS else 0.0),
-        )
-        await self._told(self._desk.trials.start(request))
-        self._end.clear()
+            return None
+        folders = tuple(str(folder) for folder in self._home.shelf.folders)
+        return TrialRequest(self._name_in(text), text, folders)
 
-    def _follow_trial(self) -> None:
-        """Show whether the rig is busy, and once how a mission ended."""
-        trials = self._desk.trials
-        self._start.set_enabled(bool(self._name) and not trials.running)
-        self._stop.set_enabled(trials.running)
-        self._wait.set_visibility(trials.running and not trials.seen)
-        if trials.last is self._shown_end:
-            return
-        self._shown_end = trials.last
-        self._end.clear()
-        if trials.last is not None:
-            with self._end:
-                _show_end(trials.last)
-
-    async def _run_scenarios(self) -> None:
-        name = self._name_in(self._text)
-        shelf = self._home.shelf
-        file = await self._told(_now(lambda: shelf.scenarios_of(name))) if name else None
-        self._results.clear()
-        with self._results:
-            if file is None:
-                ui.label(f"There are none: they are read from {shelf.scenarios / f'{name}.yaml'}").classes(
-                    "break-all"
-                )
-                return
-            ui.spinner()
-        said: list[str] = []
-        results = await self._told(
-            self._desk.scenarios.run(name, self._text, file, self._home.shelf.folders, said.append)
-        )
-        self._results.clear()
-        with self._results:
-            for line in said:
-                ui.label(line).classes("font-mono text-xs whitespace-pre-wrap")
-            if results:
-                _show_results(results, str(file))
+    def _mission(self) -> tuple[str, str, Shelf]:
+        """Return name and text as they stand, and where the missions are."""
+        return self._name_in(self._text), self._text, self._home.shelf
 
     # ---- on the robot ---------------------------------------------------------------------------------
 
@@ -633,16 +412,6 @@ class EditorPage:
         if await self._actor.start(self._name, form.values):
             ui.navigate.to("/")
 
-    async def _told(self, work: Awaitable[T]) -> T | None:
-        """Wait for something; what went wrong is told, and gives None."""
-        done: T | None = await self._actor.told(work, lambda _: "")
-        return done
-
-
-async def _now(work: Callable[[], T]) -> T:
-    """Do something at once, where something to be waited for is wanted."""
-    return work()
-
 
 def _from_template(name: str, template: str) -> str:
     _, text = TEMPLATES.get(template, TEMPLATES["go"])
@@ -654,54 +423,3 @@ def _summary(errors: int, warnings: int) -> str:
         return "✓ nothing is wrong"
     counts = [(errors, "error"), (warnings, "warning")]
     return ", ".join(f"{count} {word}{'s' * (count != 1)}" for count, word in counts if count)
-
-
-def _choice(name: str, mission: Mapping[str, Any], drafts: list[str]) -> dict[str, Any]:
-    marks = ["has errors"] * bool(mission["problem"]) + ["draft"] * (name in drafts)
-    return {"name": name, "about": mission["about"] or mission["problem"], "mark": ", ".join(marks)}
-
-
-def _group(key: str, title: str, items: Mapping[str, str]) -> dict[str, Any]:
-    return {
-        "key": key,
-        "title": title,
-        "items": [{"name": name, "about": about} for name, about in items.items()],
-    }
-
-
-def _show_end(end: Mapping[str, Any]) -> None:
-    """Show how a mission in the rig ended."""
-    if "problem" in end:
-        ui.label(end["problem"]).classes("text-red-700 whitespace-pre-wrap")
-        return
-    good = end["status"] == "SUCCEEDED"
-    word = {"SUCCEEDED": "succeeded", "FAILED": "failed", "STOPPED": "was stopped"}.get(
-        end["status"], end["status"]
-    )
-    colour = "text-green-800" if good else "text-red-700"
-    ui.label(f"It {word} after {end['seconds']:.0f} s.").classes(f"font-bold {colour}")
-    if end["reason"]:
-        ui.label(end["reason"] + (f" ({end['code']})" if end["code"] else "")).classes(colour)
-    for name, value in end["outputs"].items():
-        ui.label(f"{name}: {value}").classes("text-sm font-mono")
-    for fact in end["facts"]:
-        ui.label(fact).classes("text-sm")
-    with ui.expansion("what happened when").classes("w-full").props("dense"):
-        ui.label(end["journal"]).classes("font-mono text-xs whitespace-pre overflow-auto w-full")
-
-
-def _show_results(results: list[dict[str, str]], file: str) -> None:
-    """Show a line for each scenario, with what did not hold."""
-    failed = sum(bool(each["problem"]) for each in results)
-    ui.label(f"{len(results) - failed} of {len(results)} passed").classes(
-        f"font-bold {'text-red-700' if failed else 'text-green-800'}"
-    )
-    ui.label(file).classes("text-xs text-gray-500 break-all")
-    for each in results:
-        if each["problem"]:
-            with ui.expansion(f"✗ {each['name']}").classes("w-full text-red-700").props("dense"):
-                ui.label(each["problem"]).classes(
-                    "font-mono text-xs whitespace-pre-wrap overflow-auto w-full"
-                )
-        else:
-            ui.label(f"✓ {each['name']}").classes("text-sm text-green-800")
