@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, app
-from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, OK
+from florence_bt.cli.exit_codes import FAILED, INTERRUPTED
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.text_files import refuse_existing
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
@@ -50,6 +51,40 @@ PictureOption = Annotated[
 UndoOption = Annotated[bool, typer.Option("--undo", help="Take back the last change of this map instead.")]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="With --undo: also when a file was changed since by other means.")
+]
+
+LogOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="The recording: an MCAP, db3 or ROS 1 bag file, the folder of a rosbag2, a log of CARMEN.",
+        show_default="the map that the running system makes",
+    ),
+]
+ResumedOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--continue",
+        metavar="FILE.drive",
+        help="Go on with a drive that was built before, near where it ended.",
+    ),
+]
+OdomOption = Annotated[
+    str | None,
+    typer.Option(metavar="TOPIC", help="The odometry, of more than one; without any, tf is taken."),
+]
+BaseFrameOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FRAME", help="The robot's frame: that of the odometry, base_footprint or base_link."
+    ),
+]
+MountOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="'X Y Z ROLL PITCH YAW'",
+        help="Where the laser is on the robot, metres and degrees (roll 180: upside down), "
+        "when the recording does not tell.",
+    ),
 ]
 
 Change = tuple[Callable[["OccupancyGrid"], "Edited"], str]
@@ -223,8 +258,8 @@ def rooms(
     from florence_bt.skills.locator.hotspots import Hotspots
     from florence_bt.skills.navigation.map_server.map_file import load_map
 
-    if out is not None and out.exists() and not overwrite:
-        raise ConfigError(f"there is a file {str(out)!r}", valid=["another name", "--overwrite"])
+    if out is not None:
+        refuse_existing(out, overwrite=overwrite)
     shown = picture or (out.with_suffix(".png") if out is not None else None)
     if shown is not None:
         check_form(shown)
@@ -272,42 +307,14 @@ def save(
 )
 def build(
     out: Annotated[Path, typer.Option(help="The YAML file of the map; its other files get the same name.")],
-    log: Annotated[
-        Path | None,
-        typer.Option(
-            help="The recording: an MCAP, db3 or ROS 1 bag file, the folder of a rosbag2, a log of CARMEN.",
-            show_default="the map that the running system makes",
-        ),
-    ] = None,
+    log: LogOption = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of this name.")] = False,
-    resumed: Annotated[
-        Path | None,
-        typer.Option(
-            "--continue",
-            metavar="FILE.drive",
-            help="Go on with a drive that was built before, near where it ended.",
-        ),
-    ] = None,
+    resumed: ResumedOption = None,
     scan: Annotated[str | None, typer.Option(metavar="TOPIC", help="The laser, of more than one.")] = None,
-    odom: Annotated[
-        str | None,
-        typer.Option(metavar="TOPIC", help="The odometry, of more than one; without any, tf is taken."),
-    ] = None,
+    odom: OdomOption = None,
     odom_frame: Annotated[str, typer.Option(metavar="FRAME", help="The odometry's frame in tf.")] = "odom",
-    base_frame: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FRAME", help="The robot's frame: that of the odometry, base_footprint or base_link."
-        ),
-    ] = None,
-    mount: Annotated[
-        str | None,
-        typer.Option(
-            metavar="'X Y Z ROLL PITCH YAW'",
-            help="Where the laser is on the robot, metres and degrees (roll 180: upside down), "
-            "when the recording does not tell.",
-        ),
-    ] = None,
+    base_frame: BaseFrameOption = None,
+    mount: MountOption = None,
     urdf: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A description of the robot that tells it.")
     ] = None,
@@ -326,32 +333,33 @@ def build(
     Ctrl-C leaves the map of what was read.
     """
     if log is None:
-        from rich.console import Console
-
-        from florence_bt.app.maps.explore import build_by_hand
-        from florence_bt.app.maps.watching import MapFiles
-
-        files = MapFiles.beside(out)
-        files.check(overwrite=overwrite)
-        build_by_hand(files, Console(stderr=True))
-        raise typer.Exit(OK)
+        _build_by_hand(out, overwrite=overwrite)
+        return
     from florence_bt.app.maps.build import build_map, output_files, write_built
     from florence_bt.app.maps.recordings.recording import Choices
     from florence_bt.app.maps.told import MapProgress, mount_from_text, tell_built
-    from florence_bt.core.errors import ConfigError
     from florence_bt.skills.navigation.map_server.map_writer import check_target
     from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 
-    for file in output_files(out):
-        if file.exists() and not overwrite:
-            raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
-    check_target(output_files(out)[0])
+    files = output_files(out)
+    refuse_existing(*files, overwrite=overwrite)
+    check_target(files[0])
     choices = Choices(scan, odom, odom_frame, base_frame, mount_from_text(mount) if mount else None, urdf)
     parameters = SlamParameters(resolution=resolution, laser_max_range=laser_range)
     with MapProgress(log.name) as progress:
         built = build_map(log, choices, parameters, resumed=resumed, tell=progress.tell)
     tell_built(built, write_built(built, out))
-    if isinstance(built.problem, KeyboardInterrupt):
-        raise typer.Exit(INTERRUPTED)
     if built.problem is not None:
-        raise typer.Exit(FAILED)
+        raise typer.Exit(INTERRUPTED if isinstance(built.problem, KeyboardInterrupt) else FAILED)
+
+
+def _build_by_hand(out: Path, *, overwrite: bool) -> None:
+    """Show the map of the running system until Ctrl-C, which writes it."""
+    from rich.console import Console
+
+    from florence_bt.app.maps.explore import build_by_hand
+    from florence_bt.app.maps.watching import MapFiles
+
+    files = MapFiles.beside(out)
+    files.check(overwrite=overwrite)
+    build_by_hand(files, Console(stderr=True))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +12,9 @@ from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.arguments import namespace, ros_arguments
+
+if TYPE_CHECKING:
+    from florence_bt.app.bringup.robot_folder import RobotFolder
 
 PersonOption = Annotated[
     str | None,
@@ -30,6 +34,104 @@ WorldSeedOption = Annotated[
     typer.Option("--world-seed", metavar="SEED", min=0, help="Generate the simulated home from a seed."),
 ]
 SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second to aim at.")]
+
+# Those of up alone.
+FolderArgument = Annotated[
+    Path | None, typer.Argument(help="The folder of a robot, made by florence init.", show_default=False)
+]
+SimOption = Annotated[bool, typer.Option("--sim", help="Simulated hardware instead of the robot's.")]
+RobotOption = Annotated[
+    Path | None, typer.Option(metavar="CONFIG", help="Drive the robot that this file configures.")
+]
+EmulateOption = Annotated[
+    bool,
+    typer.Option("--emulate", help="With --robot: a rehearsal, on emulated devices in the flat."),
+]
+MapFileOption = Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")]
+HotspotsOption = Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")]
+MappingOption = Annotated[
+    bool, typer.Option("--mapping", help="Make a map while the robot drives, in place of a known one.")
+]
+ResumedOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--continue",
+        metavar="FILE.drive",
+        help="With --mapping: go on with that drive, near where it ended; mapping.drive in the folder of "
+        "a bring-up has its own.",
+    ),
+]
+HomeOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
+]
+SpeechOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="PROGRAM",
+        help="What speaks: espeak-ng, or another command that reads sentences; print: they are only "
+        "shown; none: a program of your own serves 'speak'.",
+        show_default="that of the configuration, else print",
+    ),
+]
+ConfigOption = Annotated[
+    Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
+]
+NavOption = Annotated[
+    str, typer.Option(help="own: Florence's navigation; nav2: a Nav2 that is already running.")
+]
+BaseOption = Annotated[
+    str, typer.Option(help="own: Florence's drivers; running: base and sensors have their own.")
+]
+MissionsOnlyOption = Annotated[
+    bool,
+    typer.Option(
+        "--missions-only",
+        help="Only the mission server and the places, beside a robot that runs already.",
+    ),
+]
+ParamsFileOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="FILE",
+        help="Parameter file of ROS 2, over those of the configuration; later ones go over earlier ones.",
+    ),
+]
+StartOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Y,YAW", help="Simulated only: where the robot starts, metres and degrees on the map."
+    ),
+]
+RecordOption = Annotated[
+    bool,
+    typer.Option("--record", help="Record what is published, into recordings/ in the folder for the logs."),
+]
+FoxgloveOption = Annotated[
+    int,
+    typer.Option(
+        metavar="PORT",
+        min=0,
+        max=65535,
+        help="Show what is published to Foxglove at this port, e.g. 8765.",
+    ),
+]
+PageOption = Annotated[
+    bool, typer.Option("--page", help="Show the robot in a browser, as florence page does.")
+]
+PagePortOption = Annotated[int, typer.Option(min=1, max=65535, help="With --page: its TCP port.")]
+PageHostOption = Annotated[
+    str, typer.Option(help="With --page: the address; 0.0.0.0 for the network, which needs a token.")
+]
+SplitOption = Annotated[
+    bool,
+    typer.Option("--split", help="A process for each node, to look for what is wrong; takes more memory."),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder for the logs and the runs.", show_default="runs/up; runs/up_robot1 for /robot1"
+    ),
+]
 
 
 @app.command(
@@ -85,144 +187,54 @@ def demo(
     epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}",
 )
 def up(
-    folder: Annotated[
-        Path | None, typer.Argument(help="The folder of a robot, made by florence init.", show_default=False)
-    ] = None,
-    sim: Annotated[bool, typer.Option("--sim", help="Simulated hardware instead of the robot's.")] = False,
-    robot: Annotated[
-        Path | None, typer.Option(metavar="CONFIG", help="Drive the robot that this file configures.")
-    ] = None,
-    emulate: Annotated[
-        bool,
-        typer.Option("--emulate", help="With --robot: a rehearsal, on emulated devices in the flat."),
-    ] = False,
-    map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
-    hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
-    mapping: Annotated[
-        bool, typer.Option("--mapping", help="Make a map while the robot drives, in place of a known one.")
-    ] = False,
-    resumed: Annotated[
-        Path | None,
-        typer.Option(
-            "--continue",
-            metavar="FILE.drive",
-            help="With --mapping: go on with that drive, near where it ended; mapping.drive in the folder of "
-            "a bring-up has its own.",
-        ),
-    ] = None,
-    home: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
-    ] = None,
-    speech: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PROGRAM",
-            help="What speaks: espeak-ng, or another command that reads sentences; print: they are only "
-            "shown; none: a program of your own serves 'speak'.",
-            show_default="that of the configuration, else print",
-        ),
-    ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
-    ] = None,
-    nav: Annotated[
-        str, typer.Option(help="own: Florence's navigation; nav2: a Nav2 that is already running.")
-    ] = "own",
-    base: Annotated[
-        str, typer.Option(help="own: Florence's drivers; running: base and sensors have their own.")
-    ] = "own",
-    missions_only: Annotated[
-        bool,
-        typer.Option(
-            "--missions-only",
-            help="Only the mission server and the places, beside a robot that runs already.",
-        ),
-    ] = False,
-    params_file: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="Parameter file of ROS 2, over those of the configuration; later ones go over earlier ones.",
-        ),
-    ] = None,
+    folder: FolderArgument = None,
+    sim: SimOption = False,
+    robot: RobotOption = None,
+    emulate: EmulateOption = False,
+    map_file: MapFileOption = None,
+    hotspots: HotspotsOption = None,
+    mapping: MappingOption = False,
+    resumed: ResumedOption = None,
+    home: HomeOption = None,
+    speech: SpeechOption = None,
+    config: ConfigOption = None,
+    nav: NavOption = "own",
+    base: BaseOption = "own",
+    missions_only: MissionsOnlyOption = False,
+    params_file: ParamsFileOption = None,
     folders: FolderOption = None,
     person: PersonOption = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,YAW", help="Simulated only: where the robot starts, metres and degrees on the map."
-        ),
-    ] = None,
+    start: StartOption = None,
     world: WorldOption = None,
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
-    record: Annotated[
-        bool,
-        typer.Option(
-            "--record", help="Record what is published, into recordings/ in the folder for the logs."
-        ),
-    ] = False,
-    foxglove: Annotated[
-        int,
-        typer.Option(
-            metavar="PORT",
-            min=0,
-            max=65535,
-            help="Show what is published to Foxglove at this port, e.g. 8765.",
-        ),
-    ] = 0,
-    page: Annotated[
-        bool, typer.Option("--page", help="Show the robot in a browser, as florence page does.")
-    ] = False,
-    page_port: Annotated[int, typer.Option(min=1, max=65535, help="With --page: its TCP port.")] = 8080,
-    page_host: Annotated[
-        str, typer.Option(help="With --page: the address; 0.0.0.0 for the network, which needs a token.")
-    ] = "127.0.0.1",
-    split: Annotated[
-        bool,
-        typer.Option(
-            "--split", help="A process for each node, to look for what is wrong; takes more memory."
-        ),
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder for the logs and the runs.", show_default="runs/up; runs/up_robot1 for /robot1"
-        ),
-    ] = None,
+    record: RecordOption = False,
+    foxglove: FoxgloveOption = 0,
+    page: PageOption = False,
+    page_port: PagePortOption = 8080,
+    page_host: PageHostOption = "127.0.0.1",
+    split: SplitOption = False,
+    out: OutOption = None,
 ) -> None:
     """Bring the whole system up and keep it running until Ctrl-C.
 
     With a FOLDER: the robot that its florence.yaml describes; other options go over what stands there.
     """
     if folder is not None:
-        from florence_bt.app.bringup.robot_folder import read_robot_folder
-
-        if sim or missions_only:
-            raise ConfigError(
-                "a robot's folder says what to bring up", valid=["florence up FOLDER", "--sim alone"]
-            )
-        its = read_robot_folder(folder)
-        robot, emulate = robot or its.robot, emulate or its.emulate
-        if not mapping:  # its places are those of another map
-            map_file, hotspots = map_file or its.map, hotspots or its.hotspots
-        home, folders, speech = home or its.home, folders or list(its.missions), speech or its.speech
-        out = out or its.out
+        its = _robot_folder(folder, alone=not sim and not missions_only, mapping=mapping)
+        robot, emulate, out = robot or its.robot, emulate or its.emulate, out or its.out
+        map_file, hotspots, home = map_file or its.map, hotspots or its.hotspots, home or its.home
+        folders, speech = folders or list(its.missions), speech or its.speech
         if map_file is None and not mapping:
             typer.echo(
                 f"{folder} has no map of its home yet: navigation uses that of the example flat; "
                 f"florence up {folder} --mapping makes one"
             )
-    if missions_only and (sim or emulate):
-        raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
-    if not missions_only and sim == (robot is not None):
-        raise ConfigError(
-            "choose what to bring up", valid=["FOLDER", "--sim", "--robot CONFIG", "--missions-only"]
-        )
+    _check_choice(sim=sim, robot=robot is not None, emulate=emulate, missions_only=missions_only)
     if robot and (config or (start and not emulate)):
         raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
-    if emulate and (sim or speed != 1.0):
+    if emulate and speed != 1.0:
         raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
     from florence_bt.app.bringup.options import BringUp, parse_start
     from florence_bt.app.bringup.up import run_up
@@ -260,6 +272,30 @@ def up(
             ),
         )
     )
+
+
+def _robot_folder(folder: Path, *, alone: bool, mapping: bool) -> RobotFolder:
+    """Read the folder of a robot; while a map is made, its places are those of another one and left out."""
+    from florence_bt.app.bringup.robot_folder import read_robot_folder
+
+    if not alone:
+        raise ConfigError(
+            "a robot's folder says what to bring up", valid=["florence up FOLDER", "--sim alone"]
+        )
+    its = read_robot_folder(folder)
+    return replace(its, map=None, hotspots=None) if mapping else its
+
+
+def _check_choice(*, sim: bool, robot: bool, emulate: bool, missions_only: bool) -> None:
+    """Check that one thing is to be brought up."""
+    if missions_only and (sim or emulate):
+        raise ConfigError("--missions-only is for a robot that runs already", valid=["--missions-only alone"])
+    if not missions_only and sim == robot:
+        raise ConfigError(
+            "choose what to bring up", valid=["FOLDER", "--sim", "--robot CONFIG", "--missions-only"]
+        )
+    if emulate and sim:
+        raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
 
 
 @app.command(

@@ -118,6 +118,17 @@ def refuse_to_replace(file: Path) -> None:
         raise ConfigError(f"the file cannot be written: it is {what}", file=file, valid=["a new name"])
 
 
+def refuse_existing(*files: Path, overwrite: bool) -> None:
+    """Refuse files that are there already, unless they may be replaced.
+
+    Raises:
+        ConfigError: There is one.
+    """
+    for file in files:
+        if file.exists() and not overwrite:
+            raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
+
+
 def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
     """Decode the text of a file.
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 
 from florence_bt.app.runs.client import MissionClient
-from florence_bt.core.errors import ConfigError, DeviceTimeout
+from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.text_files import refuse_existing
 from florence_bt.ros.conversions import grid_from_ros
 from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.navigation.map_server.map_writer import save_map
@@ -35,9 +36,7 @@ def save_published_map(
         DeviceTimeout: No map came.
     """
     target = path if path.suffix else path.with_suffix(".yaml")
-    for file in (target, target.with_suffix(f".{form}")):
-        if file.exists() and not overwrite:
-            raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
+    refuse_existing(target, target.with_suffix(f".{form}"), overwrite=overwrite)
     with MissionClient("florence_map") as client:
         grid = wait_for_map(client, topic, patience_s)
     return save_map(grid, target, mode=mode, form=form), grid

@@ -19,7 +19,7 @@ from florence_bt.app.maps.save import wait_for_map
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.text_files import replace_files
+from florence_bt.core.text_files import refuse_existing, replace_files
 from florence_bt.ros.conversions import pose_from_ros
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.navigation.map_server.map_writer import save_map
@@ -59,9 +59,7 @@ class MapFiles:
         Raises:
             ConfigError: There is one.
         """
-        for file in (self.description, self.picture, self.hotspots):
-            if file.exists() and not overwrite:
-                raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
+        refuse_existing(self.description, self.picture, self.hotspots, overwrite=overwrite)
 
 
 class MapWatch:
