@@ -85,7 +85,8 @@ class MapWatch:
         Raises:
             DeviceTimeout: It does not make one.
         """
-        if not self._client.spin_until(lambda: self._progress is not None, _WAIT_S):
+        patience_s = self._client.patience(_WAIT_S)
+        if not self._client.spin_until(lambda: self._progress is not None, patience_s):
             raise DeviceTimeout(
                 "no system that makes a map was found (would have worked: florence up --sim --mapping, or "
                 "florence up --robot CONFIG --mapping)"

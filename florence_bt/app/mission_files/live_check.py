@@ -73,7 +73,7 @@ def compare_with_system(
     build = skills or partial(make_skills, mappings=library.mappings)
     with MissionClient("florence_check") as client:
         # A client that is brand new needs a moment to see who is there.
-        client.spin_until(lambda: client.servers() > 0, SEARCH_S)
+        client.spin_until(lambda: client.servers() > 0, client.patience(SEARCH_S))
         served = {info.name: info for info in client.missions().missions}
         findings = [finding for mission in missions for finding in _compare_mission(mission, served)]
         findings += _compare_skills(

@@ -32,6 +32,7 @@ from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.ros.arguments import start_ros, where_else
+from florence_bt.ros.domain_neighbours import DomainNeighbours
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -74,8 +75,10 @@ class MissionClient(Closing):
 
     def __init__(self, name: str = "florence_client") -> None:
         self._context = rclpy.Context()
-        start_ros(self._context)
+        self._neighbours = DomainNeighbours()
+        reach = start_ros(self._context)
         self.node = FlorenceNode(name, context=self._context)
+        self._neighbours.started(reach)
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
         self._clients: dict[str, Any] = {}
@@ -180,7 +183,7 @@ class MissionClient(Closing):
             DeviceTimeout: It does not answer.
         """
         client = self._client(service_type, name)
-        if not self._is_discovered(client):
+        if not self.wait_for(lambda: bool(client.service_is_ready())):
             begun = "a florence up is about to start it: look at its terminal" if bring_up_here() else ""
             start = begun or f"is the system up? Start it with: {', or '.join(STARTS)}"
             raise SystemNotThere(
@@ -199,13 +202,22 @@ class MissionClient(Closing):
                 future = client.call_async(request)
         return future.result()
 
-    def _is_discovered(self, client: Any) -> bool:
-        patience = time.monotonic() + ANSWER_BUDGET_S
+    def patience(self, budget_s: float) -> float:
+        """Return the wall seconds for which to look for a part of the system; 0 where nobody can be.
+
+        Args:
+            budget_s: The time in which a part that is there is discovered.
+        """
+        return 0.0 if self._neighbours.certainly_none() and not bring_up_here() else budget_s
+
+    def wait_for(self, shows: Callable[[], bool]) -> bool:
+        """Wait until a part of the system shows, longer while a bring-up is seen on this machine."""
+        patience = time.monotonic() + self.patience(ANSWER_BUDGET_S)
 
         def settled() -> bool:
-            return client.service_is_ready() or (time.monotonic() > patience and not bring_up_here())
+            return shows() or (time.monotonic() > patience and not bring_up_here())
 
-        return self.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S) and bool(client.service_is_ready())
+        return self.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S) and shows()
 
     def _client(self, service_type: Any, name: str) -> Any:
         client = self._clients.get(name)

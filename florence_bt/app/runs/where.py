@@ -102,7 +102,8 @@ class Where:
     def wait(self) -> None:
         """Wait a little for what is published now and then."""
         regular = (self._battery, self._localiser)
-        self._client.spin_until(lambda: all(each.message is not None for each in regular), WAIT_S)
+        patience_s = self._client.patience(WAIT_S)
+        self._client.spin_until(lambda: all(each.message is not None for each in regular), patience_s)
 
     def facts(self) -> dict[str, Fact]:
         """Return everything: a word for what it is -> what is known of it.

@@ -15,13 +15,11 @@ from rich.live import Live
 from sensor_msgs.msg import BatteryState, Joy
 from std_msgs.msg import Bool
 
-from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import ignored, once
 from florence_bt.app.runs.client import (
     ACTIVE_STATES,
     ANSWER_BUDGET_S,
-    BUSY_BUDGET_S,
     MissionClient,
     SystemNotThere,
 )
@@ -163,14 +161,7 @@ class _Teleop:
     def _taken(self) -> Iterator[None]:
         """Hold the manual override; one that was on before is left on."""
         node = self._client.node
-        patience = time.monotonic() + ANSWER_BUDGET_S
-
-        def settled() -> bool:
-            late = time.monotonic() > patience and not bring_up_here()
-            return self._overridden is not None or late
-
-        self._client.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S)
-        if self._overridden is None:
+        if not self._client.wait_for(lambda: self._overridden is not None):
             raise SystemNotThere(
                 f"no driver of a base says {node.resolve_topic_name(MANUAL_OVERRIDE)}; "
                 f"is the system up? Start it with: {', or '.join(STARTS)}"

@@ -9,21 +9,25 @@ import pytest
 pytest.importorskip("rclpy")
 
 from florence_bt.app.runs import client as module
-from florence_bt.app.runs.client import ANSWER_BUDGET_S, BUSY_BUDGET_S, MissionClient
+from florence_bt.app.runs.client import ANSWER_BUDGET_S, BUSY_BUDGET_S, MissionClient, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout
 
 
 class Client(MissionClient):
     """A client of a service that is there, and answers each request after a while, or never."""
 
-    def __init__(self, answer_s):
+    there = True
+
+    def __init__(self, answer_s, alone=False):
         self.now = 100.0
+        self._neighbours = SimpleNamespace(certainly_none=lambda: alone)
+        self.node = SimpleNamespace(resolve_service_name=str, get_node_names_and_namespaces=list)
         self.answer_s = list(answer_s)
         self.asked = self.removed = 0
         self._clients = {"ask": self}
 
     def service_is_ready(self):
-        return True
+        return self.there
 
     def call_async(self, request):
         self.asked += 1
@@ -77,3 +81,25 @@ def test_there_is_an_end(call):
     client, answer = call(*[NEVER] * 100, bring_up=True, repeat=True)
     assert "did not answer within 3" in answer and client.asked == client.removed
     assert client.now == pytest.approx(100.0 + ANSWER_BUDGET_S + BUSY_BUDGET_S, abs=2.0)
+
+
+@pytest.mark.parametrize(
+    ("alone", "bring_up", "waits_s"),
+    [(True, False, 0.0), (False, False, ANSWER_BUDGET_S), (True, True, ANSWER_BUDGET_S + BUSY_BUDGET_S)],
+)
+def test_where_nobody_can_be_nobody_is_waited_for(monkeypatch, alone, bring_up, waits_s):
+    client = Client([], alone)
+    client.there = False
+
+    def spin_until(done, budget_s):
+        begin = client.now
+        while not done() and client.now < begin + budget_s:
+            client.now += 0.25
+        return done()
+
+    client.spin_until = spin_until
+    monkeypatch.setattr(module.time, "monotonic", lambda: client.now)
+    monkeypatch.setattr(module, "bring_up_here", lambda: bring_up)
+    with pytest.raises(SystemNotThere, match="florence up"):
+        client.call(None, "ask", "request")
+    assert client.now - 100.0 == pytest.approx(waits_s, abs=0.5)

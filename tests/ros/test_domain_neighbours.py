@@ -1,0 +1,34 @@
+"""Whether another process may be in our ROS domain, by the sockets of the kernel."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from florence_bt.ros.domain_neighbours import DomainNeighbours
+from florence_bt.ros.environment import Reach
+from florence_bt.ros.node import FlorenceNode
+
+pytestmark = pytest.mark.ros
+HERE = Reach("this machine only", this_machine=True)
+
+
+def test_who_is_in_the_domain_or_comes_into_it_is_noticed(ros):
+    alone, reached = DomainNeighbours(), DomainNeighbours()
+    alone.started(HERE)
+    reached.started(Reach("the network"))
+    assert alone.certainly_none()
+    assert not reached.certainly_none(), "somebody on another machine may be there"
+    ros.add(FlorenceNode("newcomer"))
+    assert not alone.certainly_none()
+    late = DomainNeighbours()
+    late.started(HERE)
+    assert not late.certainly_none()
+
+
+def test_a_domain_that_is_no_number_tells_nothing(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "seven")
+    unknown = DomainNeighbours()
+    unknown.started(HERE)
+    assert not unknown.certainly_none()
