@@ -205,6 +205,14 @@ def test_nothing_heavy_is_loaded_for(arguments):
     assert "heavy: []" in done.stdout, done.stdout + done.stderr
 
 
+def test_the_list_of_verbs_loads_no_language():
+    program = PROGRAM.replace("heavy |= {", "heavy |= {'yaml', 'florence_btcpp.exporter', ")
+    done = subprocess.run(
+        [sys.executable, "-c", program, "--help"], capture_output=True, text=True, timeout=300
+    )
+    assert "export" in done.stdout and "heavy: []" in done.stdout, done.stdout + done.stderr
+
+
 @pytest.mark.parametrize(
     ("typed", "meant"),
     [

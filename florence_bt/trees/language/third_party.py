@@ -11,9 +11,10 @@ import importlib.util
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from florence_bt.trees.language.findings import WARNING, Finding
+if TYPE_CHECKING:
+    from florence_bt.trees.language.findings import Finding
 
 SKILLS = "florence_bt.skills"
 """Entry points of modules with ``SkillDeclaration`` values."""
@@ -68,6 +69,8 @@ class ThirdParty:
 
     def refuse(self, owner: str, problem: str, *valid: str) -> None:
         """Report that something of a package is ignored."""
+        from florence_bt.trees.language.findings import WARNING, Finding  # the list of verbs needs no YAML
+
         self.findings.append(Finding(owner, 1, 1, WARNING, problem, tuple(valid)))
 
     def _refuse(self, point: importlib.metadata.EntryPoint, problem: str) -> None:

@@ -13,7 +13,8 @@ from florence_bt.trees.checks.report import FORMATS, Excerpts, report_full
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding, has_errors
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_btcpp import export_mission, import_trees
+from florence_btcpp.exporter import export_mission
+from florence_btcpp.importer import import_trees
 from florence_btcpp.notes import losses
 
 

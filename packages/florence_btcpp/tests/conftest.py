@@ -4,7 +4,8 @@ import random
 from pathlib import Path
 
 import pytest
-from florence_btcpp import export_mission, import_trees
+from florence_btcpp.exporter import export_mission
+from florence_btcpp.importer import import_trees
 from py_trees.common import Status
 
 from florence_bt.core.clock import ManualClock

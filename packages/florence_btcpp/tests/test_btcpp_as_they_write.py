@@ -3,7 +3,7 @@
 # ruff: noqa: E501  (XML and missions on one line)
 
 import pytest
-from florence_btcpp import export_mission
+from florence_btcpp.exporter import export_mission
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check

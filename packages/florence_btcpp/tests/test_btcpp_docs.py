@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from florence_btcpp import import_trees
+from florence_btcpp.importer import import_trees
 from florence_btcpp.node_models import known_nodes
 from florence_btcpp.vocabulary import POST_CONDITIONS, PRE_CONDITIONS
 

@@ -3,7 +3,7 @@
 # ruff: noqa: E501  (XML on one line)
 
 import pytest
-from florence_btcpp import import_trees
+from florence_btcpp.importer import import_trees
 
 from florence_bt.core.errors import ConfigError
 

@@ -5,7 +5,7 @@
 import xml.etree.ElementTree as ET
 
 import pytest
-from florence_btcpp import export_mission
+from florence_btcpp.exporter import export_mission
 
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
-from florence_btcpp import import_trees
+from florence_btcpp.importer import import_trees
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -3,7 +3,8 @@
 import cProfile
 
 import pytest
-from florence_btcpp import export_mission, import_trees
+from florence_btcpp.exporter import export_mission
+from florence_btcpp.importer import import_trees
 
 from florence_bt.trees.language.loader import MissionLibrary
 
