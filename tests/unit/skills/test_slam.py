@@ -181,6 +181,33 @@ def test_a_drive_goes_on_from_its_file(tmp_path: Path) -> None:
     assert later.torn == slam.torn + 1
 
 
+def write_arrays(file: Path, arrays: dict[str, np.ndarray]) -> None:
+    with file.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
+
+
+def test_what_was_touched_is_a_wall_when_the_drive_goes_on(tmp_path: Path) -> None:
+    slam, world = Slam(), World(START, boxes=list(RING), seed=3)
+    go(slam, world, [Pose2(STEP_M)] * 10)
+    assert before_it(slam) == FREE
+    slam.touched(world.odom)
+    file = tmp_path / "home.drive"
+    save_drive(file, slam.drive)
+    later = Slam()
+    later.resume(load_drive(file))
+    place = slam.pose @ Pose2(0.2)
+    grid = later.grid()
+    assert grid.cells[grid.cell_of(place.x, place.y)] == OCCUPIED
+    with np.load(file) as saved:
+        arrays = {name: saved[name] for name in saved.files}
+    older = {name: array for name, array in arrays.items() if name not in ("touched", "touches")}
+    write_arrays(file, older)
+    assert load_drive(file).touches == ()
+    write_arrays(file, {**arrays, "touched": np.array([99])})
+    with pytest.raises(ConfigError, match="a touch is at a scan that is not there"):
+        load_drive(file)
+
+
 @pytest.mark.parametrize("data", [b"", b"PK no drive", b"\x93NUMPY"])
 def test_what_is_no_drive_is_refused(tmp_path: Path, data: bytes) -> None:
     (file := tmp_path / "home.drive").write_bytes(data)

@@ -37,6 +37,8 @@ class MappedDrive:
         ways: Metres driven up to each of them.
         torn: Whether nothing ties it to the one before.
         ties: What is known of how the poses lie to each other.
+        touches: Where the bumper met something: the number of a scan, and base_footprint relative to the pose
+            at that scan, turned towards what was met.
     """
 
     scans: tuple[KeptScan, ...]
@@ -45,6 +47,7 @@ class MappedDrive:
     ways: tuple[float, ...]
     torn: tuple[bool, ...]
     ties: tuple[Tie, ...]
+    touches: tuple[tuple[int, Pose2], ...] = ()
 
 
 def save_drive(path: Path, drive: MappedDrive) -> None:
@@ -69,6 +72,8 @@ def save_drive(path: Path, drive: MappedDrive) -> None:
         "relatives": _numbers(tie.relative for tie in drive.ties),
         "covariances": np.array([tie.covariance for tie in drive.ties]).reshape(-1, 3, 3),
         "tie_ways": np.array([tie.way for tie in drive.ties]),
+        "touched": np.array([number for number, _ in drive.touches], np.int32),
+        "touches": _numbers(touch for _, touch in drive.touches),
     }
     for name in ("points", "clear"):
         parts = [_steps(getattr(scan, name)) for scan in drive.scans]
@@ -87,7 +92,9 @@ def load_drive(path: Path) -> MappedDrive:
     """
     try:
         with np.load(path, allow_pickle=False) as saved:
-            arrays = {name: saved[name] for name in saved.files}
+            # Older files have no touches.
+            arrays = {"touched": np.zeros(0, np.int32), "touches": np.zeros((0, 3))}
+            arrays |= {name: saved[name] for name in saved.files}
         if int(arrays["version"]) != VERSION:
             raise ValueError(f"it is of version {int(arrays['version'])}, not {VERSION}")
         return _drive(arrays)
@@ -120,11 +127,15 @@ def _drive(arrays: dict[str, Any]) -> MappedDrive:
             strict=True,
         )
     )
-    numbers = [arrays[name] for name in ("poses", "driven", "ways", "relatives", "covariances", "tie_ways")]
+    touches = tuple(zip(arrays["touched"].tolist(), _poses(arrays["touches"]), strict=True))
+    names = ("poses", "driven", "ways", "relatives", "covariances", "tie_ways", "touches")
+    numbers = [arrays[name] for name in names]
     if not scans or not all(np.isfinite(each).all() for each in numbers):
         raise ValueError("it has no scans, or numbers that are not finite")
     if any(tie.first >= tie.second or tie.second >= len(scans) for tie in ties):
         raise ValueError("a tie is between poses that are not there")
+    if any(not 0 <= number < len(scans) for number, _ in touches):
+        raise ValueError("a touch is at a scan that is not there")
     return MappedDrive(
         scans,
         _poses(arrays["poses"]),
@@ -132,6 +143,7 @@ def _drive(arrays: dict[str, Any]) -> MappedDrive:
         tuple(arrays["ways"].tolist()),
         tuple(arrays["torn"].tolist()),
         ties,
+        touches,
     )
 
 

@@ -217,6 +217,7 @@ class Slam:
         for tie in drive.ties:
             self._graph.add_step(tie) if tie.second == len(self._graph.poses) else self._graph.add_tie(tie)
         self._graph.poses[:] = drive.poses
+        self._touches = list(drive.touches)
         self.loops = len(drive.ties) - len(drive.scans) + 1
         self.torn = sum(drive.torn)
         self.revision, self._resumed = 1, True
@@ -233,6 +234,7 @@ class Slam:
             tuple(finder.ways),
             finder.torn,
             tuple(self._graph.ties),
+            tuple(self._touches),
         )
 
     def grid(self) -> OccupancyGrid:
