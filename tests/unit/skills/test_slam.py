@@ -183,7 +183,7 @@ def test_a_drive_goes_on_from_its_file(tmp_path: Path) -> None:
 
 def write_arrays(file: Path, arrays: dict[str, np.ndarray]) -> None:
     with file.open("wb") as stream:
-        np.savez_compressed(stream, **arrays)
+        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
 
 
 def test_what_was_touched_is_a_wall_when_the_drive_goes_on(tmp_path: Path) -> None:

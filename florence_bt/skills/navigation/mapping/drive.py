@@ -93,7 +93,7 @@ def load_drive(path: Path) -> MappedDrive:
     try:
         with np.load(path, allow_pickle=False) as saved:
             # Older files have no touches.
-            arrays = {"touched": np.zeros(0, np.int32), "touches": np.zeros((0, 3))}
+            arrays: dict[str, Any] = {"touched": np.zeros(0, np.int32), "touches": np.zeros((0, 3))}
             arrays |= {name: saved[name] for name in saved.files}
         if int(arrays["version"]) != VERSION:
             raise ValueError(f"it is of version {int(arrays['version'])}, not {VERSION}")
