@@ -1,5 +1,5 @@
-"""How a skill is served: over ROS by an action, a service or a topic, and in the rig by a component or a
-topic of the rig.
+"""Bindings: a skill is served over ROS by an action, a service or a topic, and in the rig by a component or
+a topic of the rig.
 
 Each ``bindings.py`` has a table ``BINDINGS`` for the skills that the ``NAME.skills.yaml`` beside it declares;
 a file of skills that says how one is served gives such a binding too (``trees.language.message_mappings``).

@@ -10,7 +10,7 @@ from florence_bt.runtime.run_queue import RunQueue
 
 
 class Admission(enum.Enum):
-    """What becomes of a request."""
+    """The ways to treat a request."""
 
     START = "start"
     QUEUE = "queue"
@@ -20,7 +20,7 @@ class Admission(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What becomes of a request, and the reason for the caller."""
+    """The way in which a request is treated, and the reason for the caller."""
 
     admission: Admission
     reason: str

@@ -1,4 +1,4 @@
-"""What comes from browsers and is none of what the page sends: passed over, with a line in the log."""
+"""Nonsense from browsers, which is none of what the page sends: passed over, with a line in the log."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nicegui import core
 
 T = TypeVar("T")
 _EVENTS = ("handshake", "event", "javascript_response", "ack", "log")
-"""What NiceGUI hears on its socket, beside the beginning and the end."""
+"""The events that NiceGUI hears on its socket, beside the beginning and the end."""
 _EVERY_S = 1.0
 """From one line of the log to the next at least: who floods the page must not hold it up by its log."""
 

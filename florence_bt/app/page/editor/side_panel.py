@@ -12,7 +12,7 @@ from florence_bt.app.page.nonsense import value_sent
 
 
 class SidePanel:
-    """What can be opened, and what can be inserted.
+    """The missions that can be opened, and the parts that can be inserted.
 
     Args:
         name: The mission that is open; empty for none.

@@ -26,7 +26,7 @@ _PEOPLE = {
     "absent": "nobody",
 }
 _LOOK_S = 0.5
-"""How often to look whether the rig is done."""
+"""Seconds from one look whether the rig is done to the next."""
 
 
 class TrialPanel:

@@ -25,7 +25,7 @@ _PAST_BEAMS, _ELSEWHERE_M = 2, 0.1
 """A gap that lets so many beams past where a mirror would show the laser does not show it; scans from so near
 to each other say it once."""
 _LASER, _PAST_LASER = 1, 2
-"""What a beam shows through a gap: the laser, as a mirror would, or something further away."""
+"""A beam through a gap shows the laser, as a mirror would, or something further away."""
 _GRAZING = 1.0
 """Beams that meet a gap flatter than at 45 degrees may have passed beside it."""
 

@@ -1,4 +1,4 @@
-"""What is seen through a gap between two surfaces, and whether a mirror or a pane of glass is there."""
+"""Evidence of a mirror or a pane of glass in a gap between two surfaces: what was seen through it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _DOUBT = 3.0
 
 
 class Evidence(NamedTuple):
-    """What was seen through a gap; numba makes it.
+    """The beams and places that tell of a gap; numba makes it.
 
     Attributes:
         folded: Beams whose folded end is at something of the map.
@@ -45,7 +45,7 @@ class Evidence(NamedTuple):
 
     @property
     def surplus(self) -> float:
-        """How much more than is needed says that a mirror is there."""
+        """Beams that say that a mirror is there, above those that are needed."""
         return self.folded - self.not_folded / _NOT_FOLDED
 
     def is_mirror(self, *, known: bool) -> bool:
