@@ -16,7 +16,6 @@ from florence_bt.app.page.components import DrivePad, MapView, StatusView, TreeV
 from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
-from florence_bt.app.page.nonsense import NonsenseFilter
 from florence_bt.app.page.question import QuestionDialog
 from florence_bt.app.page.ros_thread import RosThread
 
@@ -39,7 +38,6 @@ def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
     core.app.config.socket_io_js_transports = ["websocket"]
     core.sio.eio.transports = ["websocket"]
     ui.run_with(app, title="Florence", show_welcome_message=False)
-    NonsenseFilter(ros.node.get_logger().info).install()
 
 
 class Page:

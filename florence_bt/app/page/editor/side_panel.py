@@ -8,7 +8,6 @@ from typing import Any
 from nicegui import ui
 
 from florence_bt.app.page.editor.elements import Chooser
-from florence_bt.app.page.nonsense import value_sent
 
 
 class SidePanel:
@@ -19,8 +18,7 @@ class SidePanel:
         insert: Told the group and the name of what is to be inserted.
     """
 
-    def __init__(self, name: str, insert: Callable[[str, str], None]) -> None:
-        self._told = insert
+    def __init__(self, name: str, insert: Callable[[Mapping[str, str]], None]) -> None:
         with ui.tabs().props("dense no-caps align=justify") as tabs:
             missions, words = ui.tab("Missions"), ui.tab("Insert")
         with (
@@ -32,19 +30,10 @@ class SidePanel:
                 self._missions = (
                     Chooser("find a mission", name).classes("w-full grow min-h-0").mark("missions")
                 )
-                self._missions.on("pick", lambda event: self._open(value_sent(event.args, "name", str)))
+                self._missions.on("pick", lambda event: ui.navigate.to(f"/edit/{event.args['name']}"))
             with ui.tab_panel(words).classes("p-2 h-full flex"):
                 self._palette = Chooser("find a node, a skill").classes("w-full grow min-h-0").mark("palette")
-                self._palette.on("pick", lambda event: self._insert(event.args))
-
-    def _open(self, name: str | None) -> None:
-        if name is not None:
-            ui.navigate.to(f"/edit/{name}")
-
-    def _insert(self, sent: Any) -> None:
-        group, name = (value_sent(sent, word, str) for word in ("group", "name"))
-        if group is not None and name is not None:
-            self._told(group, name)
+                self._palette.on("pick", lambda event: insert(event.args))
 
     def show(self, words: Mapping[str, Any], drafts: list[str]) -> None:
         """Show the missions and what can be inserted.

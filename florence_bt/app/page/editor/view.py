@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from nicegui import ui
@@ -19,7 +20,6 @@ from florence_bt.app.page.editor.side_panel import SidePanel
 from florence_bt.app.page.editor.trial_panel import TrialPanel
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
-from florence_bt.app.page.nonsense import value_sent
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
 
@@ -146,10 +146,8 @@ class EditorPage:
                 )
             return
         self._editor = MissionText(self._text).classes("grow min-h-0 w-full").mark("text")
-        self._editor.on("text", lambda event: self._on_text(value_sent(event.args, "text", str)))
-        self._editor.on(
-            "line", lambda event: self._on_line(value_sent(event.args, "line", int)), throttle=0.1
-        )
+        self._editor.on("text", lambda event: self._on_text(event.args["text"]))
+        self._editor.on("line", lambda event: self._on_line(event.args["line"]), throttle=0.1)
         self._editor.on("save", self._save)
 
     def _build_work(self) -> None:
@@ -162,7 +160,7 @@ class EditorPage:
         ):
             with ui.tab_panel(drawing).classes("p-0 h-full flex"):
                 self._outline = MissionOutline().classes("grow min-h-0 w-full").mark("outline")
-                self._outline.on("node", lambda event: self._go_to(value_sent(event.args, "line", int)))
+                self._outline.on("node", lambda event: self._go_to(event.args["line"]))
             with ui.tab_panel(trial).classes("p-2 h-full overflow-auto"):
                 self._trial = TrialPanel(
                     self._desk.trials, self._actor, self._to_try, enabled=bool(self._name)
@@ -199,8 +197,8 @@ class EditorPage:
         shipped = self._opened is not None and not self._opened.own
         self._run.set_enabled(self._home.there and (self._home.reads_own or shipped))
 
-    async def _on_text(self, text: str | None) -> None:
-        if text is None:
+    async def _on_text(self, text: Any) -> None:
+        if not isinstance(text, str):
             self._editor.show([], f"this is too long: a mission has at most {MAX_MISSION_BYTES} bytes")
             return
         self._text = text
@@ -256,22 +254,20 @@ class EditorPage:
         self._state.props(f"color={'green-7' if not changed else 'orange-8'}")
         self._editor.set_dirty(changed)
 
-    def _on_line(self, line: int | None) -> None:
-        if line is not None:
-            self._line = line
-            self._outline.point_at(line)
+    def _on_line(self, line: int) -> None:
+        self._line = int(line)
+        self._outline.point_at(self._line)
 
-    def _go_to(self, line: int | None) -> None:
-        if line is not None:
-            self._switch_to("text")
-            self._editor.run_method("go_to", line, 1)
+    def _go_to(self, line: int) -> None:
+        self._switch_to("text")
+        self._editor.run_method("go_to", int(line), 1)
 
     def _switch_to(self, area: str) -> None:
         self._toggle.value = area
 
-    def _insert(self, group: str, name: str) -> None:
-        known = self._desk.words.get(group, {}) if group in ("skills", "missions", "node_kinds") else {}
-        found = known.get(name)
+    def _insert(self, picked: Mapping[str, str]) -> None:
+        group = self._desk.words.get(picked["group"], {})
+        found = group.get(picked["name"]) if picked["group"] in ("skills", "missions", "node_kinds") else None
         snippet = found if isinstance(found, str) else (found or {}).get("snippet")
         if not snippet or not self._name:
             return
