@@ -80,13 +80,13 @@ class ThirdParty:
 def _points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return the entry points of a group, each once, in a fixed order."""
     places = tuple((place, _changed(place)) for place in sys.path)
-    found = {(point.name, point.value): point for point in _all_points(places).select(group=group)}
+    found = {(point.name, point.value): point for point in _installed(group, places)}
     return [found[key] for key in sorted(found)]
 
 
-@lru_cache(maxsize=1)  # all installed packages are looked through for them
-def _all_points(places: tuple[tuple[str, int], ...]) -> importlib.metadata.EntryPoints:
-    return importlib.metadata.entry_points()
+@lru_cache(maxsize=8)  # all installed packages are looked through for them
+def _installed(group: str, places: tuple[tuple[str, int], ...]) -> importlib.metadata.EntryPoints:
+    return importlib.metadata.entry_points(group=group)
 
 
 def _changed(place: str) -> int:
