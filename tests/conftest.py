@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 import gc
 import os
 import signal
 import sys
+from typing import Any
 
 import pytest
+import typer.main
+import typer.testing
 from hypothesis import HealthCheck, settings
 
 # The same examples each time, however slow the machine is; ``--hypothesis-profile=wild`` looks for new ones.
@@ -18,6 +23,17 @@ settings.register_profile("wild", deadline=None, suppress_health_check=[HealthCh
 settings.load_profile("tame")
 
 
+_built = functools.cache(typer.main.get_command)
+
+
+def _command_of(app: typer.Typer) -> Any:
+    """Return the command of an application, built once, for a call that may add verbs to it."""
+    command: Any = copy.copy(_built(app))
+    if hasattr(command, "commands"):
+        command.commands = dict(command.commands)
+    return command
+
+
 def pytest_configure() -> None:
     """What the processes that tests start inherit: a SIGINT that interrupts, and byte code that is kept."""
     # In the background of a script SIGINT is ignored.
@@ -26,6 +42,8 @@ def pytest_configure() -> None:
     # Hundreds of processes would compile the same modules again; and the next run the tests.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+    # Building the commands of all verbs takes a tenth of a second, which each call of a CliRunner would take.
+    typer.testing._get_command = _command_of  # type: ignore[attr-defined]
     # Searching for garbage after each 700 new objects is a fifth of what reading a mission takes.
     gc.set_threshold(20_000)
 

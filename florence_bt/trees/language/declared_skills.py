@@ -15,14 +15,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
+from florence_bt.core.plain_yaml import (
+    Position,
+    YamlMapping,
+    YamlNode,
+    YamlScalar,
+    YamlSequence,
+    parse_yaml,
+    read_yaml,
+)
+from florence_bt.core.text_files import read_bytes
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.message_mappings import MAPPING_KEYS, WAYS, MessageMapping, read_mapping
 from florence_bt.trees.language.ports import read_ports
@@ -68,7 +77,7 @@ def is_skills_file(path: Path) -> bool:
 
 
 def read_skills_file(path: Path) -> DeclaredSkills:
-    """Read a file of skills.
+    """Read a file of skills; one that has not changed gives the skills of the last time.
 
     Returns:
         The skills; what is wrong with the file's form is in the findings.
@@ -76,7 +85,12 @@ def read_skills_file(path: Path) -> DeclaredSkills:
     Raises:
         ConfigError: The file cannot be read or is not YAML of the plain kind.
     """
-    reader, source = Reader(path), read_yaml(path)
+    return _skills_of(read_bytes(path), path)
+
+
+@lru_cache(maxsize=64)
+def _skills_of(data: bytes, path: Path) -> DeclaredSkills:
+    reader, source = Reader(path), parse_yaml(data, path)
     skills = source.get("skills") if isinstance(source, YamlMapping) else None
     if not isinstance(source, YamlMapping) or not isinstance(skills, YamlMapping):
         reader.error(

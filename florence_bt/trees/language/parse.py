@@ -9,6 +9,7 @@ import difflib
 import hashlib
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ _Fields = dict[str, Any]
 
 
 def read_mission(path: Path) -> model.Mission:
-    """Read a mission file.
+    """Read a mission file; one that has not changed gives the mission of the last time.
 
     Returns:
         The mission; what is wrong with the file's form is in its findings.
@@ -48,7 +49,7 @@ def read_mission(path: Path) -> model.Mission:
     Raises:
         ConfigError: The file cannot be read or is not plain YAML.
     """
-    return _MissionParser(path).mission(read_bytes(path, MAX_MISSION_BYTES), path)
+    return _mission_of(read_bytes(path, MAX_MISSION_BYTES), path)
 
 
 def parse_mission(text: str, path: Path) -> model.Mission:
@@ -58,6 +59,11 @@ def parse_mission(text: str, path: Path) -> model.Mission:
         ConfigError: As :func:`read_mission`.
     """
     return _MissionParser(path).mission(text.encode(), path)
+
+
+@lru_cache(maxsize=256)  # the editor, a reload and tests read the same files again and again
+def _mission_of(data: bytes, path: Path) -> model.Mission:
+    return _MissionParser(path).mission(data, path)
 
 
 class _MissionParser(Reader):

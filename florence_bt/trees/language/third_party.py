@@ -8,7 +8,10 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 import importlib.util
+import os
+import sys
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -79,8 +82,22 @@ class ThirdParty:
 
 def _points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return the entry points of a group, each once, in a fixed order."""
-    found = {(point.name, point.value): point for point in importlib.metadata.entry_points(group=group)}
+    places = tuple((place, _changed(place)) for place in sys.path)
+    found = {(point.name, point.value): point for point in _installed(group, places)}
     return [found[key] for key in sorted(found)]
+
+
+@lru_cache(maxsize=8)  # all installed packages are looked through for them
+def _installed(group: str, places: tuple[tuple[str, int], ...]) -> importlib.metadata.EntryPoints:
+    return importlib.metadata.entry_points(group=group)
+
+
+def _changed(place: str) -> int:
+    """Return when something was installed in a folder of ``sys.path``, in ns; 0 when there is none."""
+    try:
+        return os.stat(place or ".").st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _owner(point: importlib.metadata.EntryPoint) -> str:

@@ -170,7 +170,7 @@ def test_built_in_missions_come_back_with_the_same_ticks(exchange_with, name):
     exchange = exchange_with(declarations)
     back, xml = exchange.around(name, library)
     assert exchange.export(name, back).xml == xml
-    exchange.same_ticks(name, library, back, range(60))
+    exchange.same_ticks(name, library, back, range(24))
 
 
 def random_tree(dice, depth):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from florence_bt.core.geometry import Pose2
@@ -59,18 +61,29 @@ def over_and_done_with(process):
     }
 
 
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """Runs a mission whose process does not die."""
+
+    @cache  # many moments of a death are compared with it
+    def run(name, cleans, brakes_s):
+        return begun(tmp_path_factory.mktemp("whole"), name, cleans, brakes_s, seconds=60.0)
+
+    return run
+
+
 @pytest.mark.parametrize("tenth", range(1, 90, 4))
 @pytest.mark.parametrize("brakes_s", [0.0, 0.3, 1.9])
 @pytest.mark.parametrize(
     ("name", "cleans"), [("beside", SPEAKS), ("beside", DRIVES), ("ends", SPEAKS), ("no_cleanup", SPEAKS)]
 )
-def test_it_goes_on_where_its_process_died(tmp_path, name, cleans, brakes_s, tenth):
-    whole, undisturbed = begun(tmp_path / "whole", name, cleans, brakes_s, seconds=60.0)
+def test_it_goes_on_where_its_process_died(tmp_path, undisturbed, name, cleans, brakes_s, tenth):
+    whole, whole_run = undisturbed(name, cleans, brakes_s)
     first, run = begun(tmp_path / "died", name, cleans, brakes_s, seconds=tenth / 10.0 + 0.05)
     if run.status.final:
         second = Process(tmp_path / "died", start=5000.0, name="B")
         assert second.executor.current is None and not second.told
-        assert second.past(run.run_id).state == undisturbed.status.value
+        assert second.past(run.run_id).state == whole_run.status.value
         assert not any(mock.runs for mock in second.skills.values())
         return
     done = over_and_done_with(first)
@@ -78,8 +91,8 @@ def test_it_goes_on_where_its_process_died(tmp_path, name, cleans, brakes_s, ten
     second = Process(tmp_path / "died", start=5000.0, name="B", drive=drives)
     assert second.executor.current is not None, second.told
     second.clock.advance(60.0)
-    assert second.past(run.run_id).state == undisturbed.status.value
-    assert second.past(run.run_id).reason == undisturbed.reason
+    assert second.past(run.run_id).state == whole_run.status.value
+    assert second.past(run.run_id).reason == whole_run.reason
     # What had ended is not done again; what went on is started again, once.
     for skill, mock in whole.skills.items():
         assert len(second.skills[skill].runs) == len(mock.runs) - done[skill], skill

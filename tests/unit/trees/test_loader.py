@@ -44,6 +44,20 @@ def test_one_broken_file_does_not_take_the_others_away(tmp_path):
     assert library.add_file(tmp_path / "bad.yaml") is library.get("bad")
 
 
+def test_a_file_is_parsed_again_only_when_it_has_changed(tmp_path):
+    file = tmp_path / "m.yaml"
+    file.write_text("mission: m\ndescription: one\ntree: {fail: x}\n")
+    first = MissionLibrary.load([tmp_path]).get("m")
+    again = MissionLibrary.load([tmp_path])
+    assert again.get("m") is first, "the same mission"
+    file.write_text("mission: m\ndescription: two\ntree: {fail: x}\n")
+    assert again.add_file(file).description == "two"
+    assert first.description == "one"
+    (tmp_path / "elsewhere").mkdir()
+    copy = file.rename(tmp_path / "elsewhere" / "m.yaml")
+    assert MissionLibrary.load([copy.parent]).get("m").file == copy, "another file with the same text"
+
+
 def test_a_mission_may_call_those_that_lie_beside_its_file_and_so_may_they(tmp_path):
     calls = {"first": ["known", "second", "nowhere"], "second": ["first", "third"], "third": ["known"]}
     for name, called in calls.items():

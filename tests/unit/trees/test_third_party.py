@@ -104,6 +104,13 @@ def test_a_broken_package_takes_nothing_else_away(install, code, message):
     assert message in finding.message
 
 
+def test_a_package_that_is_installed_later_is_found(install):
+    files = {"__init__.py": "", "hello.yaml": "mission: hello\ntree: {fail: x}\n"}
+    assert "hello" not in MissionLibrary.load()
+    install("waver", files, missions="waver")
+    assert "hello" in MissionLibrary.load()
+
+
 def test_two_packages_with_one_skill(install):
     for name in ("apple", "berry"):
         files = {"__init__.py": "", "skills.py": wave(f"A = SkillDeclaration('act', '{name}')")}
