@@ -1,4 +1,4 @@
-"""Search for a person who vanished: look at who walks, and where they may be. No ROS, no clock of its own."""
+"""Search for a person who vanished: look and drive where they may be. No ROS, no clock of its own."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from florence_bt.core.outcome import failure, success
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
-from florence_bt.skills.navigation.navigate.legs import all_legs, of_nobody_known
-from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import RobotState
 
@@ -32,7 +29,6 @@ class Search(PersonGoal):
     def __init__(self, task: FollowTask, now: float) -> None:
         super().__init__(task, now)
         self._belief: PersonBelief | None = None
-        self._looks_at_since: float | None = None
         self._heading: float | None = None
         self._goal_place: Point2 | None = None
         self._looks, self._looked_from = 0, Pose2(math.inf, math.inf)
@@ -48,34 +44,7 @@ class Search(PersonGoal):
         if state.now - self._moved > _NO_WAY_S:
             reason = f"the robot could not move for {_NO_WAY_S:g} s, and sees nobody from where it is"
             return Move(STANDSTILL, "lost", failure("user_lost", reason))
-        look = self._look_at_who_walks(state)
-        if look is not None:
-            return Move(look, "looking at who walks")
         return Move(self._look_where_likely(state, track.seen), "looking for the person")
-
-    def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
-        """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
-        here, walking = (state.pose.x, state.pose.y), self._task.track.walking
-        legs = [
-            each
-            for each in of_nobody_known(walking.places(self._task.track.scanned), state.people.places)
-            if math.dist(each, here) < VIEW_M[1]
-        ]
-        if not legs or state.now - self._task.track.scanned > CAMERA_GAP_S:
-            self._looks_at_since = None
-            return None
-        nearest = min(legs, key=lambda each: math.dist(each, here))
-        bearing = state.pose.bearing_to(*nearest)
-        if abs(bearing) < VIEW_RAD:
-            self._looks_at_since = self._looks_at_since or state.now
-            if state.now - self._looks_at_since > UNCLEAR_S:
-                walking.reject(nearest)
-                self._looks_at_since = None
-        turn = self._task.motions.turning_speed(bearing)
-        if self._task.motions.is_free_turn(state.clearance, 0.0, turn, bearing):
-            return Twist2(0.0, turn)
-        walking.reject(nearest)
-        return None
 
     def _look_where_likely(self, state: RobotState, vanished: float) -> Twist2:
         """Turn to where they may be; drive there when that cannot be seen from here."""
@@ -84,8 +53,7 @@ class Search(PersonGoal):
             in_map = state.map_from_odom.apply(*track.last)
             velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
             self._belief = PersonBelief(self._task.costmaps, in_map, velocity, vanished)
-        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(track.unknown)]
-        self._belief.update(state.now, robot, legs)
+        self._belief.update(state.now, robot)
         if self._heading is None and state.now >= self._next_choice:
             if self._goal_place is not None and self._path_follower.path is None:
                 self._belief.no_way_to(self._goal_place)
