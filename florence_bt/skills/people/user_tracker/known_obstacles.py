@@ -42,9 +42,9 @@ class KnownObstacles:
         else:
             self._distance = np.full(occupied.shape, np.inf, np.float32)
         mapped = (with_tables(grid).cells > OCCUPIED // 2).astype(np.float32)
-        self._mapped: NDArray[np.float32] = cv2.dilate(
-            mapped, _CROSS, iterations=_MARGIN_CELLS
-        ).astype(np.float32)
+        self._mapped: NDArray[np.float32] = cv2.dilate(mapped, _CROSS, iterations=_MARGIN_CELLS).astype(
+            np.float32
+        )
         unknown = (grid.cells < 0).astype(np.uint8)
         self._depth = cv2.distanceTransform(unknown, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * grid.resolution
 
