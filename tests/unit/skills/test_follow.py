@@ -383,6 +383,7 @@ def test_it_goes_round_what_stands_between() -> None:
     walk = Walk(
         Pose2(1.0, 2.5), along([(1.7, 2.5), (2.0, 1.6), (3.4, 1.7), (3.5, 2.5)], 0.4), (*WALLS, table)
     )
+    walk.beside = 2.0
     assert walk.go(25.0) is None
     assert walk.trip.world.hits == 0
     assert walk.distances[-1] < 1.4
