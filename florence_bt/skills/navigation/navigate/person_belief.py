@@ -31,6 +31,10 @@ _SPREAD_M, _SPREAD_MPS = 0.7, 0.3
 _FORGOTTEN_S = 40.0
 """What was seen empty so long ago says nothing any more. Longer than it takes to look elsewhere:
 with 12 s a search went to and fro between two places."""
+_LASER_RAD, _LEGLESS = 2.0, 0.3
+"""Half the view of the laser, and how likely they are where it sees no legs: it sees them not everywhere."""
+_LEGS_M, _LEGS_COUNT = 0.4, 8.0
+"""They are the more likely to be so near to something like legs."""
 _WAY_M = 4.0
 """A place so much further to drive to is a third as good."""
 _ROUND_M, _HERE_M = 1.0, 0.8
@@ -65,16 +69,28 @@ class PersonBelief:
         self._open, self._shut = np.ones((rows, columns)), np.zeros((rows, columns), bool)
         self._likely, self._all = np.zeros((rows, columns)), 0.0
 
-    def update(self, now: float, robot: Pose2) -> None:
-        """Take that the robot (map frame) sees nobody now (seconds)."""
+    def update(self, now: float, robot: Pose2, legs: list[Point2]) -> None:
+        """Take what the robot sees now: nobody in view, and perhaps something like legs.
+
+        Args:
+            now: Seconds.
+            robot: The robot.
+            legs: Where something like legs is.
+        """
+        at_legs = np.zeros(self._open.shape, bool)
+        for x, y in legs:
+            at_legs |= np.hypot(self._x[None, :] - x, self._y[:, None] - y) <= _LEGS_M
         rows, columns, seen = self._rays(robot)
         self._open = np.minimum(1.0, self._open + (now - self._updated) / _FORGOTTEN_S)
+        laser = seen & (np.abs(_ANGLES) <= _LASER_RAD)[:, None] & ~at_legs[rows, columns]
         camera = seen & (np.abs(_ANGLES) <= _SEEN_WHOLE_RAD)[:, None] & (_DISTANCES >= _NEAREST_M)
-        self._open[rows[camera], columns[camera]] = 0.0
+        for inside, most in ((laser, _LEGLESS), (camera, 0.0)):
+            cells = rows[inside], columns[inside]
+            self._open[cells] = np.minimum(self._open[cells], most)
         unseen, self._updated = now - self._since, now
         error = np.abs(self._away - self._speed * unseen) / (_SPREAD_M + _SPREAD_MPS * unseen)
         walked = np.exp(-error) * (self._away <= _SPREAD_M + _BRISK_MPS * unseen)
-        likely = walked * self._ahead
+        likely = walked * self._ahead * np.where(at_legs, _LEGS_COUNT, 1.0)
         self._likely, self._all = likely * self._open, float(likely.sum())
 
     def no_way_to(self, place: Point2) -> None:

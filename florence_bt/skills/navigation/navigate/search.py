@@ -33,6 +33,11 @@ class Search(PersonGoal):
         self._goal_place: Point2 | None = None
         self._looks, self._looked_from = 0, Pose2(math.inf, math.inf)
         self._next_choice = now
+        self._legs: list[Point2] = []
+
+    def saw_legs(self, legs: list[Point2]) -> None:
+        """Note where the laser sees something like legs, map frame, metres."""
+        self._legs = legs
 
     def _choose(self, state: RobotState) -> Move:
         track = self._task.track
@@ -53,7 +58,7 @@ class Search(PersonGoal):
             in_map = state.map_from_odom.apply(*track.last)
             velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
             self._belief = PersonBelief(self._task.costmaps, in_map, velocity, vanished)
-        self._belief.update(state.now, robot)
+        self._belief.update(state.now, robot, self._legs)
         if self._heading is None and state.now >= self._next_choice:
             if self._goal_place is not None and self._path_follower.path is None:
                 self._belief.no_way_to(self._goal_place)
