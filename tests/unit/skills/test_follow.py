@@ -359,6 +359,20 @@ def test_it_steps_aside_until_there_is_room_also_when_they_seem_to_walk_away(
     assert max(walk.distances) > 1.2
 
 
+def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_know_them() -> None:
+    wrong = along([(0.5, 3.7), (3.5, 3.7), (0.5, 3.7)], 0.25)
+
+    def place(seconds: float) -> Point:
+        if seconds < 8.0:
+            return (2.6, 2.4) if seconds < 1.0 else (7.0, 4.0)
+        return wrong(seconds - 8.0)
+
+    walk = Walk(Pose2(1.6, 2.4), place)
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    assert walk.go_and_search(26.0) is None
+    assert 10 < walk.trip.texts.count("looking at who walks") < 80
+
+
 def test_who_is_not_seen_after_stepping_aside_is_looked_for_where_the_robot_stood() -> None:
     come = along([(1.6, 2.4), (0.9, 2.4)], 0.3)
     stood: list[Point] = []

@@ -15,13 +15,13 @@ from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, integra
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
-from florence_bt.skills.filters.legs.leg_detector import all_legs
 from florence_bt.core.transforms import Transform3
 from florence_bt.core.zones import Zone
+from florence_bt.skills.filters.legs.leg_detector import all_legs
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
-from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
+from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
@@ -282,8 +282,9 @@ class Navigator:
             ends = moved_rays(in_base, map_from_odom @ odom_pose).ends
             self._glass.saw(scan.stamp, ends[~self._unmapped.is_known(ends)], map_from_odom @ odom_pose)
         if source == LASER and isinstance(self._goal, Search) and map_from_odom is not None:
-            ends = moved_rays(in_base, map_from_odom @ odom_pose).ends
-            self._goal.saw_legs(all_legs(ends[~self._unmapped.is_known(ends)]))
+            ends = moved_rays(in_base, odom_pose).ends
+            known = self._unmapped.is_known(moved_points(ends, map_from_odom))
+            self._goal.saw_legs(scan.stamp, all_legs(ends[~known]))
         if source == LASER and isinstance(self._goal, Approach):
             self._goal.saw_scan(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose)
         for costmap, robot in (

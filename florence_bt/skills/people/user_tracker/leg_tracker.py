@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Point2, Pose2
 from florence_bt.skills.filters.legs.leg_detector import REACH_M, all_legs, legs_near, of_nobody_known
+from florence_bt.skills.filters.legs.walking_legs import WalkingLegs
 from florence_bt.skills.people.user_tracker.standing_things import StandingThings
 from florence_bt.skills.people.user_tracker.track import Track
-from florence_bt.skills.people.user_tracker.walking_legs import WalkingLegs
 
 _CAMERA_GAP_S = 0.3
 """When the camera has not seen somebody for so long, the laser goes on."""

@@ -169,16 +169,13 @@ class UserTracker:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
 
     def _assign(self, detections: Sequence[Detection]) -> list[tuple[Track, Detection]]:
-        """Pair tracks and detections: first those who are followed, then those whom the camera had lost."""
+        """Pair tracks and detections: first those who are followed, then those who were lost."""
         followed = [track for track in self._tracks if track.followed]
+        lost = [track for track in self._tracks if not track.followed]
         pairs = _cheapest(followed, detections, self._following_cost)
-        taken = {id(each) for pair in pairs for each in pair}
-        lost = [track for track in self._tracks if track.lost and id(track) not in taken]
+        taken = {id(detection) for _, detection in pairs}
         left = [each for each in detections if id(each) not in taken]
-        back = _cheapest(lost, left, self._return_cost)
-        for track, _ in back:
-            track.followed = False
-        return pairs + back
+        return pairs + _cheapest(lost, left, self._return_cost)
 
     def _following_cost(self, track: Track, detection: Detection) -> float:
         """Return twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
