@@ -18,11 +18,14 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from florence_bt.app.bringup.simulated import robot_frames
 from florence_bt.core.geometry import Pose2, Twist2, angle_difference
 from florence_bt.core.sensing import ColourImage, DepthImage, TrackedUser
+from florence_bt.core.transforms import Transform3
+from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
@@ -32,8 +35,9 @@ from florence_bt.simulation.home.free_space import FreeSpace, Point, free_space_
 from florence_bt.simulation.home.generate import generated_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME
+from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, LASER_FRAME
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
+from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
@@ -94,12 +98,15 @@ class Shown:
         robot: Where the robot is, map frame.
         truth: Where the two people are, map frame.
         found: What the detector found, map frame.
+        scans: When each scan since the picture before was taken, where its beams ended at nothing of the map,
+            map frame, shape (n, 2), and the robot then.
     """
 
     time: float
     robot: Pose2
     truth: tuple[Point, Point]
     found: Sequence[Detection]
+    scans: Sequence[tuple[float, NDArray[np.float64], Pose2]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,10 +217,15 @@ def _shirt(hue: float, rng: Random) -> Colour:
 
 
 def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
-    """Yield what the robot sees of an encounter through the simulated Kinect, five times a second."""
+    """Yield what the robot sees of an encounter through the simulated Kinect, five times a second.
+
+    The simulated laser scans twice as often.
+    """
     world = SimulatedWorld(given.flat, people=given.people, start=given.robot, seed=seed)
-    mount = robot_frames().lookup(BASE_FRAME, CAMERA_FRAME)
+    frames = robot_frames()
+    mount, laser_mount = (frames.lookup(BASE_FRAME, frame) for frame in (CAMERA_FRAME, LASER_FRAME))
     kinect = KinectSensor(world, mount, seed=seed)
+    laser = LaserSensor(world, laser_mount, seed + 1)
     known = KnownObstacles(laser_map(given.flat))
     rate = TURN_RADPS if given.turns else 0.0
     for index in range(1, round(ENCOUNTER_S / PERIOD_S) + 1):
@@ -223,7 +235,13 @@ def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
         speeds = wheels_from_twist(Twist2(0.0, rate), TurtlebotParameters().wheels())
         world.set_wheels(speeds.left_mmps / 1000.0, speeds.right_mmps / 1000.0)
         now = index * PERIOD_S
-        world.step_to(now)
+        scans = []
+        for stamp in (now - PERIOD_S / 2.0, now):
+            world.step_to(stamp)
+            distances = laser.measure(URG_04LX.first_step, URG_04LX.last_step)
+            scan = scan_from_distances(distances, URG_04LX.first_step, 1, URG_04LX, stamp, LASER_FRAME)
+            in_map = Transform3.from_pose2(world.robot_pose) @ laser_mount
+            scans.append((stamp, known.unmapped_ends(scan, in_map, Pose2()), world.robot_pose))
         raw, pixels = kinect.measure()
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(raw))
         colour = ColourImage(now, CAMERA_FRAME, kinect.camera, pixels)
@@ -232,7 +250,7 @@ def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
             depth, mount, None if given.shirts == SHIRTS[2] else colour, known=known, robot=robot
         )
         first, second = ((pose.x, pose.y) for pose in map(world.person_pose, ("first", "second")))
-        yield Shown(now, robot, (first, second), [each.moved_by(robot) for each in found])
+        yield Shown(now, robot, (first, second), [each.moved_by(robot) for each in found], scans)
 
 
 class Identities:
@@ -280,6 +298,8 @@ def judge(given: Encounter, shown: Iterable[Shown]) -> Judged:
     crossings = meetings = 0
     side, near, last = 0.0, False, 0.0
     for picture in shown:
+        for scan in picture.scans:
+            tracker.saw_scan(*scan)
         users = filter_users(tracker.update(picture.time, picture.found))
         identities.compare(picture.truth, users)
         bearings = [picture.robot.bearing_to(*at) for at in picture.truth]

@@ -22,20 +22,27 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, OccupancyGrid
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.ros.action_server import REFUSED
 from florence_bt.ros.clock import RosClock
-from florence_bt.ros.conversions import camera_info_to_ros, colour_to_ros, depth_to_ros, grid_to_ros
+from florence_bt.ros.conversions import (
+    camera_info_to_ros,
+    colour_to_ros,
+    depth_to_ros,
+    grid_to_ros,
+    scan_to_ros,
+)
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
-from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
+from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
 from florence_bt.skills.people.user_tracker import node as tracker_node
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
@@ -186,6 +193,44 @@ def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracke
     ros.spin_until(lambda: robot.detected, what="detected_user")
     assert robot.detected[0].command
     assert robot.detected[0].user_position_y == pytest.approx(result.result.y)
+
+
+def test_the_frame_of_who_left_the_picture_goes_on_with_their_legs_in_the_scans(
+    ros: Any, robot: Robot, tracker: UserTrackerNode
+) -> None:
+    grid = OccupancyGrid(0.05, Pose2(-5.0, -5.0), np.zeros((200, 200), np.int8))
+    robot.create_publisher(OccupancyGridMsg, "map", LATCHED).publish(grid_to_ros(grid, "map", 0.0))
+    frames = TransformListener(robot).buffer
+    scans = robot.create_publisher(LaserScanMsg, "filtered_scan", SENSOR)
+    beside = [0.0]
+
+    def publish_scan() -> None:
+        ends = [(1.85, beside[0] + side) for side in (-0.06, -0.03, 0.0, 0.03, 0.06)]
+        bearings = [math.atan2(y, x) for x, y in ends]
+        ranges = np.full(2001, 5.6 - 1e-4, np.float32)
+        for bearing, end in zip(bearings, ends, strict=True):
+            ranges[round((bearing + 1.0) * 1000.0)] = math.hypot(*end)
+        now = robot.timebase.now()
+        scan = LaserScan(robot.stamp(now), "base_footprint", -1.0, 0.001, 0.1, 5.6, ranges)
+        scans.publish(scan_to_ros(scan))
+
+    robot.create_timer(0.1, publish_scan)
+    robot.depth = person_picture(2.0)
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(
+        lambda: robot.filtered and robot.filtered[-1].num_users_tracked == 1, what="a tracked user"
+    )
+    robot.depth = np.full((240, 320), np.nan, np.float32)
+    ros.spin_until(lambda: robot.filtered[-1].num_users_tracked == 0, what="the camera to lose them")
+    beside[0] = 0.3
+    # The robot looks along the map's y axis from (1, 2): its left is towards smaller x.
+    ros.spin_until(
+        lambda: "user_1" in frames.frames() and frames.lookup_pose("map", "user_1").x < 0.75,
+        what="the frame to follow the legs",
+    )
+    place = frames.lookup_pose("map", "user_1")
+    assert (place.x, place.y) == pytest.approx((0.7, 3.9), abs=0.12)
+    assert robot.filtered[-1].num_users_tracked == 0, "the camera does not see them"
 
 
 def test_people_keep_their_ids_when_the_clock_is_set(

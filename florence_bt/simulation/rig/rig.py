@@ -19,7 +19,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, cancelled, failure, success
 from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, TrackedUser
 from florence_bt.core.skill import SkillRun
-from florence_bt.core.transforms import TransformBuffer
+from florence_bt.core.transforms import Transform3, TransformBuffer
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
@@ -33,7 +33,7 @@ from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
+from florence_bt.skills.navigation.navigate.navigator import FEET, LASER, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
@@ -118,7 +118,7 @@ class Rig:
             self.clock,
             seed=setting.seed,
             start=setting.believed or start,
-            on_scan=lambda source, scan: self._base.on_scan(source, scan),
+            on_scan=lambda source, scan: self._on_scan(source, scan),
             on_images=lambda depth, colour: self._people.on_images(depth, colour),
             driving=lambda: self._base.active,
             looking=lambda: self._people.running,
@@ -213,6 +213,11 @@ class Rig:
         self.locator.map = grid
         self._base.use_map(grid)
         self._people.use_map(grid)
+
+    def _on_scan(self, source: str, scan: LaserScan) -> None:
+        self._base.on_scan(source, scan)
+        if source == LASER:
+            self._base.saw_users(self._people.on_scan(scan))
 
     def _saw_users(self, users: Sequence[TrackedUser]) -> None:
         seen = self._people.in_image
@@ -370,6 +375,7 @@ class _PeopleSkills:
         self._component = ExclusiveComponent()
         self._robot = robot
         self._clock = clock
+        self._frames = setting.frames
         self._optical_in_base = setting.frames.lookup(BASE_FRAME, CAMERA_FRAME)
         self._looking = False
         self.found: list[Pose2] = []
@@ -406,6 +412,15 @@ class _PeopleSkills:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
             self.on_users(tracked)
         self._end_look_when_over()
+
+    def on_scan(self, scan: LaserScan) -> Sequence[TrackedUser]:
+        """Return those whose legs go on in a scan while the camera does not see them."""
+        odom = self._robot.map_from_odom
+        if not self._tracker.running or odom is None:
+            return ()
+        robot = self._robot.odometry.pose
+        laser = Transform3.from_pose2(robot) @ self._frames.lookup(BASE_FRAME, scan.frame_id)
+        return self._tracker.saw_scan(self._clock.now(), self._known.unmapped_ends(scan, laser, odom), robot)
 
     def use_map(self, grid: OccupancyGrid) -> None:
         self._known = KnownObstacles(grid)

@@ -15,15 +15,14 @@ from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import Rays
-from florence_bt.skills.navigation.navigate.following import give_way, track
+from florence_bt.skills.navigation.navigate.following import give_way
 from florence_bt.skills.navigation.navigate.following.motions import Motions
-from florence_bt.skills.navigation.navigate.following.track import PersonTrack
-from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
+from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
@@ -50,7 +49,12 @@ def along(points: list[Point], speed: float) -> Callable[[float], Point]:
 
 
 class Walk:
-    """Follows somebody whom the camera sees as far as its picture and the walls allow."""
+    """Follows somebody whom the tracker sees as far as the camera's picture and the walls allow.
+
+    Attributes:
+        beside: How far beside the middle of the picture it sees them, rad; with legs in the laser's scans
+            further than the picture goes.
+    """
 
     def __init__(self, robot: Pose2, place: Callable[[float], Point], boxes: tuple[Box, ...] = WALLS) -> None:
         self.trip = Trip(robot, boxes=boxes)
@@ -59,11 +63,12 @@ class Walk:
         self.distances: list[float] = []
         self.speeds: list[float] = []
         self.blind = False
+        self.beside = math.radians(28)
 
     def sees(self, person: Point) -> bool:
         robot = self.trip.world.pose
         bearing, away = robot.bearing_to(*person), math.dist((robot.x, robot.y), person)
-        if self.blind or abs(bearing) > math.radians(28) or away > 4.0:
+        if self.blind or abs(bearing) > self.beside or away > 4.0:
             return False
         angle = np.array([robot.yaw + bearing])
         return bool(cast(robot.x, robot.y, angle, np.array(self.boxes), 9.0)[0] > away)
@@ -195,6 +200,7 @@ def test_it_follows_through_a_door_and_round_the_corner() -> None:
 def test_it_follows_along_their_path_where_the_straight_way_would_cut_a_corner() -> None:
     route = [FIRST_ROOM, (4.05, 2.4), (4.5, 2.4), (4.5, 4.4)]
     walk = Walk(Pose2(1.2, 2.4), along(route, 0.35))
+    walk.beside = 2.0
     assert walk.go(18.0) is None
     assert "following along the person's path" in walk.trip.texts
     assert max(walk.distances[20:]) < 1.4
@@ -289,28 +295,6 @@ def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn(monkeypatch: 
     walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
     assert walk.go_and_search(30.0) is None
     assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
-
-
-@pytest.mark.parametrize("somebody_else", [False, True])
-def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they_are_of_somebody_else(
-    monkeypatch: pytest.MonkeyPatch, somebody_else: bool
-) -> None:
-    monkeypatch.setattr(track, "go_on_with_legs", lambda *arguments: None)
-    walk = Walk(Pose2(0.6, 2.4), along([(1.6, 2.4), (2.2, 2.4), (2.2, 4.6)], 0.3))
-    see = walk.sees
-
-    def sees(person: Point) -> bool:
-        if walk.trip.world.now < 1.8:
-            return see(person)
-        if somebody_else:
-            in_odom = walk.trip.world.odom @ walk.trip.world.pose.inverse() @ Pose2(*person)
-            walk.trip.navigator.saw_person(walk.trip.world.now, LEADER + 1, in_odom.x, in_odom.y)
-        return False
-
-    walk.sees = sees  # type: ignore[method-assign]
-    assert walk.go_and_search(6.0) is None
-    goes_on = any(text.startswith("following") for text in walk.trip.texts[28:33])
-    assert goes_on is not somebody_else
 
 
 def with_somebody_else(walk: Walk, place: Point) -> None:
@@ -413,6 +397,7 @@ def test_it_goes_round_what_stands_between() -> None:
     walk = Walk(
         Pose2(1.0, 2.5), along([(1.7, 2.5), (2.0, 1.6), (3.4, 1.7), (3.5, 2.5)], 0.4), (*WALLS, table)
     )
+    walk.beside = 2.0
     assert walk.go(25.0) is None
     assert walk.trip.world.hits == 0
     assert walk.distances[-1] < 1.4
@@ -511,12 +496,14 @@ def test_who_was_seen_before_the_goal_is_followed_from_there(ago: float, goes: b
 
 
 def test_when_the_clock_was_set_back_only_new_sights_are_followed_from() -> None:
-    tracks = PeopleTracks(PeopleParameters())
+    tracks = PeopleTracks(PeopleParameters(), 0.7)
     tracks.saw(100.0, LEADER, 1.0, 1.0)
-    tracks.people(5.0)
+    tracks.forget(5.0)
     tracks.saw(5.0, LEADER, 2.0, 2.0)
-    assert tracks.seen_lately(LEADER, 6.0) == [(5.0, 2.0, 2.0)]
-    assert tracks.seen_lately(LEADER, 40.0) == []
+    tracks.forget(6.0)
+    assert tracks.of(LEADER).path.last(10.0) == [(2.0, 2.0)]
+    tracks.forget(40.0)
+    assert tracks.of(LEADER).seen is None
 
 
 def test_distance_and_speed_of_the_goal() -> None:
@@ -553,18 +540,8 @@ def test_a_bumper_is_backed_off_from_and_the_following_goes_on() -> None:
     assert trip.texts[-1].startswith("following")
 
 
-def test_a_target_whose_legs_are_dropped_is_where_the_camera_saw_it() -> None:
-    target = MovingTarget(0.6)
-    target.recognise(1.0, 0.0, 0.0)
-    target.recognise(1.5, 0.2, 0.0)
-    place, velocity = target.at(1.5, 0.0), target.velocity
-    target.saw(2.0, 3.0, 1.0)
-    target.drop_laser()
-    assert (target.seen, target.at(1.5, 0.0), target.velocity) == (1.5, place, velocity)
-
-
 def test_the_velocity_of_a_target_needs_no_regular_sights() -> None:
-    target = MovingTarget(NavigatorParameters().follow.follow_velocity_time)
+    target = PersonTrack(velocity_time=0.3, coast=0.5)
     for stamp in np.cumsum([0.1, 0.3, 0.2, 0.2, 0.4, 0.1, 0.2, 0.3, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.3]):
         target.saw(float(stamp), 0.4 * float(stamp), -0.2 * float(stamp))
     assert target.velocity == pytest.approx((0.4, -0.2), abs=0.02)
@@ -573,7 +550,7 @@ def test_the_velocity_of_a_target_needs_no_regular_sights() -> None:
     target.saw(9.0, math.nan, 0.0)
     assert target.seen == seen
     assert seen is not None
-    assert target.at(seen + 5.0, 0.5) == pytest.approx((0.4 * (seen + 0.5), -0.2 * (seen + 0.5)), abs=0.03)
+    assert target.at(seen + 5.0) == pytest.approx((0.4 * (seen + 0.5), -0.2 * (seen + 0.5)), abs=0.03)
 
 
 def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,8 +40,11 @@ def test_across_a_gap_nobody_knows_the_way() -> None:
     assert [place for place, _ in path.ahead((0.0, 0.0), (1.4, 0.0))][1:] == [(1.4, 0.0), (1.2, 0.0)]
 
 
-def test_what_was_somebody_else_is_forgotten() -> None:
-    path = walked((0.0, 0.0), (0.2, 0.0), (0.4, 0.0), (0.6, 0.0))
-    path.forget_since(0.2)
-    assert [place for place, _ in path.ahead((0.0, 0.0), (0.2, 0.0))][1:] == [(0.2, 0.0), (0.0, 0.0)]
+def test_without_a_path_they_are_where_they_are() -> None:
     assert PersonTrail().ahead((0.0, 0.0), (1.0, 0.0)) == [((1.0, 0.0), 0.0)]
+
+
+def test_where_they_were_since_a_time() -> None:
+    path = walked((0.0, 0.0), (0.2, 0.0), (0.4, 0.0), (0.6, 0.0))
+    assert path.since(0.4) == [(0.4, 0.0), (0.6, 0.0)]
+    assert path.since(0.7) == []

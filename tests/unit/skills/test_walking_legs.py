@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
+from florence_bt.skills.filters.legs.walking_legs import WalkingLegs
 
 CHAIR = (2.0, 1.0)
 

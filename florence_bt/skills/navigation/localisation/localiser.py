@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.navigation.localisation.beam_ends import beam_ends
 from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
 from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core.beam_ends import beam_ends, ends_at
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.navigation.localisation.beam_ends import beam_ends, ends_at
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 
 

@@ -12,17 +12,19 @@ from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.filters.legs.leg_detector import REACH_M, legs_near, narrow_things
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
-from florence_bt.skills.navigation.navigate.legs import REACH_M, legs_near, narrow_things
-from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 _AT_M = 0.5
 """A person whom the camera sees so near to where the person should be is the person (REFERENCE 12.6)."""
+_CAMERA_GAP_S = 0.3
+"""When the camera has not seen the person for so long, the laser goes on."""
 _COS_BEAM = math.cos(0.1)
 """Beams so near to a direction, as the cosine of the angle, look there."""
 _LEAST_M = NEAREST_M + 0.03
@@ -81,7 +83,8 @@ class Approach:
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self._progress = ProgressWatch(parameters.recovery)
         self._progress.reset(now)
-        self._target = MovingTarget(parameters.follow.follow_velocity_time)
+        self._track = PersonTrack(parameters.people.people_velocity_time, 0.0)
+        self._recognised = -math.inf
         self._began = self._there = now
         self._start: Pose2 | None = None
         self._from_person: float | None = None
@@ -90,8 +93,8 @@ class Approach:
     @property
     def person(self) -> Point2 | None:
         """Where the person should be, odometry frame, metres; None while nobody knows."""
-        if self._target.seen is not None:
-            return self._target.at(self._target.seen, 0.0)
+        if self._track.seen is not None:
+            return self._track.last
         if self._start is None or (self._goal.x == 0.0 and self._goal.y == 0.0):
             return None
         return self._start.apply(self._goal.x, self._goal.y)
@@ -104,8 +107,8 @@ class Approach:
         around = expected or (self._start.x, self._start.y)
         place = min(people, key=lambda each: math.dist(each, around))
         if expected is None or math.dist(place, expected) <= _AT_M:
-            self._target.recognise(stamp, *place)
-            self._there = stamp
+            self._track.saw(stamp, *place)
+            self._recognised = self._there = stamp
 
     def saw_scan(self, stamp: float, points: NDArray[np.float64], robot: Pose2) -> None:
         """Go on with the legs in a scan while the camera does not see the person.
@@ -115,15 +118,15 @@ class Approach:
             points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
             robot: The robot in the odometry frame at that time.
         """
-        expected, target = self.person, self._target
-        if expected is None or target.is_recognised(stamp):
+        expected = self.person
+        if expected is None or stamp - self._recognised < _CAMERA_GAP_S:
             return
         legs = legs_near(narrow_things(points), robot, expected)
         if legs is not None:
             gain = self._params.approach_person_laser_gain
             x, y = (old + gain * (new - old) for old, new in zip(expected, legs, strict=True))
-            target.saw(stamp, x, y)
-        if target.seen is not None and not _is_empty(expected, points, robot):
+            self._track.saw(stamp, x, y)
+        if self._track.seen is not None and not _is_empty(expected, points, robot):
             self._there = stamp
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
@@ -136,7 +139,7 @@ class Approach:
             return STANDSTILL, self._feedback(end.reason), end
         if isinstance(contact, Twist2):
             return contact, self._feedback(self._contact.text), None
-        if self._target.seen is None:
+        if self._track.seen is None:
             return STANDSTILL, self._feedback("waiting: nobody is seen yet"), None
         return self._drive(state, self._start)
 

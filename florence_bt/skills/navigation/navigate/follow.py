@@ -40,7 +40,6 @@ class Follow(PersonGoal):
             return self._wait_for_person(state)
         if self._give_way.steps_aside:
             return Move(self._give_way.step_aside(state), "stepping aside")
-        self._task.track.check_camera(state.now, state.pose)
         if self._task.track.is_seen(state.now):
             self._vanished = None
             return self._keep_distance.step(state)

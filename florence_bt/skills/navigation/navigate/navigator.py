@@ -17,10 +17,11 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
 from florence_bt.core.zones import Zone
+from florence_bt.skills.filters.legs.leg_detector import all_legs
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
-from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
+from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
@@ -29,7 +30,7 @@ from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
 from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.glass import GlassMemory
-from florence_bt.skills.navigation.navigate.legs import MapDifference
+from florence_bt.skills.navigation.navigate.map_difference import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.path_drive import PathDrive
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
@@ -150,7 +151,7 @@ class Navigator:
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
-        self._people = PeopleTracks(self._p.people)
+        self._people = PeopleTracks(self._p.people, self._p.follow.follow_coast)
         self._trails = VacatedCells()
         self._left: list[Point2] = []
         self._person_task: FollowTask | None = None
@@ -280,8 +281,12 @@ class Navigator:
         if source == LASER and self._glass is not None and map_from_odom is not None:
             ends = moved_rays(in_base, map_from_odom @ odom_pose).ends
             self._glass.saw(scan.stamp, ends[~self._unmapped.is_known(ends)], map_from_odom @ odom_pose)
-        if source == LASER:
-            self._look_for_legs(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
+        if source == LASER and isinstance(self._goal, Search) and map_from_odom is not None:
+            ends = moved_rays(in_base, odom_pose).ends
+            known = self._unmapped.is_known(moved_points(ends, map_from_odom))
+            self._goal.saw_legs(scan.stamp, all_legs(ends[~known]))
+        if source == LASER and isinstance(self._goal, Approach):
+            self._goal.saw_scan(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
@@ -312,23 +317,6 @@ class Navigator:
             in_map = None if map_from_odom is None else map_from_odom.apply(*place)
             clear_person(self._costmaps, place, in_map)
         self._left.clear()
-
-    def _look_for_legs(
-        self, stamp: float, ends: NDArray[np.float64], odom_pose: Pose2, map_from_odom: Pose2 | None
-    ) -> None:
-        """Go on with people by their legs."""
-        if isinstance(self._goal, Approach):
-            self._goal.saw_scan(stamp, ends, odom_pose)
-        if map_from_odom is None or not (self._people or self._person_task is not None):
-            return
-        unknown = self._unmapped.unknown(ends, map_from_odom)
-        self._people.saw_scan(stamp, unknown, odom_pose)
-        for sight in self._people.sights():
-            self._left += self._trails.saw(*sight)
-        if self._person_task is not None:
-            followed = self._person_task.goal.user_id
-            others = [place for _, who, place in self._people.sights() if who != followed]
-            self._person_task.track.saw_scan(stamp, unknown, odom_pose, others)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""
@@ -502,11 +490,10 @@ class Navigator:
             max_angular or params.follow_max_ang_speed,
         )
         if before is None or before.goal.user_id != user_id or (before.track.seen or now) > now:
-            task = FollowTask.begin(goal, self._costmaps, self._p, now)
+            self._people.forget(now)
+            task = FollowTask.begin(goal, self._costmaps, self._p, self._people)
         else:
             task = before.go_on(goal)
-        for sight in self._people.seen_lately(user_id, now):
-            task.track.saw(*sight)
         self._person_task = task
         self._goal = kind(task, now)
 
@@ -522,8 +509,6 @@ class Navigator:
         self._people.saw(stamp, user_id, x, y)
         if math.isfinite(x) and math.isfinite(y):
             self._left += self._trails.saw(stamp, user_id, (x, y))
-        if self._person_task is not None and self._person_task.goal.user_id == user_id:
-            self._person_task.track.saw(stamp, x, y)
 
     def start_approach(
         self,
@@ -668,7 +653,8 @@ class Navigator:
         localised = map_from_odom is not None
         # A robot that has lost its place keeps its distance from everybody.
         goal = self._goal if localised else None
-        followed = (goal.user_id, goal.person) if isinstance(goal, PersonGoal) else ()
+        followed = (goal.user_id, goal.person) if isinstance(goal, PersonGoal) else (None, None)
+        self._people.forget(now, but=followed[0])
         people = self._people.people(now, *followed)
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))

@@ -120,7 +120,6 @@ class FollowParameters(CheckedParameters):
         follow_angular_gain: Turning speed per angle to the person, 1/s.
         follow_distance_tolerance: So much too far away is near enough, in metres.
         follow_angle_tolerance: So much beside the heading is straight ahead, in radians.
-        follow_velocity_time: The person's velocity is averaged over about this long, in seconds.
         follow_look_ahead: A motion must be free for so many seconds.
         follow_coast: Not seen for so many seconds, a person is out of sight: the robot drives to where they
             were.
@@ -140,7 +139,6 @@ class FollowParameters(CheckedParameters):
     follow_angular_gain: Positive = 1.5
     follow_distance_tolerance: NotNegative = 0.05
     follow_angle_tolerance: NotNegative = 0.03
-    follow_velocity_time: Positive = 0.6
     follow_look_ahead: Positive = 1.0
     follow_coast: Positive = 0.7
     follow_patience: Positive = 3.0

@@ -45,7 +45,7 @@ class PeopleParameters(CheckedParameters):
     people_distance: NotNegative = 0.4
     people_time_to_contact: NotNegative = 2.0
     people_prediction_time: Positive = 1.5
-    people_velocity_time: Positive = 0.3
+    people_velocity_time: Positive = 0.6
     people_keep_time: Positive = 1.0
 
 

@@ -33,10 +33,9 @@ class PersonTrail:
         places = [place for _, place in self._points]
         return [place for place in places if math.dist(place, places[-1]) <= length]
 
-    def forget_since(self, stamp: float) -> None:
-        """Forget what was taken for them after a time: it was somebody or something else."""
-        while self._points and self._points[-1][0] > stamp:
-            self._points.pop()
+    def since(self, stamp: float) -> list[Point2]:
+        """Return the places where they were after a time."""
+        return [place for seen, place in self._points if seen >= stamp]
 
     def ahead(self, robot: Point2, person: Point2) -> list[tuple[Point2, float]]:
         """Return the points of the path after the one nearest to the robot.

@@ -6,16 +6,19 @@ import math
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import failure, success
+from florence_bt.skills.filters.legs.leg_detector import of_nobody_known
+from florence_bt.skills.filters.legs.walking_legs import WalkingLegs
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import UNCLEAR_S, VIEW_M, VIEW_RAD
-from florence_bt.skills.navigation.navigate.legs import all_legs, of_nobody_known
-from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import RobotState
 
 _FACING_RAD = 0.3
+_FAR_M, _RECENT_S = 3.5, 0.3
+"""It turns to legs that walk, no further away, and in a scan no older than this."""
+_VIEW_RAD, _UNCLEAR_S = 0.35, 1.5
+"""Whom the camera does not know so near to the middle of its picture for so long is somebody else."""
 _WORTH_LOOKING = 0.03, 0.06, 0.12
 """It turns to look when so much of what is likely would get into the picture, at the first look, the second
 and so on; else, and after so many looks from one place, it drives on."""
@@ -32,11 +35,19 @@ class Search(PersonGoal):
     def __init__(self, task: FollowTask, now: float) -> None:
         super().__init__(task, now)
         self._belief: PersonBelief | None = None
-        self._looks_at_since: float | None = None
         self._heading: float | None = None
         self._goal_place: Point2 | None = None
         self._looks, self._looked_from = 0, Pose2(math.inf, math.inf)
         self._next_choice = now
+        self._legs: list[Point2] = []
+        self._walking = WalkingLegs()
+        self._scanned = -math.inf
+        self._looks_at_since: float | None = None
+
+    def saw_legs(self, stamp: float, legs: list[Point2]) -> None:
+        """Note where the laser sees something like legs: seconds; odometry frame, metres."""
+        self._scanned, self._legs = stamp, legs
+        self._walking.saw(stamp, legs)
 
     def _choose(self, state: RobotState) -> Move:
         track = self._task.track
@@ -55,26 +66,26 @@ class Search(PersonGoal):
 
     def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
         """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
-        here, walking = (state.pose.x, state.pose.y), self._task.track.walking
+        here = state.pose.x, state.pose.y
         legs = [
             each
-            for each in of_nobody_known(walking.places(self._task.track.scanned), state.people.places)
-            if math.dist(each, here) < VIEW_M[1]
+            for each in of_nobody_known(self._walking.places(self._scanned), state.people.places)
+            if math.dist(each, here) < _FAR_M
         ]
-        if not legs or state.now - self._task.track.scanned > CAMERA_GAP_S:
+        if not legs or state.now - self._scanned > _RECENT_S:
             self._looks_at_since = None
             return None
         nearest = min(legs, key=lambda each: math.dist(each, here))
         bearing = state.pose.bearing_to(*nearest)
-        if abs(bearing) < VIEW_RAD:
+        if abs(bearing) < _VIEW_RAD:
             self._looks_at_since = self._looks_at_since or state.now
-            if state.now - self._looks_at_since > UNCLEAR_S:
-                walking.reject(nearest)
+            if state.now - self._looks_at_since > _UNCLEAR_S:
+                self._walking.reject(nearest)
                 self._looks_at_since = None
         turn = self._task.motions.turning_speed(bearing)
         if self._task.motions.is_free_turn(state.clearance, 0.0, turn, bearing):
             return Twist2(0.0, turn)
-        walking.reject(nearest)
+        self._walking.reject(nearest)
         return None
 
     def _look_where_likely(self, state: RobotState, vanished: float) -> Twist2:
@@ -84,7 +95,7 @@ class Search(PersonGoal):
             in_map = state.map_from_odom.apply(*track.last)
             velocity = Pose2(0.0, 0.0, state.map_from_odom.yaw).apply(*track.velocity)
             self._belief = PersonBelief(self._task.costmaps, in_map, velocity, vanished)
-        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(track.unknown)]
+        legs = [state.map_from_odom.apply(*each) for each in self._legs]
         self._belief.update(state.now, robot, legs)
         if self._heading is None and state.now >= self._next_choice:
             if self._goal_place is not None and self._path_follower.path is None:

@@ -35,6 +35,7 @@ from florence_bt.ros.conversions import (
     colour_from_ros,
     depth_from_ros,
     grid_from_ros,
+    scan_from_ros,
     scan_to_ros,
     stamp_from_ros,
 )
@@ -139,7 +140,7 @@ class UserTrackerNode(FlorenceNode):
         self._look = LookForUser(self.read_parameters(LookParameters))
         self._look_timer: Timer | None = None
         self._started_by_look = False
-        self._pictures: list[Any] = []
+        self._readings: list[Any] = []
         self._forget_timer: Timer | None = None
         self._depth_camera: CameraModel | None = None
         self._colour: Image | None = None
@@ -186,27 +187,30 @@ class UserTrackerNode(FlorenceNode):
         if self._forget_timer is not None:
             self._forget_timer.cancel()
             self._forget_timer = None
-        if not self._pictures:
-            self._pictures = [
+        if not self._readings:
+            self._readings = [
                 self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR),
                 self.create_subscription(
                     Image, "camera/depth/image", self._on_depth, SENSOR, newest_only=True
                 ),
                 self.create_subscription(Image, "camera/rgb/image_color", self._on_colour, SENSOR),
+                self.create_subscription(
+                    LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, newest_only=True
+                ),
             ]
 
     def _stop(self) -> None:
         self._tracker.stop()
         self._colour = self._waiting = None
-        if self._pictures and self._forget_timer is None:
+        if self._readings and self._forget_timer is None:
             when = self.timebase.now() + self._params.keep_pictures_s
             self._forget_timer = self.timebase.call_at(when, self._forget_pictures)
 
     def _forget_pictures(self) -> None:
         self._forget_timer = None
-        for subscription in self._pictures:
+        for subscription in self._readings:
             self.destroy_subscription(subscription)
-        self._pictures = []
+        self._readings = []
 
     # ---- pictures -------------------------------------------------------------------------------------
 
@@ -302,6 +306,25 @@ class UserTrackerNode(FlorenceNode):
         if self._action.active:
             self._feed_look(depth.stamp, users, robot)
 
+    def _on_scan(self, message: LaserScanMsg) -> None:
+        """Go on with the legs of those whom the camera does not see."""
+        if not self._tracker.running or self._known is None:
+            return
+        params, buffer = self._params, self._tf.buffer
+        try:
+            scan = self.timed(scan_from_ros(message))
+            laser_in_base = buffer.lookup(params.base_frame, scan.frame_id, scan.stamp)
+            robot = buffer.lookup_pose(params.odom_frame, params.base_frame, scan.stamp)
+            odom = buffer.lookup_pose(params.map_frame, params.odom_frame, scan.stamp)
+        except TransformUnavailable:
+            return  # it overtook the pose of the robot; the next one comes soon
+        except FlorenceError as error:
+            self._warn(f"a scan is left out: {error}")
+            return
+        laser = Transform3.from_pose2(robot) @ laser_in_base
+        for user in self._tracker.saw_scan(scan.stamp, self._known.unmapped_ends(scan, laser, odom), robot):
+            self._send_frame(user.moved_by(odom), scan.stamp)
+
     def _ask_second_source(self, colour: ColourImage, stamp: float) -> None:
         """Have the candidates of a picture looked at beside the depth pictures that follow."""
         if self._verifier is None or self._answer is not None:
@@ -330,9 +353,10 @@ class UserTrackerNode(FlorenceNode):
         seen = self._tracker.in_view
         for user in present:
             if user.user_id in seen:
-                self._frames.send(
-                    self._params.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y)
-                )
+                self._send_frame(user, stamp)
+
+    def _send_frame(self, user: TrackedUser, stamp: float) -> None:
+        self._frames.send(self._params.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y))
 
     # ---- looks ----------------------------------------------------------------------------------------
 

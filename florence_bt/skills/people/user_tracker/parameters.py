@@ -84,6 +84,7 @@ class TrackerParameters(CheckedParameters):
             somebody else. Three standard deviations of a detection.
         acceleration: How much a person changes its speed, standard deviation, m/s^2.
         position_sigma: Standard deviation of a detection, metres.
+        legs_sigma: Standard deviation of legs in a scan from the middle of the person, metres.
         sure: A detection of less confidence may be nobody.
         colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
             colours against positions in the assignment.
@@ -123,6 +124,7 @@ class TrackerParameters(CheckedParameters):
     gate_margin: Positive = 0.2
     acceleration: Positive = 1.5
     position_sigma: Positive = 0.07
+    legs_sigma: Positive = 0.1
     sure: Annotated[float, Limits(0.0, 1.0)] = 0.85
     colour_sigma: Positive = 0.2
     coast_s: Positive = 0.8

@@ -5,147 +5,25 @@ from __future__ import annotations
 import itertools
 import math
 import statistics
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from florence_bt.core.sensing import Posture, TrackedUser
-from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
-from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import TrackedUser
+from florence_bt.skills.people.user_tracker.appearance import distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Verdict
 from florence_bt.skills.people.user_tracker.identity import Gallery
-from florence_bt.skills.people.user_tracker.lying_body import LyingBodies, LyingBody
+from florence_bt.skills.people.user_tracker.leg_tracker import LegTracker
+from florence_bt.skills.people.user_tracker.lying_body import LyingBodies
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 from florence_bt.skills.people.user_tracker.rejected_places import CameraView, RejectedPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict, reach
-
-LOST_DISTANCE = 0.0
-"""Distance that is published for a lost person, below the range of the Kinect (document, section 4.2.3)."""
-
-
-class _Track:
-    """One person, or what may become one.
-
-    Args:
-        detection: How it was seen first.
-        now: When, seconds.
-        params: How people are followed.
-        number: Of the track.
-        waits_s: It waits this long for the verifier, seconds.
-        resting: Where people lie.
-    """
-
-    def __init__(
-        self,
-        detection: Detection,
-        now: float,
-        params: TrackerParameters,
-        number: int,
-        waits_s: float,
-        resting: LyingBodies,
-    ) -> None:
-        self._params = params
-        self.number = number
-        self.verdicts = self._rejections = 0
-        self._agreed = False
-        self._wait_until = now + waits_s
-        self.filter = self._filter_at(detection)
-        self.hits: deque[bool] = deque([True], maxlen=params.confirm_window)
-        self.device_id = 0
-        self.user_id = 0
-        self.has_colours = False
-        self.distance = detection.distance
-        self.histogram: Histogram | None = detection.histogram
-        self.looks = deque([detection], maxlen=params.posture_window)
-        self._resting = resting
-        self._lies_at: LyingBody | None = None
-        self._lie(detection)
-        self.seen = self.predicted = now
-        self.lost = False
-        self._first = now, detection
-
-    def predict(self, now: float, coast_s: float) -> None:
-        """Move on to a moment; a lost person stays where it was."""
-        if not self.lost and now - self.seen > coast_s:
-            self.lost = True
-            self.filter.halt()
-        if not self.lost:
-            self.filter.predict(max(0.0, now - self.predicted))
-        self.predicted = now
-
-    def take(self, detection: Detection, now: float) -> None:
-        """Take over where the person was seen."""
-        if self.lost:
-            self.filter = self._filter_at(detection)
-        self.filter.update(np.array([detection.x, detection.y]), self._params.position_sigma)
-        self.hits.append(True)
-        self.looks.append(detection)
-        self._lie(detection)
-        self.distance, self.seen, self.lost = detection.distance, now, False
-        if detection.histogram is not None:
-            old = self.histogram
-            self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
-
-    def _lie(self, detection: Detection) -> None:
-        if detection.posture == "lying":
-            self._lies_at = self._resting.near(detection)
-            self._lies_at.take(detection)
-
-    def take_verdict(self, verdict: Verdict, now: float) -> None:
-        """Take what the verifier says; once a person, always a person."""
-        self.verdicts += 1
-        self._agreed = self._agreed or verdict is Verdict.PERSON
-        self._rejections += verdict is Verdict.NOBODY
-        self._wait_until = now + (self._params.verdict_s if verdict is Verdict.NOBODY else 0.0)
-
-    @property
-    def denied(self) -> bool:
-        """Whether the verifier has looked often enough and never seen a person, nor has it walked."""
-        return not self._agreed and self._rejections >= self._params.rejections and not self.has_walked
-
-    def is_a_person(self, now: float) -> bool:
-        """Tell whether it was seen often enough, and the verifier is not against it."""
-        hits = sum(self.hits)
-        if self._agreed:
-            return hits >= self._params.agreed_hits
-        may_be = self.has_walked or (now >= self._wait_until and not self.denied)
-        return hits >= self._params.confirm_hits and may_be
-
-    @property
-    def has_walked(self) -> bool:
-        """Whether it has gone so far that it is no thing."""
-        first = self._first[1]
-        return math.dist((first.x, first.y), self.filter.state[:2]) >= self._params.walked
-
-    def _filter_at(self, detection: Detection) -> ConstantVelocity:
-        position = np.array([detection.x, detection.y])
-        return ConstantVelocity(position, self._params.position_sigma, self._params.acceleration)
-
-    def as_user(self) -> TrackedUser:
-        """Return what is published of it."""
-        x, y, vx, vy = (float(value) for value in self.filter.state)
-        distance = LOST_DISTANCE if self.lost else self.distance
-        posture = self._posture()
-        if posture == "lying" and self._lies_at is not None and self._lies_at.place is not None:
-            (x, y), vx, vy = self._lies_at.place, 0.0, 0.0
-        height = statistics.median([each.height for each in self.looks if each.height] or [0.0])
-        sure = self.looks[-1].confidence
-        return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy, sure)
-
-    def _posture(self) -> Posture:
-        """Return the posture that most of the last looks tell."""
-        told = [each.posture for each in self.looks if each.posture != "unknown"]
-        return statistics.mode(told) if told else "unknown"
-
-    @property
-    def came(self) -> Sighting:
-        """Where and when it was seen first, with what is known by now."""
-        time, detection = self._first
-        return Sighting(time, replace(self.as_user(), x=detection.x, y=detection.y))
+from florence_bt.skills.people.user_tracker.track import LOST_DISTANCE, Track
 
 
 class UserTracker:
@@ -173,7 +51,8 @@ class UserTracker:
         self._gallery = Gallery(self._params)
         self._rejected = RejectedPlaces(self._params)
         self._resting = LyingBodies()
-        self._tracks: list[_Track] = []
+        self._tracks: list[Track] = []
+        self._legs = LegTracker()
         self._next_device_id = 1
         self._last = -math.inf
         self.running = False
@@ -190,6 +69,7 @@ class UserTracker:
         """Forget everybody who is tracked. Harmless when stopped already."""
         self.running = False
         self._tracks = []
+        self._legs = LegTracker()
         self._next_device_id = 1
 
     def update(
@@ -210,7 +90,7 @@ class UserTracker:
             return ()
         self._last = now
         for track in self._tracks:
-            track.predict(now, self._params.coast_s)
+            track.predict(now)
         credible = _credible(detections, self._params.sure)
         pairs = self._assign(credible)
         for track, detection in pairs:
@@ -221,7 +101,7 @@ class UserTracker:
             if id(track) not in matched_tracks:
                 track.hits.append(False)
         self._tracks += [
-            _Track(each, now, self._params, next(self._numbers), self._waits_s, self._resting)
+            Track(each, now, self._params, next(self._numbers), self._waits_s, self._resting)
             for each in credible
             if id(each) not in matched_detections
         ]
@@ -230,6 +110,22 @@ class UserTracker:
             self._rejected.looked(now, view, detections)
         self._identify(now)
         return tuple(track.as_user() for track in self._confirmed())
+
+    def saw_scan(self, now: float, unmapped: NDArray[np.float64], robot: Pose2) -> tuple[TrackedUser, ...]:
+        """Go on with the legs of those whom the camera does not see at the moment.
+
+        Args:
+            now: The time of the scan, seconds.
+            unmapped: Where beams end at nothing of the map, in the order of the scan, shape (n, 2), metres,
+                in the frame of the tracker.
+            robot: The robot in that frame.
+
+        Returns:
+            Those whose legs were seen, with the distance 0 when the camera has lost them.
+        """
+        if not self.running:
+            return ()
+        return tuple(track.as_user() for track in self._legs.saw(now, unmapped, robot, self._confirmed()))
 
     @property
     def undecided(self) -> bool:
@@ -265,33 +161,33 @@ class UserTracker:
             if track.number == number:
                 track.take_verdict(verdict, now)
 
-    def _unconfirmed(self) -> list[_Track]:
+    def _unconfirmed(self) -> list[Track]:
         """Return those in the last image who are not confirmed."""
         return [track for track in self._tracks if not track.device_id and track.hits[-1]]
 
-    def _confirmed(self) -> list[_Track]:
+    def _confirmed(self) -> list[Track]:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
 
-    def _assign(self, detections: Sequence[Detection]) -> list[tuple[_Track, Detection]]:
+    def _assign(self, detections: Sequence[Detection]) -> list[tuple[Track, Detection]]:
         """Pair tracks and detections: first those who are followed, then those who were lost."""
-        followed = [track for track in self._tracks if not track.lost]
-        lost = [track for track in self._tracks if track.lost]
+        followed = [track for track in self._tracks if track.followed]
+        lost = [track for track in self._tracks if not track.followed]
         pairs = _cheapest(followed, detections, self._following_cost)
         taken = {id(detection) for _, detection in pairs}
         left = [each for each in detections if id(each) not in taken]
         return pairs + _cheapest(lost, left, self._return_cost)
 
-    def _following_cost(self, track: _Track, detection: Detection) -> float:
+    def _following_cost(self, track: Track, detection: Detection) -> float:
         """Return twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
-        position, seen = np.array([detection.x, detection.y]), track.looks[-1]
+        position = np.array([detection.x, detection.y])
         distance = track.filter.mahalanobis_squared(position, self._params.position_sigma)
-        away = math.dist(position, (seen.x, seen.y))
-        if distance > self._params.gate or away > reach(track.predicted - track.seen, self._params):
+        away = math.dist(position, track.place)
+        if distance > self._params.gate or away > reach(track.predicted - track.noticed, self._params):
             return math.inf
         spread = math.log(np.linalg.det(track.filter.innovation_covariance(self._params.position_sigma)))
         return distance + spread + self._colour_cost(track, detection)
 
-    def _return_cost(self, track: _Track, detection: Detection) -> float:
+    def _return_cost(self, track: Track, detection: Detection) -> float:
         """Return the cost for somebody seen again where they were seen last, or expected; else infinite."""
         user = replace(track.as_user(), distance=track.distance)
         seen = track.looks[-1]
@@ -300,16 +196,16 @@ class UserTracker:
             return math.inf
         return (away / self._params.return_margin) ** 2 + self._colour_cost(track, detection)
 
-    def _colour_cost(self, track: _Track, detection: Detection) -> float:
+    def _colour_cost(self, track: Track, detection: Detection) -> float:
         """Return the squared distance of the colours in standard deviations; 1 when it is not known."""
         apart = distance_if_known(track.histogram, detection.histogram)
         if apart is None:
             return 1.0
         return math.inf if apart >= self._params.differ_distance else (apart / self._params.colour_sigma) ** 2
 
-    def _is_kept(self, track: _Track, now: float) -> bool:
+    def _is_kept(self, track: Track, now: float) -> bool:
         if track.device_id:
-            return now - track.seen <= self._params.forget_s
+            return now - track.noticed <= self._params.forget_s
         missed = len(track.hits) - sum(track.hits)
         return missed <= self._params.confirm_window - self._params.confirm_hits
 
@@ -342,12 +238,12 @@ class UserTracker:
         """Return the persistent ids of those who are in the last image."""
         return [track.user_id for track in self._tracks if track.device_id and track.seen == now]
 
-    def _may_be_new(self, track: _Track) -> bool:
+    def _may_be_new(self, track: Track) -> bool:
         """Tell whether a track without an id shows a person for sure."""
         sure = any(each.confidence >= self._params.sure for each in track.looks)
         return sure and not track.device_id and not track.denied
 
-    def _is_rejected(self, track: _Track) -> bool:
+    def _is_rejected(self, track: Track) -> bool:
         """Tell whether something else is known to stand where it was seen last."""
         sure = statistics.fmean(look.confidence for look in track.looks)
         return not track.has_walked and self._rejected.rejects(track.looks[-1], sure)
@@ -378,10 +274,10 @@ def _credible(detections: Sequence[Detection], sure: float) -> list[Detection]:
 
 
 def _cheapest(
-    tracks: Sequence[_Track],
+    tracks: Sequence[Track],
     detections: Sequence[Detection],
-    cost_of: Callable[[_Track, Detection], float],
-) -> list[tuple[_Track, Detection]]:
+    cost_of: Callable[[Track, Detection], float],
+) -> list[tuple[Track, Detection]]:
     """Return as many pairs as there can be, with the smallest sum of costs; none of infinite cost."""
     if not tracks or not detections:
         return []

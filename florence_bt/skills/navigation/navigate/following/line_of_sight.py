@@ -10,9 +10,10 @@ from florence_bt.core.geometry import Point2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import moved_points
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M
 from florence_bt.skills.navigation.navigate.state import RobotState
 
+PERSON_M = 0.6
+"""What the sensors have marked so near to the person is the person."""
 OWN_PLACE_M = 0.2
 """A line is looked at from here on; the robot itself stands on what lies before."""
 _STEP_M = 0.05

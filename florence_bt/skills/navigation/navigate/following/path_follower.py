@@ -11,8 +11,8 @@ from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Controller
+from florence_bt.skills.navigation.navigate.following.line_of_sight import PERSON_M
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.state import RobotState

@@ -13,10 +13,11 @@ from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
 
+_MINDED_S = 6.0
+"""The robot keeps off the place of a person who was not seen for so long. Chosen."""
 _STUCK_S = 1.0
 """When no wanted motion is free for so long, the robot backs out a little."""
 
@@ -76,7 +77,7 @@ class PersonGoal(ABC):
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
         """Keep the robot from driving towards somebody who is this near."""
-        if not self._task.track.is_seen(state.now, LEGS_ALONE_S):
+        if not self._task.track.is_seen(state.now, _MINDED_S):
             return command
         return keep_off(state.pose, self._task.track.at(state.now), command)
 

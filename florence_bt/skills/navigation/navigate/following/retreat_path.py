@@ -88,4 +88,7 @@ class RetreatPath:
     def _is_somebody_behind(self, state: RobotState) -> bool:
         """Tell whether somebody else was behind the robot a moment ago, where it is blind."""
         behind = state.pose.apply(-_BEHIND_M, 0.0)
-        return any(math.dist(place, behind) <= _CLOSE_BEHIND_M for _, place in self._task.track.others)
+        return any(
+            math.dist(place, behind) <= _CLOSE_BEHIND_M
+            for place in self._task.people.others(self._task.goal.user_id, state.now)
+        )

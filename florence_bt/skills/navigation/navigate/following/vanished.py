@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.geometry import Point2
-from florence_bt.skills.navigation.navigate.following.line_of_sight import is_in_sight
+from florence_bt.skills.navigation.navigate.following.line_of_sight import PERSON_M, is_in_sight
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.following.track import PERSON_M, is_in_picture
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
 from florence_bt.skills.navigation.navigate.state import RobotState
 from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
@@ -19,6 +18,8 @@ _NO_NEARER_S, _NEARER_M = 5.0, 0.1
 _ARRIVED_M = 0.4
 """It is there when it is so near to the place."""
 _FACING_RAD = 0.3
+_VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
+"""Somebody no further beside the middle of the camera's picture, and so far away, is seen whole."""
 
 
 class Vanished:
@@ -71,5 +72,5 @@ class Vanished:
     def _is_there(self, state: RobotState, place: Point2) -> bool:
         """Tell whether the robot is where they vanished, or would see them there: they have walked on."""
         away = math.dist(place, (state.pose.x, state.pose.y))
-        in_picture = is_in_picture(state.pose, place)
+        in_picture = abs(state.pose.bearing_to(*place)) < _VIEW_RAD and _VIEW_M[0] < away < _VIEW_M[1]
         return away <= _ARRIVED_M or (in_picture and is_in_sight(self._task, state, place))

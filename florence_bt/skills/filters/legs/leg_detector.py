@@ -1,4 +1,4 @@
-"""Legs in a laser scan: where somebody goes on who left the camera's view."""
+"""What may be legs in a laser scan."""
 
 from __future__ import annotations
 
@@ -7,13 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from florence_bt.core.geometry import Point2, Pose2
-from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
-from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
-from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
-from florence_bt.skills.navigation.navigate.state import Costmaps
 
 REACH_M = 0.4
 """Legs are this near to where they are expected (REFERENCE 12.7)."""
@@ -24,38 +19,6 @@ _LEG_RADIUS_M = 0.06
 """The laser sees the front of the legs; the middle of the person is this much behind it. Chosen."""
 _GAP_M = 0.15
 """Points of a scan that are further apart belong to different things."""
-_MAP_MARGIN_CELLS = 2
-LEGS_ALONE_S = 6.0
-"""Legs alone are gone on with for no longer than this since the camera saw the person."""
-
-
-class MapDifference:
-    """Tells what the laser sees and the map does not know.
-
-    Args:
-        costmaps: What the map knows.
-
-    Source:
-        REFERENCE 12.7; document, section 4.3.
-    """
-
-    def __init__(self, costmaps: Costmaps) -> None:
-        self._costmap: Costmap = costmaps.global_costmap
-        known = binary_dilation(costmaps.static == LETHAL, iterations=_MAP_MARGIN_CELLS)
-        self._known = known.astype(np.uint8)
-
-    def unknown(self, points: NDArray[np.float64], map_from_odom: Pose2) -> NDArray[np.float64]:
-        """Return the points that belong to nothing on the map.
-
-        Args:
-            points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
-            map_from_odom: The place of the odometry frame in the map.
-        """
-        return points[~self.is_known(moved_points(points, map_from_odom))]
-
-    def is_known(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which points (map frame) belong to something on the map or lie outside it; shape (n,)."""
-        return self._costmap.costs_at(points, self._known) > 0
 
 
 def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, float]) -> Point2 | None:
@@ -73,27 +36,6 @@ def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, 
     away = max(float(np.hypot(x - robot.x, y - robot.y)), _LEG_RADIUS_M)
     behind = 1.0 + _LEG_RADIUS_M / away
     return float(robot.x + (x - robot.x) * behind), float(robot.y + (y - robot.y) * behind)
-
-
-def go_on_with_legs(
-    target: MovingTarget, stamp: float, points: NDArray[np.float64], robot: Pose2, coast: float
-) -> None:
-    """Take the legs of somebody whom the camera has seen, and does not see any more.
-
-    Args:
-        target: The person; unchanged when no legs are where they should be.
-        stamp: Of the scan, seconds.
-        points: What the map does not know, shape (n, 2), odometry frame, metres.
-        robot: The robot in that frame at that time.
-        coast: After so many seconds without a sight the person may be anywhere.
-    """
-    if target.seen is None or target.recognised is None or stamp - target.recognised < CAMERA_GAP_S:
-        return
-    if stamp - target.recognised > LEGS_ALONE_S or stamp - target.seen > coast:
-        return
-    legs = legs_near(points, robot, target.at(stamp, coast))
-    if legs is not None:
-        target.saw(stamp, *legs)
 
 
 def all_legs(points: NDArray[np.float64]) -> list[Point2]:

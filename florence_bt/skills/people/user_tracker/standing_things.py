@@ -1,8 +1,9 @@
-"""What stands around and is not the person who is followed."""
+"""What stands around and is none of the people who are tracked."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Point2
 
 _APART_M, _STANDS_M, _STOOD_S, _KEPT_S = 0.6, 0.15, 1.0, 60.0
-"""Something so far from the person that stays at its place for so long is a thing; for how long it is one."""
+"""Something so far from everybody that stays at its place for so long is a thing; for how long it is one."""
 _THING_M = 0.2
 """Points so near to the middle of a thing are of the thing."""
 
@@ -24,16 +25,16 @@ class _Thing:
 
 
 class StandingThings:
-    """Remembers what stood somewhere while the person was seen somewhere else: it is not they."""
+    """Remembers what stood somewhere while the people were seen somewhere else: it is none of them."""
 
     def __init__(self) -> None:
         self._things: list[_Thing] = []
 
-    def saw(self, now: float, legs: list[Point2], person: Point2) -> None:
-        """Note that something like legs is at these places, and the person at another one, metres."""
+    def saw(self, now: float, legs: Sequence[Point2], people: Sequence[Point2]) -> None:
+        """Note that something like legs is at these places, and people at these, metres."""
         self._things = [thing for thing in self._things if now - thing.last < _KEPT_S]
         for place in legs:
-            if math.dist(place, person) < _APART_M:
+            if any(math.dist(place, person) < _APART_M for person in people):
                 continue
             near = [thing for thing in self._things if math.dist(thing.place, place) < _STANDS_M]
             if near:
