@@ -19,7 +19,7 @@ from tests.unit.behaviours.ticking.random_missions import DECLARATIONS, SUB, Aut
 from tests.unit.runtime.recovery_bench import Late
 from tests.unit.runtime.test_recovery_random import process
 
-SEEDS = (62, 96, 116, 118, 140, 150, 163, 168, 171, 217, 292)
+SEEDS = (62, 96, 116, 118, 140, 150, 163, 168, 217, 292, 327)
 """Runs that have asked at least twice when they die."""
 GUARDED = """mission: m
 on_restart: resume
