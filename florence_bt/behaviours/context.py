@@ -227,10 +227,12 @@ class TreeContext:
             entry.deadline = self.clock.call_at(when, lambda: _on_deadline(entry))
 
     def _on_change(self, entry: OpenRun) -> None:
+        if entry.left:
+            # No node looks at it any more; who waits for what it holds is called.
+            self.poll(entry)
+            return
         if entry.suspended:
             self._look_at_suspended(entry)
-        elif entry.left:
-            self.poll(entry)
         entry.wake()
 
     def _look_at_suspended(self, entry: OpenRun) -> None:

@@ -402,8 +402,8 @@ class TreeRun:
             outputs=dict(result.outputs),
             **({"paused": True} if paused else {}),
         )
-        if self._held is None or self.run.status is RunStatus.ENDING:
-            # Of a skill that nobody waits for any more, too: its end lets another one have the robot.
+        if self.run.status is RunStatus.ENDING:
+            # The run is over with the end of its last skill.
             self._environment.wake()
 
 

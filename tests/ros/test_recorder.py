@@ -240,6 +240,16 @@ def test_foxglove_sees_what_it_asks_for_and_cameras_rest_otherwise(ros: Any, tmp
     ros.spin_until(lambda: not robot.picture.get_subscription_count(), what="the camera at rest")
 
 
+def test_a_viewer_who_leaves_while_the_recorder_closes_breaks_nothing(ros: Any, tmp_path: Path) -> None:
+    robot = ros.add(Robot())
+    recorder = record(ros, robot, tmp_path, foxglove_port=free_port())
+    recorder.add_viewers("/camera", 1)
+    ros.spin_until(lambda: robot.picture.get_subscription_count())
+    recorder.shut_down()
+    recorder.call_soon(lambda: recorder.add_viewers("/camera", -1))
+    ros.spin_until(lambda: not robot.picture.get_subscription_count())
+
+
 def test_what_is_only_looked_at_is_not_in_the_files(ros: Any, tmp_path: Path) -> None:
     robot = ros.add(Robot())
     recorder = record(ros, robot, tmp_path)

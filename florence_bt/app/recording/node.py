@@ -121,7 +121,8 @@ class RecorderNode(FlorenceNode):
             raise ConfigError("nothing to record for", valid=["folder", "foxglove_port"])
         self._logged = foxglove.Context()
         self._intake = Intake(INTAKE, self.context)
-        self.on_close(self._intake.close)
+        # A viewer's leave may come after the close, from a thread of the server.
+        self.on_destroy(self._intake.close)
         self._topics: dict[str, _Topic] = {}
         self._refused: set[str] = set()
         self._looks = 0

@@ -99,18 +99,16 @@ class Where:
         subscribe(GoalStatusArray, _THROUGHS, self._throughs.take, LATCHED)
         subscribe(Bool, MANUAL_OVERRIDE, self._override.take, LATCHED)
 
-    def wait(self) -> None:
-        """Wait a little for what is published now and then."""
-        regular = (self._battery, self._localiser)
-        patience_s = self._client.patience(WAIT_S)
-        self._client.spin_until(lambda: all(each.message is not None for each in regular), patience_s)
+    def find(self) -> bool:
+        """Wait for a system, then a little for what it publishes now and then; tell whether it is there."""
+        client, regular = self._client, (self._battery, self._localiser)
+        there = client.wait_for(lambda: client.sees(LOCATOR) or client.sees(MISSION_SERVER))
+        if there:
+            client.spin_until(lambda: all(each.message is not None for each in regular), WAIT_S)
+        return there
 
     def facts(self) -> dict[str, Fact]:
-        """Return everything: a word for what it is -> what is known of it.
-
-        Raises:
-            SystemNotThere: Neither a locator nor a mission server is there.
-        """
+        """Return everything: a word for what it is -> what is known of it."""
         return {
             "robot": self._robot(),
             "certainty": self._certainty(),
@@ -252,8 +250,7 @@ def show_where(console: Console, *, watch: bool, json_lines: bool) -> None:
     """
     with MissionClient("florence_where") as client:
         where = Where(client)
-        where.wait()
-        if not client.sees(LOCATOR) and not client.sees(MISSION_SERVER):
+        if not where.find():
             raise SystemNotThere("no system was found; is it up? Start it with: florence up --sim")
         _show(
             where,

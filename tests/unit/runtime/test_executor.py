@@ -270,6 +270,16 @@ def test_a_loop_that_takes_time_never_spins(either_bench):
     assert run.status is RunStatus.SUCCEEDED
 
 
+@pytest.mark.parametrize("cancel_takes", [0.0, 0.01])
+def test_the_end_of_a_cancelled_skill_starts_it_no_more(either_bench, cancel_takes):
+    either_bench.script_work(Step(None, cancel_takes=cancel_takes))
+    guarded = "{parallel: [{condition: $x > 1}, {work: }]}"
+    choice = f"{{selector: [{guarded}, {{wait: 8 s}}], memory: false}}"
+    run = either_bench.run_text(f"tree: {{sequence: [{{set: {{x: 1}}}}, {choice}]}}")
+    assert run.status is RunStatus.SUCCEEDED
+    assert len(either_bench.work.runs) <= 3  # when the selector begins, and at the end of its wait
+
+
 def test_a_skill_that_raises_fails_the_run_and_not_the_executor(bench):
     class Broken:
         def start(self, inputs):
