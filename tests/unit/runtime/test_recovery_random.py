@@ -17,11 +17,10 @@ from florence_bt.runtime.run import MissionRequest, RunIds
 from tests.scripted_skill import ScriptedSkill
 from tests.unit.behaviours.ticking.random_missions import DECLARATIONS, SUB, Author
 
-SEEDS = (
-    *(38, 131, 156, 167, 262, 337, 361, 393, 399),
-    *(480, 484, 507, 521, 561, 572, 577, 604, 669, 673, 1018),
-)
-"""Runs that die with a clean-up beside the tree, or soon after a skill was cancelled."""
+BESIDE = (20, 38, 156, 167, 262, 337, 393, 399, 484, 604, 669, 673)
+"""Runs that die while a clean-up goes on beside the tree."""
+STOPPING = (1, 43, 102, 131, 138, 450, 572, 577, 608, 700)
+"""Runs that die while a skill that was cancelled has not ended."""
 
 
 def process(folder, seed, *, start, name):
@@ -67,7 +66,7 @@ def die_and_take_up(folder, seed, text):
     return True
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", BESIDE + STOPPING)
 def test_a_random_run_is_taken_up(tmp_path, seed):
     assert die_and_take_up(tmp_path, seed, Author(seed).file()), "it would show nothing"
 
