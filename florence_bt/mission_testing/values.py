@@ -14,6 +14,8 @@ from florence_bt.trees.language.quantities import example_of, guess_value, out_o
 
 _POSE_PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
 _PAIR = re.compile(r"\s*(\w+)\s*[:=]\s*(.+?)\s*")
+_BRACKETED = re.compile(r"\([^()]*\)|\{[^{}]*\}")
+_POSES = re.compile(rf"\[\s*(?:(?:{_BRACKETED.pattern})\s*(?:,\s*|(?=\])))*\]")
 
 
 def read_duration(value: Any, what: str = "a duration") -> float:
@@ -60,6 +62,8 @@ def read_kind(value: Any, kind: Kind) -> Any:
         return read_pose(value)
     if kind.item is not None and isinstance(value, Sequence) and not isinstance(value, str):
         return tuple(read_kind(item, kind.item) for item in value)
+    if kind.item is Kind.POSE and isinstance(value, str) and _POSES.fullmatch(value.strip()):
+        return tuple(read_pose(item) for item in _BRACKETED.findall(value))
     if isinstance(value, str):
         return read_value(value, kind)
     whole = isinstance(value, int) and not isinstance(value, bool)

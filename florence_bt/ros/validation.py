@@ -418,7 +418,7 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/UserSeen": _all(_names("room", "source"), _moment("since"), _moment("stamp")),
     "florence_interfaces/Zones": _zones,
     "florence_interfaces/GetHotspot_Request": _names("label"),
-    "florence_interfaces/GetView_Request": _names("room"),
+    "florence_interfaces/GetViews_Request": _names("room"),
     "florence_interfaces/GotoRoom_Request": _names("room"),
     "florence_interfaces/GotoXYPhi_Request": _PLANAR,
     "florence_interfaces/PlaySong_Request": _song,

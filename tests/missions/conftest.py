@@ -18,9 +18,7 @@ def robot(florence):
     """A robot on which everything succeeds; it is elsewhere, and the user is seen at the first look."""
     florence.defaults(
         get_user_room="SUCCESS (room=kitchen)",
-        get_view=lambda inputs: (
-            "SUCCESS (pose=(4 m, 5 m, 30 deg))" if inputs["number"] == 1 else "FAILURE no_more_views"
-        ),
+        get_views="SUCCESS (poses=[(4 m, 5 m, 30 deg)])",
         get_hotspot="SUCCESS (pose=(4 m, 5 m, 30 deg))",
         navigate_to="accepted after 100 ms, cancel takes 500 ms, running 10 s, then SUCCESS",
         turn="accepted after 100 ms, cancel takes 200 ms, running 2 s, then SUCCESS",

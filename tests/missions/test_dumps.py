@@ -28,11 +28,11 @@ def test_a_running_mission_shows_the_way_to_what_runs_what_was_done_and_what_is_
     robot.run_until(lambda: len(play.calls("look_for_user")) == 3)
     running = names_with(">", play.tree)
     assert running[0] == "goto_user" and running[-1] == "look for user"
-    way = ["try one place after the other", "find the user", "look round", "run detect_user"]
+    way = ["try one place after the other", "find the user", "look round", "search in a circle"]
     assert [name for name in running if name in way] == way
     assert "attempt 2 of 8; the last one failed: nobody" in play.tree, "the second of eight looks"
-    assert {"get user room", "get view", "go there", "set places_done"} <= set(names_with("+", play.tree))
-    assert "set places_done -- places_done = 1" in play.tree, "what was set"
+    assert {"get user room", "get views", "go there", "set how_many"} <= set(names_with("+", play.tree))
+    assert "set how_many -- how_many = 1" in play.tree, "what was set"
     assert "watch out on the way" in names_with("x", play.tree)
     assert {"set met", "run meet_user"} <= set(names_with(" ", play.tree))
 
@@ -56,16 +56,15 @@ def test_a_search_from_nearby_that_is_not_needed(robot):
 def test_a_failed_mission_tells_its_reason_first(robot):
     robot.mock("look_for_user", "running 5 s, then FAILURE no_user_seen")
     reason = "nobody was met in the kitchen: the robot got to 1 of 1 places to look from"
-    play = robot.run("goto_user").assert_failed("no_more_views", reason=reason)
+    play = robot.run("goto_user").assert_failed("nobody_met", reason=reason)
     assert play.tree.count(reason) == 1
     assert play.tree.splitlines()[0] == "[x] goto_user (sequence)"
-    assert play.leaf.startswith("goto_user/")
-    assert play.leaf.endswith("get_view")
+    assert play.leaf == "goto_user/try one place after the other"
 
 
 SKILLS = (
     "get_user_room",
-    "get_view",
+    "get_views",
     "navigate_to",
     "stop_tracker",
     "turn",
@@ -88,7 +87,7 @@ def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill
     play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
     assert play.leaf.endswith(skill)
     tracker = [name for name in play.order if name in ("start_tracker", "stop_tracker")]
-    searched = skill not in ("get_user_room", "get_view")
+    searched = skill not in ("get_user_room", "get_views")
     assert tracker[-1:] == (["stop_tracker"] if searched else [])
     assert all(call.ended is not None for call in play.calls())
 

@@ -12,7 +12,7 @@ from florence_bt.trees.language.loader import BUILT_IN
 FOLDER = Path(__file__).parents[2] / "scenarios"
 NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
 ROUND_SEARCH = """with: {window: $window, looks: $looks, step: "${360 deg / $looks}"}
-                    out: {user: user, distance: distance, user_id: user_id}
+                out: {user: user, distance: distance, user_id: user_id}
 """
 LOOK_AGAIN = 'x: "${distance($back, $user)}"'
 STORE = """          - succeed:
@@ -120,24 +120,16 @@ MUTANTS = [
     ("approach_user", "timeout: $limit", "timeout: 120 s", "approach_user took "),
     (
         "goto_user",
-        "{room: $room, number",
-        "{room: kitchen, number",
-        "'get_view' with room=hall, number=1",
+        "get_views: {room: $room}",
+        "get_views: {room: kitchen}",
+        "'get_views' with room=hall",
         "the room is the one where the user was last",
     ),
     (
         "goto_user",
-        'number: "${$places_done + 1}"',
-        "number: 1",
-        "was not called",
-        "what the hotspot does not show is looked at from another place",
-    ),
-    (
-        "goto_user",
-        '                  - set: {places_done: "${$places_done + 1}"}\n',
-        "",
-        "was not called",
-        "what the hotspot does not show is looked at from another place",
+        "      until: success\n      # Another",
+        "      # Another",
+        "goto_user cannot end with the code 'nobody_met'",
     ),
     (
         "goto_user",
@@ -155,10 +147,10 @@ MUTANTS = [
     ),
     (
         "goto_user",
-        "retry: 8",
-        "retry: 7",
-        "'get_view' with room=kitchen was started 7 times",
-        "the robot does not try more than eight places",
+        "retry: 2",
+        "retry: 3",
+        "'meet_user' was started 6 times",
+        "after timed_out of the approach the user is looked for from another place",
     ),
     ("goto_user", "                until:\n", "                finally:\n", "goto_user "),
     ("go_near", "trial: 4, safe", "trial: 1, safe", "'propose_approach_pose' with user=(x 4.00 m"),
@@ -171,7 +163,7 @@ MUTANTS = [
         "goto_user",
         "[unreachable, not_found,",
         "[not_found,",
-        "not 'no_more_views'",
+        "not 'nobody_met'",
         "after collision_ahead of a turn it looks from another place",
     ),
     (
@@ -185,7 +177,7 @@ MUTANTS = [
         "goto_user",
         "not_found, user_moved_on]",
         "not_found]",
-        "'user_moved_on', not 'no_more_views'",
+        "'user_moved_on', not 'nobody_met'",
         "after user_moved_on of the approach the user is looked for from another place",
     ),
     (
@@ -199,7 +191,7 @@ MUTANTS = [
         "goto_user",
         ROUND_SEARCH,
         ROUND_SEARCH.replace(", looks: $looks", ""),
-        "'get_view' was started",
+        "'navigate_to' was started once",
         "the inputs reach the called missions",
     ),
     (

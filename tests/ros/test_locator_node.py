@@ -18,7 +18,7 @@ from florence_interfaces.srv import (
     GetHotspot,
     GetRoom,
     GetStatus,
-    GetView,
+    GetViews,
     GetXYPhi,
     GotoRoom,
     GotoXYPhi,
@@ -36,7 +36,7 @@ from std_srvs.srv import Trigger
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.ros.answers import Deferred
-from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros
+from florence_bt.ros.conversions import grid_to_ros, pose_from_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
@@ -201,10 +201,10 @@ def test_hotspots_are_read_and_saved(bench: Bench) -> None:
     assert (kitchen.x, kitchen.y, kitchen.phi, kitchen.valid) == (1.0, 1.0, 1.5, True)
     unknown = bench.call(GetHotspot, "getHotspot", label="bed room")
     assert not unknown.valid and "bedroom" in unknown.message
-    view = bench.call(GetView, "getView", room="kitchen", number=1)
-    assert (view.x, view.y, view.phi, view.valid) == (1.0, 1.0, 1.5, True)
-    attic = bench.call(GetView, "getView", room="attic", number=1)
-    assert not attic.valid and "kitchen" in attic.message
+    views = bench.call(GetViews, "getViews", room="kitchen")
+    assert views.valid and pose_from_ros(views.poses[0]) == pytest.approx(Pose2(1.0, 1.0, 1.5))
+    attic = bench.call(GetViews, "getViews", room="attic")
+    assert not attic.valid and not attic.poses and "kitchen" in attic.message
     saved = bench.call(SetHotspot, "setHotspot", label="study", x=3.0, y=4.0, phi=0.5)
     assert saved.success and str(bench.file) in saved.message
     assert load_hotspots(bench.file).get("study") is not None

@@ -75,7 +75,7 @@ def test_a_person_elsewhere_than_believed_is_looked_for_all_round_and_the_robot_
     rig = make_rig(seed=4, person="bathroom", user_room="living_room")
     run = rig.run("goto_user")
     assert run.status is RunStatus.FAILED
-    assert run.code == "no_more_views"
+    assert run.code == "nobody_met"
     assert run.reason == "nobody was met in the living_room: the robot got to 2 of 2 places to look from"
     rig.clock.advance(1.5)
     assert speed(rig) == pytest.approx(0.0, abs=1e-4)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from florence_bt.core.errors import closest_first
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Pose2, yaw_of_quaternion
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ServiceBinding
 from florence_bt.core.skill import Inputs
@@ -17,6 +17,13 @@ USER_UNKNOWN = "nobody has said yet where the user is (setUserPosRoom or setUser
 
 def _pose(message: Any) -> Pose2:
     return Pose2(message.x, message.y, message.phi)
+
+
+def _views(message: Any) -> Result:
+    if not message.valid:
+        return failure("unknown_room", message.message)
+    turns = [(pose.position, pose.orientation) for pose in message.poses]
+    return success(poses=tuple(Pose2(p.x, p.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)) for p, q in turns))
 
 
 def _in_room(inputs: Inputs, result: Result) -> Result:
@@ -67,15 +74,13 @@ BINDINGS = (
         start_in_rig=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
     ),
     ServiceBinding(
-        skill="get_view",
-        interface="florence_interfaces/srv/GetView",
-        name="florenceLocator/getView",
+        skill="get_views",
+        interface="florence_interfaces/srv/GetViews",
+        name="florenceLocator/getViews",
         request=dict,
-        result=lambda message: (
-            success(pose=_pose(message)) if message.valid else failure("no_more_views", message.message)
-        ),
+        result=_views,
         component="locator",
-        start_in_rig=lambda locator, inputs: locator.get_view(inputs["room"], inputs["number"]),
+        start_in_rig=lambda locator, inputs: locator.get_views(inputs["room"]),
     ),
     ServiceBinding(
         skill="robot_in_room",

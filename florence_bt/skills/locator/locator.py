@@ -5,7 +5,6 @@ All poses are in the map frame.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -220,23 +219,16 @@ class Locator:
             return failure("unknown_hotspot", self.hotspots.unknown(label))
         return success(pose=hotspot.pose)
 
-    def get_view(self, room: str, number: int) -> Result:
-        """Run the skill ``get_view``.
+    def get_views(self, room: str) -> Result:
+        """Run the skill ``get_views``.
 
         Args:
             room: The label of its hotspot.
-            number: From 1 on.
         """
         hotspot = self.hotspots.get(room)
         if hotspot is None:
-            return failure("no_more_views", self.hotspots.unknown(room))
-        if number < 1:
-            return failure("no_more_views", f"there is no view {number}: the first one is 1")
-        found = itertools.islice(self._views(hotspot), number - 1, None)
-        pose = next(found, None)
-        if pose is None:
-            return failure("no_more_views", f"{room!r} has fewer than {number} places to look from")
-        return success(pose=pose)
+            return failure("unknown_room", self.hotspots.unknown(room))
+        return success(poses=tuple(self._views(hotspot)))
 
     def _views(self, room: Hotspot) -> Iterable[Pose2]:
         if self.map is None:

@@ -13,7 +13,7 @@ from florence_interfaces.srv import (
     GetRoom,
     GetStatus,
     GetUserSeen,
-    GetView,
+    GetViews,
     GetXYPhi,
     GotoRoom,
     GotoXYPhi,
@@ -39,7 +39,7 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.ros.answers import Deferred
-from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_from_ros, stamp_from_ros
+from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_from_ros, pose_to_ros, stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
@@ -200,7 +200,7 @@ class LocatorNode(FlorenceNode):
             self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
         self._serve(GetUserSeen, "getUserSeen", self._on_get_user_seen)
         self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
-        self._serve(GetView, "getView", self._on_get_view)
+        self._serve(GetViews, "getViews", self._on_get_views)
         self._serve(Trigger, "getRooms", self._on_get_rooms)
         self._serve(GetStatus, "getStatus", self._on_get_status)
 
@@ -227,8 +227,11 @@ class LocatorNode(FlorenceNode):
     ) -> GetHotspot.Response:
         return _with_pose(response, self._locator.get_hotspot(request.label))
 
-    def _on_get_view(self, request: GetView.Request, response: GetView.Response) -> GetView.Response:
-        return _with_pose(response, self._locator.get_view(request.room, request.number))
+    def _on_get_views(self, request: GetViews.Request, response: GetViews.Response) -> GetViews.Response:
+        result = self._locator.get_views(request.room)
+        response.valid, response.message = result.succeeded, result.reason
+        response.poses = [pose_to_ros(pose) for pose in result.outputs.get("poses", ())]
+        return response
 
     def _on_get_rooms(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._robot_pose()

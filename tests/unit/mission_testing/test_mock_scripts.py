@@ -40,6 +40,7 @@ DRIVE = SkillDeclaration(
     },
     failures={"blocked": "something is in the way", "no_path": "no way leads there"},
 )
+LOOK = SkillDeclaration("look", "Look", outputs={"poses": Port(Kind.LIST_OF_POSE, "where")})
 
 
 def endings(text, count=6):
@@ -168,6 +169,28 @@ def test_outputs_are_read_with_their_units():
         "pose": Pose2(1.0, 0.5, pytest.approx(3.14159265)),
         "n": 2,
     }
+
+
+@pytest.mark.parametrize(
+    ("text", "x"),
+    [
+        ("[]", []),
+        ("[(1 m, 2 m, 0 deg)]", [1.0]),
+        ("[(1 m, 2 m, 0 deg), {x: 3 m, y: 2 m, yaw: 0 deg} ,(50 cm, 2 m, 0 deg)]", [1.0, 3.0, 0.5]),
+        ([(7.0, 2.0, 0.0), "(8 m, 2 m, 0 deg)"], [7.0, 8.0]),
+    ],
+)
+def test_lists_of_poses(text, x):
+    item = f"SUCCESS (poses={text})" if isinstance(text, str) else succeed(poses=text)
+    assert [pose.x for pose in to_step(item, LOOK).result.outputs["poses"]] == x
+
+
+@pytest.mark.parametrize(
+    "text", ["[(1 m, 2 m)]", "[(1 m, 2 m, 0 deg) (1 m, 2 m, 0 deg)]", "(1 m, 2 m, 0 deg)", "[1]"]
+)
+def test_what_is_no_list_of_poses_is_refused(text):
+    with pytest.raises(ConfigError, match="pose is needed"):
+        to_step(f"SUCCESS (poses={text})", LOOK)
 
 
 @pytest.mark.parametrize(

@@ -24,9 +24,7 @@ def stage():
     stage = MissionTester()
     stage.defaults(
         get_user_room="SUCCESS (room=kitchen)",
-        get_view=lambda inputs: (
-            "SUCCESS (pose=(0 m, 0 m, 0 deg))" if inputs["number"] < 3 else "FAILURE no_more_views"
-        ),
+        get_views="SUCCESS (poses=[(0 m, 0 m, 0 deg), (1 m, 0 m, 0 deg)])",
         navigate_to="running 10 s, then SUCCESS",
         start_tracker="SUCCESS",
         stop_tracker="SUCCESS",
@@ -71,9 +69,8 @@ def test_paths_tell_one_call_from_the_other(stage):
 
 
 def test_its_failure_reaches_the_caller(stage):
-    stage.mock("detect_user", 'FAILURE no_user_seen "nobody"')
-    stage.mock("get_view", "SUCCESS (pose=(0 m, 0 m, 0 deg))")
-    stage.run("goto_user").assert_failed("no_user_seen", "nobody", leaf="detect_user")
+    stage.mock("detect_user", 'FAILURE tracker_failed "nobody"')
+    stage.run("goto_user").assert_failed("tracker_failed", "nobody", leaf="detect_user")
 
 
 def test_a_stop_cancels_it(stage):
@@ -117,7 +114,7 @@ mission: goto_user
 given:
   skills:
     get_user_room: SUCCESS (room=kitchen)
-    get_view: SUCCESS (pose=(1 m, 1 m, 0 deg))
+    get_views: "SUCCESS (poses=[(1 m, 1 m, 0 deg)])"
     navigate_to: SUCCESS
     start_tracker: SUCCESS
     stop_tracker: SUCCESS
@@ -160,7 +157,7 @@ def test_in_scenarios(tmp_path):
         coverage.add_runs(result.runs)
     inside, outside = coverage.report(libraries.declarations)
     assert inside.nodes_seen.seen == 0, "what is mocked away is not covered"
-    assert next(node for node in outside.nodes if node.title == "run detect_user").seen
+    assert next(node for node in outside.nodes if node.title == "look round").seen
 
 
 @pytest.mark.parametrize(

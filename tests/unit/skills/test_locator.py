@@ -212,7 +212,7 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
         check("get_robot_pose", locator.get_robot_pose())
         check("robot_in_room", locator.robot_in_room("hall"))
         check("get_hotspot", locator.get_hotspot("hall" if known else "hull"))
-        check("get_view", locator.get_view("hall", 1 if known else 9))
+        check("get_views", locator.get_views("hall" if known else "hull"))
         check("set_user_position", locator.set_user_position(Pose2(1.0, 2.0)))
         inputs = {"rooms": () if known else ("attic",)}
         (get_rooms,) = (served for served in BINDINGS if served.skill == "get_rooms")

@@ -183,7 +183,7 @@ BINDINGS = (
     ),
     ServiceBinding(
         skill="get_frontier",
-        interface="florence_interfaces/srv/GetView",
+        interface="florence_interfaces/srv/GetFrontier",
         name="navigate/get_frontier",
         request=dict,
         result=_frontier_result,

@@ -17,7 +17,7 @@ from functools import partial
 from typing import Any
 
 from florence_interfaces.msg import StopReason, Zones
-from florence_interfaces.srv import GetView
+from florence_interfaces.srv import GetFrontier
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearCostmapAroundRobot, ClearCostmapExceptRegion, ClearEntireCostmap
@@ -181,7 +181,7 @@ class NavigationNode(FlorenceNode):
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
         self.create_service(Empty, "~/clear_unknown_space", self._on_clear_unknown)
         self.create_service(GetPlan, "~/make_plan", self._on_make_plan)
-        self.create_service(GetView, "~/get_frontier", self._on_get_frontier)
+        self.create_service(GetFrontier, "~/get_frontier", self._on_get_frontier)
         for which in ("global", "local"):
             for kind, name in (
                 (ClearEntireCostmap, "entirely"),
@@ -425,7 +425,9 @@ class NavigationNode(FlorenceNode):
             response.plan = self._path_of(plan)
         return response
 
-    def _on_get_frontier(self, request: GetView.Request, response: GetView.Response) -> GetView.Response:
+    def _on_get_frontier(
+        self, request: GetFrontier.Request, response: GetFrontier.Response
+    ) -> GetFrontier.Response:
         robot = self._pose_in("global")
         if self._navigator is None or robot is None:
             response.message = NO_POSE
