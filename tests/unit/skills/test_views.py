@@ -18,7 +18,6 @@ from florence_bt.skills.locator.views import (
     FREE_M,
     MAX_VIEWS,
     RANGE_M,
-    REACH_M,
     ROOMY_M,
     STEP_M,
     views,
