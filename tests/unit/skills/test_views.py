@@ -18,6 +18,7 @@ from florence_bt.skills.locator.views import (
     FREE_M,
     MAX_VIEWS,
     RANGE_M,
+    REACH_M,
     ROOMY_M,
     STEP_M,
     views,
@@ -113,3 +114,19 @@ def test_without_a_map_there_is_the_hotspot_alone() -> None:
 def test_a_room_that_is_not_there_has_none(label: str) -> None:
     result = locator(room()).get_views(label)
     assert result.code == "unknown_room" and "parlour" in result.reason
+
+
+def test_a_hall_is_no_more_work_than_a_room() -> None:
+    seen = 0
+
+    def in_hall(x: float, y: float) -> bool:
+        nonlocal seen
+        seen += 1
+        return True
+
+    cells = np.zeros((800, 800), np.int8)
+    found = list(views(Pose2(20.0, 20.0), in_hall, OccupancyGrid(0.05, Pose2(), cells)))
+    assert len(found) == MAX_VIEWS
+    assert seen <= (2 * REACH_M / STEP_M + 1) ** 2
+    again = list(views(Pose2(20.0, 20.0), in_hall, OccupancyGrid(0.05, Pose2(), cells)))
+    assert found == again
