@@ -202,7 +202,8 @@ def test_hotspots_are_read_and_saved(bench: Bench) -> None:
     unknown = bench.call(GetHotspot, "getHotspot", label="bed room")
     assert not unknown.valid and "bedroom" in unknown.message
     views = bench.call(GetViews, "getViews", room="kitchen")
-    assert views.valid and pose_from_ros(views.poses[0]) == pytest.approx(Pose2(1.0, 1.0, 1.5))
+    assert views.valid and pose_from_ros(views.poses[0]).distance_to(Pose2(1.0, 1.0)) < 1e-6
+    assert pose_from_ros(views.poses[0]).yaw == pytest.approx(1.5)
     attic = bench.call(GetViews, "getViews", room="attic")
     assert not attic.valid and not attic.poses and "kitchen" in attic.message
     saved = bench.call(SetHotspot, "setHotspot", label="study", x=3.0, y=4.0, phi=0.5)
