@@ -63,9 +63,12 @@ def explain_flow(
         return FlowHint(*_colon(entry, before, beside), line, column)
     if len(before) > 1 and before[0] in "\"'" and before.endswith(before[0]):
         return FlowHint("the text goes on after its closing quote", (entry.in_quotes(),), line, column)
-    if not before and text[index : index + 1] in tuple("@`%|>"):
-        problem = f"text that begins with {text[index]} needs quotes"
-        return FlowHint(problem, (entry.in_quotes(),), line, column)
+    first = text[entry.start : entry.start + 1]
+    if (first in tuple("!*&") and before) or (first in tuple("@`%|>") and not before):
+        problem = f"text that begins with {first} needs quotes"
+        return FlowHint(problem, (entry.in_quotes(),), line, entry.start + 1)
+    if text.startswith("- ", index) and not before:
+        return FlowHint("between [ and ] a list has no dashes", ("[kitchen, hall]",), line, column)
     return None
 
 
@@ -147,7 +150,12 @@ def quoted(value: str) -> str:
 
 
 def _bare(value: str) -> str:
-    """Take off quotes that end too soon, also typographic ones."""
+    """Take off quotes that end too soon, also typographic ones, and those of ``""Hello""``."""
+    sign = value[:1]
+    if sign in ("'", '"') and value.endswith(sign) and len(value) > 1:
+        inside = value[1:-1]
+        if inside.count(sign) % 2 or (inside.startswith(sign) and inside.endswith(sign)):
+            return inside.strip(sign)
     if value[:1] in ("\N{LEFT DOUBLE QUOTATION MARK}", "\N{DOUBLE LOW-9 QUOTATION MARK}"):
         return value[1:].rstrip("\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}")
     return value

@@ -71,6 +71,12 @@ def explain(lines: list[str], line: int, column: int, problem: str, beside: Coll
     if (found := _begins_with_sign(lines[line - 1], column)) is not None:
         return found
     if problem == _NO_COLON and _content(before):
+        above = next((number for number in range(line - 1, 0, -1) if _content(lines[number - 1])), None)
+        if above is not None and " " in _content(before) and _KEY.match(lines[above - 1]):
+            problem = f"a colon is missing, or this is the rest of the text of line {above}"
+            return Hint(
+                problem, (f"{_content(before)}:", f"{_indent(lines[above - 1]) + 2} spaces before it")
+            )
         return Hint(words, (f"{_content(before)}:",))
     if "\t" in (after[:1], before[-1:]):
         return Hint("a tab", ("spaces",))

@@ -28,6 +28,7 @@ class KeyChecks:
     def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
         self._findings = findings
+        self._analysis = analysis
         known = analysis.of(mission)
         self._kinds = known.kinds
         self._all = known.all
@@ -73,10 +74,26 @@ class KeyChecks:
         for reference in unknown:
             if self._findings.full:
                 break
-            valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
+            valid = self._taken(reference.key)
+            valid = valid or [f"${name}" for name in closest_first(reference.key, self._bits)]
             valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
             self._findings.error(reference.position, f"no node writes a key {reference.key!r}", valid)
         return not unknown
+
+    def _taken(self, key: str) -> list[str]:
+        """Suggest the ``out`` by which a key gets the output of its name, if a skill or mission has one."""
+        for node in self._all:
+            if isinstance(node, model.RunSkill | model.CallMission):
+                given = self._analysis.output_kinds(node)
+                name = node.skill if isinstance(node, model.RunSkill) else node.mission.text
+                if key in given:
+                    return [f"out: {{{key}: {key}}} below {name} of line {node.position.line}"]
+                if key == name and given:  # $find_user.room
+                    first = next(iter(given))
+                    return [
+                        f"out: {{{first}: {first}}} below {name} of line {node.position.line}, and ${first}"
+                    ]
+        return []
 
     def _wanted(self) -> list[Reference]:
         return [

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import close_matches, closest_first, spelling
 from florence_bt.trees.checks.values import ValueChecks, literal_kind
 from florence_bt.trees.language import model
-from florence_bt.trees.language._suggestions import OTHER_KINDS
+from florence_bt.trees.language._suggestions import OTHER_KINDS, OTHER_SKILLS
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Literal, Mission, Node, PolicyKind
@@ -97,6 +97,8 @@ class NameChecks:
             self._values.check(items, None, "for_each")
             return
         valid = [f"[{model.show(items)}]", "an input or a key with type: list of text"]
+        if isinstance(items, Literal) and items.text in self._kinds:
+            valid.insert(0, f"${items.text}")
         message = f"for_each needs a list, but {model.show(items)!r} is {with_article(kind)}"
         self._findings.error(items.position, message, valid)
 
@@ -139,7 +141,8 @@ class NameChecks:
             valid = [name if name in own else missions[name] for name in close]
         else:
             valid = [f"skills: {{{node.skill}: {{summary: ...}}}} in {HOW_TO_DECLARE}", *SKILLS_THERE_ARE]
-        others = [kind for name, kind in OTHER_KINDS.items() if spelling(name) == spelling(node.skill)]
+        known = {**OTHER_KINDS, **OTHER_SKILLS}
+        others = [kind for name, kind in known.items() if spelling(name) == spelling(node.skill)]
         message = f"there is no skill and no kind of node {node.skill!r}"
         self._findings.error(node.position, message, dict.fromkeys(others) or valid)
 
@@ -152,9 +155,14 @@ class NameChecks:
             self._findings.error(node.mission.position, message)
             return
         if mission is None:
-            self._findings.unknown(
-                node.mission.position, f"there is no mission {name!r}", name, self._analysis.library.names()
-            )
+            message = f"there is no mission {name!r}"
+            if name in self._analysis.declarations or name in NODE_KINDS:
+                what = "skill" if name in self._analysis.declarations else "kind of node"
+                given = ", ".join(f"{key.text}: {model.show(value)}" for key, value in node.inputs)
+                valid = [f"{name}: {{{given}}}" if what == "skill" else f"{name}: without run"]
+                self._findings.error(node.mission.position, f"{message}, but a {what}", valid)
+                return
+            self._findings.unknown(node.mission.position, message, name, self._analysis.library.names())
             return
         self._check_inputs(name, node, mission.inputs)
         self._check_outputs(name, mission.outputs, node.outputs)

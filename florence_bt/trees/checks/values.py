@@ -16,6 +16,8 @@ from florence_bt.trees.language.quantities import format_value, out_of_range, wi
 from florence_bt.trees.language.values import as_expression, fits, kind_of, port_value, tree_value
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
+_IN_BRACES = re.compile(r"\{\{?\s*(?P<key>[a-z][a-z0-9_]*)\s*\}?\}")
+"""A key in a text as other languages write it: ``{room}`` or ``{{ room }}``."""
 
 
 class ValueChecks:
@@ -120,13 +122,22 @@ class ValueChecks:
                 )
 
     def text(self, value: model.Value, what: str) -> bool:
-        """Warn of ``$pose.x`` in a text: there it is the whole pose, and a text behind it.
+        """Warn of ``$pose.x`` in a text, which is the whole pose and a text behind it, and of ``{room}``.
 
         Returns:
             Whether there was anything to warn of.
         """
         warned = False
-        parts = value.parts if isinstance(value, model.Template) else ()
+        written_out = (value.text,) if isinstance(value, model.Literal) else ()
+        parts = value.parts if isinstance(value, model.Template) else written_out
+        for text in (part for part in parts if isinstance(part, str)):
+            for braced in _IN_BRACES.finditer(text):
+                if braced["key"] in self._kinds:
+                    message = f"{what}: {braced[0]} is text here, and not the value of the key"
+                    self._findings.warning(
+                        value.position, message, [f"${braced['key']}", f"${{{braced['key']}}}"]
+                    )
+                    warned = True
         for part, behind in pairwise(parts):
             match = _PART.match(behind) if isinstance(behind, str) else None
             if isinstance(part, model.Reference) and match and self._kinds.get(part.key) is Kind.POSE:
@@ -144,6 +155,8 @@ class ValueChecks:
             return
         if not fits(given, port.kind):
             valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]
+            if port.kind is Kind.TEXT:
+                valid.insert(0, f'a text with it: "{value.key.replace("_", " ")}: ${value.key}"')
             message = (
                 f"{what}: {with_article(port.kind)} is needed, but ${value.key} is {with_article(given)}"
             )

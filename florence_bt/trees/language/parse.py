@@ -29,8 +29,18 @@ SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
+_TIME_MEANT = re.compile(
+    r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
+    r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
+    re.IGNORECASE,
+)
+"""How people write times of the day: ``8pm``, ``20.00``, ``20 Uhr``, ``Monday 08:00``."""
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
+_LOOP = re.compile(r"\$?(?P<item>[a-z][a-z0-9_]*) in (?P<items>.+)")
+"""A loop of other languages: ``room in $rooms``."""
+_ENDLESS = ("infinite", "infinity", "inf", "endless", "endlessly", "always", "unlimited", "true", "-1")
+"""What others say for ``forever``."""
 _NO_KEYS = ("mission", "description", "imported_from", "on_restart")
 """Keys of a mission whose values name no keys."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
@@ -78,6 +88,10 @@ class _MissionParser(Reader):
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
         if not isinstance(source, YamlMapping):
             self.error(source.position, "a mission file must be a mapping", vocabulary.MISSION_KEYS)
+            return model.Mission(path.stem, "", path, findings=tuple(self.findings))
+        if source.get("scenarios") is not None and source.get("tree") is None:
+            message = "this is a file of scenarios, and no mission"
+            self.error(source.position, message, [f"florence test {path.name}"])
             return model.Mission(path.stem, "", path, findings=tuple(self.findings))
         for key, _ in source.entries:
             if key.text not in vocabulary.MISSION_KEYS and not self.full:
@@ -235,7 +249,11 @@ class _MissionParser(Reader):
         """Read a node that is asked; an expression is the condition of that text."""
         if isinstance(source, YamlMapping):
             return self.node(source)
-        condition = self.expression(source, what)
+        if isinstance(source, YamlScalar) and (time := _time_meant(source.text)) is not None:
+            valid = [f'"{time}"' if what == "wait_until" else f'{{wait_until: "{time}"}}']
+            self.error(source.position, f"{what}: {source.text!r} is no time of day", valid)
+            return None
+        condition = self.expression(source, what, or_node=True)
         return model.Condition(condition=condition, position=source.position) if condition else None
 
     def _handlers(self, source: YamlNode) -> tuple[tuple[model.Literal, model.Node], ...]:
@@ -245,8 +263,10 @@ class _MissionParser(Reader):
             self.error(source.position, "on_failure needs codes and nodes", ["on_failure: {any: {a node}}"])
         handlers = []
         for key, item in entries:
-            if key.text in vocabulary.NODE_KINDS and isinstance(item, YamlNode):
-                message = f"on_failure: {key.text!r} is a kind of node, and the code is missing"
+            kind = key.text in vocabulary.NODE_KINDS
+            if kind or suggestions.is_bare_node(item):
+                what = "a kind of node" if kind else "no code"
+                message = f"on_failure: {key.text!r} is {what}, and the code is missing"
                 self.error(key.position, message, [f"any: {{{key.text}: ...}}"])
                 continue
             code, node = self.identifier(key, "a code in on_failure"), self.node(item)
@@ -355,8 +375,9 @@ class _MissionParser(Reader):
         if fallen_apart:
             return None
         for key in keys:
-            close = difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
-            if close and key.text not in vocabulary.NODE_KINDS:
+            other = suggestions.other_modifier(key.text, source) if key is not keys[0] else None
+            close = [other] if other else difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
+            if close and key.text not in vocabulary.NODE_KINDS and not suggestions.is_else_if(key.text):
                 self.error(key.position, f"unknown modifier {key.text!r}", close)
                 return self.node(_renamed(source, key, close[0])) if source.get(close[0]) is None else None
         names = " and ".join(repr(key.text) for key in keys)
@@ -479,7 +500,7 @@ class _MissionParser(Reader):
         if isinstance(value, YamlMapping):
             condition = self.node(value)
         else:
-            condition = self.expression(value, "if")
+            condition = self.expression(value, "if", or_node=True)
         then, otherwise = self._child(key, mapping, "then"), self._optional_child(mapping, "else")
         fields, memory = self._fields(key, mapping), self._memory(mapping)
         if condition is None or then is None:
@@ -511,6 +532,14 @@ class _MissionParser(Reader):
         if key.text == "for_each":
             return self._for_each(key, value, mapping, child, fields)
         endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
+        if (
+            isinstance(value, YamlScalar)
+            and value.text.lower() in _ENDLESS
+            and key.text in ("retry", "repeat")
+        ):
+            message = f"{key.text}: a whole number is needed, not {value.text!r}"
+            self.error(value.position, message, [vocabulary.FOREVER])
+            endless = True
         argument = None if endless else self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
         between = self._optional_child(mapping, "between")
@@ -537,7 +566,9 @@ class _MissionParser(Reader):
         items = self.value(value, "for_each")
         name, index, over = (mapping.get(word) for word in ("as", "index", "go_on_over"))
         if name is None:
-            self.error(key.position, "for_each needs a key for the item under `as`", ["as: room"])
+            loop = _LOOP.fullmatch(value.text) if isinstance(value, YamlScalar) else None
+            valid = [f"for_each: {loop['items']}", f"as: {loop['item']}"] if loop else ["as: room"]
+            self.error(key.position, "for_each needs a key for the item under `as`", valid)
             return None
         item_key = self.identifier(without_dollar(name), "as")
         if child is None or items is None or item_key is None:
@@ -586,7 +617,7 @@ class _MissionParser(Reader):
     def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
         fields, empty = self._fields(key, mapping), isinstance(value, YamlScalar) and value.empty
         if isinstance(value, YamlScalar) and not empty and (match := _ASSIGNMENT.fullmatch(value.text)):
-            valid = [f"set: {{{match['key']}: {match['value']}}}"]
+            valid = [f"set: {{{match['key']}: {suggestions.as_value(match['value'])}}}"]
             self.error(value.position, "set must be a mapping (key: value)", valid)
             return model.Set(values=(), **fields)
         values = self.values(value, "set")
@@ -664,6 +695,17 @@ def _renamed(source: YamlMapping, key: YamlScalar, name: str) -> YamlMapping:
     renamed = YamlScalar(name, key.quoted, key.position, key.first_column)
     entries = tuple((renamed if one is key else one, value) for one, value in source.entries)
     return YamlMapping(entries, source.position)
+
+
+def _time_meant(text: str) -> str | None:
+    """Return a time of day that is written in another way as hours and minutes: ``20:00`` for ``8 pm``."""
+    match = _TIME_MEANT.fullmatch(text.strip())
+    if match is None or not (match["sign"] or match["half"] or match["word"]):
+        return None
+    hours, minutes = int(match["hours"]), int(match["minutes"] or 0)
+    if match["half"]:
+        hours = hours % 12 + 12 * (match["half"][0] in "pP")
+    return f"{hours:02}:{minutes:02}" if hours < 24 and minutes < 60 else None
 
 
 def _is_first_success(until: YamlNode | None) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.trees.language import quantities
 from florence_bt.trees.language.literals import read_literal
 from florence_bt.trees.language.model import default_of
@@ -63,6 +63,8 @@ def read_ports(
             default = item.get("default")
             if default is not None:
                 positions[default_of(name.text)] = default.position
+                for number, each in enumerate(default.items if isinstance(default, YamlSequence) else ()):
+                    positions[default_of(name.text, number)] = each.position
             ports[name.text] = _port(reader, name.text, item, keys)
     return ports, positions
 

@@ -26,6 +26,8 @@ _EXAMPLES = {
     Kind.POSE: "{x: 1 m, y: 2 m, yaw: 90 deg}",
 }
 _PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
+_COMMENT = re.compile(r"\s*(?:#|//)\s*")
+"""The beginning of a comment without the space that it needs, or of another language."""
 _CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
 
 
@@ -143,6 +145,9 @@ def range_of(port: Port) -> tuple[str, ...]:
 def _suggestion(text: str, kind: Kind) -> str:
     """Suggest what is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
+    value, *comment = _COMMENT.split(text, maxsplit=1)
+    if comment:
+        return f"{value if QUANTITY.fullmatch(value) else _suggestion(value, kind)} # {comment[0]}"
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     match = QUANTITY.fullmatch(plain)
     if match and match[2] in units:
@@ -191,7 +196,8 @@ def _read_quantity(text: str, kind: Kind) -> float:
     if not unit:
         raise ConfigError(f"{what} needs a unit: {text!r}", valid=[f"{match[1]} {name}" for name in units])
     if kind is Kind.NUMBER:
-        raise ConfigError(f"a plain number is needed, not {text!r}", valid=[match[1]])
+        plain = f"{number / 100:g}" if unit == "%" else match[1]
+        raise ConfigError(f"a plain number is needed, not {text!r}", valid=[plain])
     close = closest_first(unit, units)
     names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
     raise ConfigError(f"{unit!r} is not a unit of {what}", valid=[f"{match[1]} {name}" for name in names])
