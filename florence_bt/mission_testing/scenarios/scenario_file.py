@@ -31,7 +31,7 @@ from florence_bt.mission_testing.mocks.scripts import (
     reply_per_call,
     to_step,
 )
-from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
+from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, mocked_missions, put_stubs
 from florence_bt.mission_testing.paths import (
     MissionMap,
     MissionMaps,
@@ -467,7 +467,7 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
             try:
                 step = to_step(reply, declaration)
                 if node is not None:
-                    check_outputs(step, node)
+                    check_outputs(step, node, declaration)
             except ConfigError as error:
                 problems.setdefault(error.problem, error)
     for problem, found in problems.items():
@@ -997,10 +997,10 @@ class _FileReader:
         self._mission: YamlNode | None = None
         self._given: dict[str, YamlNode] = {}
         self._names: dict[str, int] = {}
-        self._mocks: dict[tuple[str, tuple[str, ...]], list[MockEntry]] = {}
-        self._not_playable: set[tuple[str, tuple[str, ...]]] = set()
-        self._stubs: tuple[str, ...] = ()
-        self._surroundings: dict[tuple[str, ...], _Surroundings] = {}
+        self._mocks: dict[tuple[str, tuple[MockedMission, ...]], list[MockEntry]] = {}
+        self._not_playable: set[tuple[str, tuple[MockedMission, ...]]] = set()
+        self._stubs: tuple[MockedMission, ...] = ()
+        self._surroundings: dict[tuple[MockedMission, ...], _Surroundings] = {}
 
     def scenarios(self, source: YamlNode) -> Iterator[Scenario]:
         reader = self._reader
