@@ -44,9 +44,20 @@ class NameChecks:
 
     def check(self) -> None:
         """Check all nodes."""
-        for node in self._analysis.of(self._mission).all:
+        nodes = self._analysis.of(self._mission).all
+        # A skill without its code in `on_failure`, which is reported there; below it stand inputs and no node.
+        inputs = {
+            handler
+            for node in nodes
+            if isinstance(node, model.OnFailure)
+            for code, handler in node.handlers
+            if code.text in self._analysis.declarations
+        }
+        for node in nodes:
             if self._findings.full:
                 return
+            if node in inputs:
+                continue
             self._check_node(node)
             self._check_conditions(node)
             self._check_writes(node)

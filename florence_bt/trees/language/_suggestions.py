@@ -243,15 +243,6 @@ def as_value(text: str) -> str:
     return f'"${{{sum_}}}"' if isinstance(term, Binary) else text
 
 
-def is_bare_node(source: YamlNode) -> bool:
-    """Tell whether a table can only be the inputs of a skill: texts under names that no nodes have."""
-    entries = source.entries if isinstance(source, YamlMapping) else ()
-    return bool(entries) and all(
-        key.text not in NODE_KINDS and isinstance(value, YamlScalar) and not value.empty
-        for key, value in entries
-    )
-
-
 def for_condition(what: str, source: YamlNode) -> tuple[str, ...]:
     """Suggest what would have worked where a node stands in place of an expression.
 

@@ -263,10 +263,8 @@ class _MissionParser(Reader):
             self.error(source.position, "on_failure needs codes and nodes", ["on_failure: {any: {a node}}"])
         handlers = []
         for key, item in entries:
-            kind = key.text in vocabulary.NODE_KINDS
-            if kind or suggestions.is_bare_node(item):
-                what = "a kind of node" if kind else "no code"
-                message = f"on_failure: {key.text!r} is {what}, and the code is missing"
+            if key.text in vocabulary.NODE_KINDS:
+                message = f"on_failure: {key.text!r} is a kind of node, and the code is missing"
                 self.error(key.position, message, [f"any: {{{key.text}: ...}}"])
                 continue
             code, node = self.identifier(key, "a code in on_failure"), self.node(item)
