@@ -15,6 +15,9 @@ from florence_bt.trees.language.model import Literal, Mission, Node, Reference, 
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.values import fits
 
+_TIMES = ("now", "time", "hour", "date", "today", "weekday")
+"""What people look for in a key: no mission knows what time it is."""
+
 
 class KeyChecks:
     """Follows the keys through the tree of a mission.
@@ -82,6 +85,10 @@ class KeyChecks:
 
     def _taken(self, key: str) -> list[str]:
         """Suggest the ``out`` by which a key gets the output of its name, if a skill or mission has one."""
+        if key in model.FAILURE_KEYS:
+            return ["a node under on_failure"]
+        if key in _TIMES:
+            return ['wait_until: "20:00", which waits for a time']
         for node in self._all:
             if isinstance(node, model.RunSkill | model.CallMission):
                 given = self._analysis.output_kinds(node)
@@ -112,7 +119,8 @@ class KeyChecks:
         if self._findings.full:
             return before.plus(bit)
         if not before.maybe & bit:
-            valid = [f"the node of line {line} before this one" for line in self._lines_that_write(key)]
+            lines = [line for line in self._lines_that_write(key) if line != reference.position.line]
+            valid = [f"the node of line {line} before this one" for line in lines]
             close = close_matches(key, self._names(before.maybe))
             valid += [f"${name}" for name in close] or [f"a default of {key!r} under keys:"]
             message = f"the key {key!r} is read before any node has written it"
@@ -147,7 +155,7 @@ class KeyChecks:
                 message = (
                     f"the output {name!r} is {with_article(port.kind)}, but its key is {with_article(kind)}"
                 )
-                self._findings.error(position, message)
+                self._findings.error(position, message, [f"type: {kind.value}"])
 
     def _check_read_at_all(self, read: set[str]) -> None:
         """Warn of what is written or declared and never read."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
@@ -18,6 +19,8 @@ from florence_bt.trees.language.quantities import example_of, with_article
 from florence_bt.trees.language.values import fits
 from florence_bt.trees.language.vocabulary import NODE_KINDS
 
+_SEVERAL = re.compile(r"(\w+)(?:, ?| or | ?\| ?)(\w+)")
+"""A case that is meant to stand for several values: ``yes, ja``."""
 HOW_TO_DECLARE = (
     "NAME.skills.yaml beside the mission, if it is your own (docs/reference/missions.md#skills-of-your-own)"
 )
@@ -45,7 +48,7 @@ class NameChecks:
     def check(self) -> None:
         """Check all nodes."""
         nodes = self._analysis.of(self._mission).all
-        # A skill without its code in `on_failure`, which is reported there; below it stand inputs and no node.
+        # A skill without its code in `on_failure`, reported there: below it stand inputs and no node.
         inputs = {
             handler
             for node in nodes
@@ -136,6 +139,8 @@ class NameChecks:
         if not node.mapping_given:
             first = next((name for name, port in declaration.inputs.items() if port.required), "input")
             about = f"{node.skill}: {{{first}: {node.written or 'value'}}}" if declaration.inputs else ""
+            if node.written and declaration.inputs and declaration.inputs[first].kind is Kind.POSE:
+                about = f"run: goto_room, with: {{room: {node.written}}}"
             message = f"the inputs of {node.skill} must be a mapping"
             self._findings.error(node.position, message, [about or f"{node.skill}:"])
             return
@@ -211,9 +216,8 @@ class NameChecks:
         for key, kind in self._analysis.writes(node, self._kinds):
             known = self._kinds.get(key.text)
             if key.text in self._mission.inputs:
-                self._findings.error(
-                    key.position, f"the key {key.text!r} is an input of the mission and cannot be written"
-                )
+                message = f"the key {key.text!r} is an input of the mission and cannot be written"
+                self._findings.error(key.position, message, [f"another key, such as new_{key.text}"])
             elif known is None or fits(kind, known) or kind is None:
                 continue
             elif key.text not in self._mission.keys:
@@ -241,6 +245,10 @@ class NameChecks:
                 message = f"the case {case.text!r} is duplicated (first in line {first[value]})"
                 self._findings.error(case.position, message, ["another value", "one case"])
             first.setdefault(value, case.position.line)
+            if kind is Kind.TEXT and not case.quoted and (several := _SEVERAL.fullmatch(case.text)):
+                message = f"the case {case.text!r} is one text, and not several"
+                valid = [f"{several[1]}: and {several[2]}: each with its node", f'"{case.text}" for the text']
+                self._findings.warning(case.position, message, valid)
         if node.default is not None and {(True, True), (True, False)} <= first.keys():
             message = "the default is never reached: there are cases for true and for false"
             self._findings.in_vain(node.default.position, message, ["leaving out the default"])

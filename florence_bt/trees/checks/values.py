@@ -104,6 +104,9 @@ class ValueChecks:
             suggestions = (
                 (f"${value.text}",) if isinstance(value, model.Literal) and value.text in self._kinds else ()
             )
+            if port is not None and port.kind is Kind.POSE and isinstance(value, model.Literal):
+                place = f"get_hotspot: {{label: {value.text}}}, out: {{pose: place}}"
+                suggestions = (*suggestions, f"$place, after {place}")
             valid = (*suggestions, *error.valid)
             self._findings.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
         else:

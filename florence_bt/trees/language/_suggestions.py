@@ -81,17 +81,22 @@ OTHER_KINDS = by_spelling(
         "fail": ("abort",),
         "parallel": ("at_once",),
         "$near and not $done, as the expression itself": ("and", "or", "all", "any"),
+        "wait: 0 s, which does nothing": ("success", "done", "noop", "nothing", "always_success"),
         "parallel: with policy: any": ("race", "first_of"),
     }
 )
 """What other languages and people call the kinds of nodes."""
 OTHER_SKILLS = by_spelling(
     {
-        "say": ("speak", "tell", "talk", "announce", "speech"),
+        "say": ("speak", "tell", "talk", "announce", "speech", "print", "echo", "log"),
         "say: {text: ...}, then wait_for_answer": ("ask", "question"),
         "run: goto_room, with: {room: ...}": ("go_to", "goto", "go", "drive_to", "drive", "move_to", "move"),
         "look_for_user": ("look", "look_for", "search", "find"),
         "call_for_help": ("notify", "alarm", "alert"),
+        "until: a node, at the loop": ("break",),
+        "fail: done, with code: done; at the top on_failure: {done: a node} makes it good": (
+            *("return", "exit", "stop", "end", "quit", "finish"),
+        ),
     }
 )
 """What people call some skills; whoever has a skill of that name means it."""
@@ -113,7 +118,8 @@ def is_no_skill(key: YamlScalar, value: YamlNode, source: YamlMapping) -> bool:
         source: The whole node.
     """
     if isinstance(value, YamlSequence):
-        return True
+        nodes = not value.items or any(isinstance(item, YamlMapping) for item in value.items)
+        return nodes or bool(_other_word(key.text))
     if any(source.get(word) is not None for word in _BELOW):
         return bool(meant_kind(key.text))
     if not isinstance(value, YamlMapping) or len(value.entries) != 1:

@@ -532,7 +532,7 @@ class _MissionParser(Reader):
         endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
         if (
             isinstance(value, YamlScalar)
-            and value.text.lower() in _ENDLESS
+            and (value.text.lower() in _ENDLESS or value.text.startswith("until "))
             and key.text in ("retry", "repeat")
         ):
             message = f"{key.text}: a whole number is needed, not {value.text!r}"

@@ -96,7 +96,8 @@ class Reader(WordReader):
                 first.text if isinstance(first, YamlScalar) and IDENTIFIER.fullmatch(first.text) else "name"
             )
             dashes = ", without dashes" if isinstance(source, YamlSequence) else ""
-            valid = [f"{what}: {{{name}: ...}}{dashes}"]
+            inside = {"out": f"{name}: {name}", "with": f"name of an input: {name}"}.get(what, f"{name}: ...")
+            valid = [f"{what}: {{{inside}}}{dashes}"]
             self.error(source.position, f"{what} must be a mapping (key: value)", valid)
         return None
 

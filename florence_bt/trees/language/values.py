@@ -21,6 +21,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Position
+from florence_bt.core.units import UNITS
 from florence_bt.trees.language import quantities
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
@@ -36,6 +37,8 @@ from florence_bt.trees.language.model import (
     show,
 )
 
+_KEY_AND_UNIT = re.compile(r"(\$[a-z][a-z0-9_]*) ?([^\W\d]+(?:/[^\W\d]+)?|°)")
+"""A key with the unit that it lacks behind it: ``$pause min``."""
 Kinds = Mapping[str, Kind | None]
 """The kinds of keys, as far as they are known."""
 
@@ -153,6 +156,9 @@ def template_of(value: Value) -> TextTemplate:
 def as_expression(value: Template) -> tuple[str, ...]:
     """Suggest the template in ``"${...}"``, when it is an expression that lacks them."""
     text = re.sub(r"([+-])\1$", r" \1 1", show(value))  # $n++ of other languages
+    with_unit = _KEY_AND_UNIT.fullmatch(text)
+    if with_unit is not None and any(with_unit[2] in units for units in UNITS.values()):
+        return (quoted(f"${{{with_unit[1]} * 1 {with_unit[2]}}}"),)
     try:
         parse_expression(text)
     except ConfigError:

@@ -563,6 +563,71 @@ REMEDIES = {
         "5:12",
         "get up.:, 6 spaces before it",
     ),
+    "a unit behind a key": (COUNTED + "  wait: $n min\n", "4:9", '"${$n * 1 min}"'),
+    "a list in an expression": (
+        ANSWERED + "    - condition: $a in [yes, ja]\n",
+        "6:24",
+        '$a == "x" or $a == "y"',
+    ),
+    "a case for two values": (
+        ANSWERED + "    - switch: $a\n      cases:\n        yes, ja: {wait: 1 s}\n",
+        "8:9",
+        "yes: and ja: each with its node",
+    ),
+    "inputs in the line of with": (
+        HEAD + "  run: goto_room\n  with: room: kitchen\n",
+        "4:13",
+        "with: {room: kitchen}",
+    ),
+    "the tree in its line": (
+        "mission: example\ntree: sequence:\n  - wait: 1 s\n",
+        "2:15",
+        "tree: on this line, sequence: on the next, indented further",
+    ),
+    "what time it is": (
+        HEAD + '  wait_until: $time == "20:00"\n',
+        "3:15",
+        'wait_until: "20:00", which waits for a time',
+    ),
+    "a failure that is not dealt with": (
+        HEAD + "  say: {text: $failure_code}\n",
+        "3:15",
+        "a node under on_failure",
+    ),
+    "an addition to nothing": (
+        "mission: example\nkeys: {seen: {type: list of text}}\ntree: {append: {seen: hall}}\n",
+        "3:17",
+        "a default of 'seen' under keys:",
+    ),
+    "an input that is written": (
+        "mission: example\ninputs: {room: {type: text}}\ntree:\n  sequence:\n"
+        "    - say: {text: $room}\n    - get_user_room:\n      out: {room: room}\n",
+        "7:19",
+        "another key, such as new_room",
+    ),
+    "an output of another type": (
+        "mission: example\noutputs: {who: {type: integer}}\n"
+        "tree:\n  wait_for_answer: {}\n  out: {answer: who}\n",
+        "2:11",
+        "type: text",
+    ),
+    "a room where a pose is needed": (
+        HEAD + "  navigate_to: kitchen\n",
+        "3:3",
+        "run: goto_room, with: {room: kitchen}",
+    ),
+    "a label where a pose is needed": (
+        HEAD + "  navigate_to: {goal: kitchen}\n",
+        "3:23",
+        "$place, after get_hotspot: {label: kitchen}, out: {pose: place}",
+    ),
+    "repeat until": (HEAD + "  repeat: until noon\n  do: {wait: 1 s}\n", "3:11", "forever"),
+    "a list below a skill": (HEAD + "  say:\n    - Hello\n    - you\n", "3:3", "say: {text: value}"),
+    "an end with success": (
+        HEAD + "  return: found\n",
+        "3:3",
+        "fail: done, with code: done; at the top on_failure: {done: a node} makes it good",
+    ),
     "a default that is no place": (
         "mission: example\ninputs: {rooms: {type: list of text, default: [hall, kichen]}}\n"
         "tree: {run: patrol, with: {rooms: $rooms}}\n",

@@ -401,6 +401,9 @@ class _ExpressionParser:
         if token.kind == "end":
             before = self._tokens[-2].text
             return problem_at(token.position, f"a value is missing after {before!r}", "$key", "1.5 m")
+        if token.text == "[":
+            problem = "an expression has no list of its own"
+            return problem_at(token.position, problem, '$a == "x" or $a == "y"', "a key with the list")
         return problem_at(token.position, f"a value is needed before {token.text!r}", "$key", "1.5 m")
 
     def _bare_word(self, token: Token) -> ConfigError:
@@ -412,7 +415,8 @@ class _ExpressionParser:
             return problem_at(token.position, f"a value is needed before {word!r}", "$key", "true")
         close = difflib.get_close_matches(lower, _WORDS, n=1, cutoff=0.75)
         problem = f"{word!r} is neither a key nor text"
-        return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close)
+        skill = (f"a node, if it is a skill: {{{word}: }}",) if "_" in word else ()
+        return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close, *skill)
 
     def _left_over(self, token: Token, *wanted: str) -> ConfigError:
         if token.text in (")", "]"):
