@@ -168,7 +168,10 @@ class KeyChecks:
                 self._unread(node, key)
         for name in self._mission.inputs:
             if name not in read:
-                self._findings.warning(self._declared_at(name), f"nothing reads the input {name!r}")
+                message = f"nothing reads the input {name!r}"
+                self._findings.warning(
+                    self._declared_at(name), message, [f"${name} where its value is wanted"]
+                )
         for name in self._mission.keys:
             if name not in read and name not in written:
                 self._findings.warning(self._declared_at(name), f"nothing reads or writes the key {name!r}")

@@ -5,12 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, close_matches, closest_first, spelling
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.expressions.syntax import Binary
 from florence_bt.trees.language.model import FAILURE_KEYS
-from florence_bt.trees.language.vocabulary import ANYWHERE, IDENTIFIER, MODIFIERS, NODE_KINDS, by_spelling
+from florence_bt.trees.language.quantities import guess_value
+from florence_bt.trees.language.vocabulary import (
+    ANYWHERE,
+    FOREVER,
+    IDENTIFIER,
+    MODIFIERS,
+    NODE_KINDS,
+    by_spelling,
+)
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _BESIDE_A_KIND = (
@@ -44,6 +53,8 @@ _OTHER_MODIFIERS = by_spelling(
     }
 )
 """What other languages and people call the modifiers that every node may have."""
+_ENDLESS = ("infinite", "infinity", "inf", "endless", "endlessly", "always", "unlimited", "true", "-1")
+"""What others say for ``forever``."""
 _AT_A_TIME = 'tree: a sequence that begins with wait_until: "08:00"'
 _OTHER_SECTIONS = by_spelling(
     {
@@ -171,6 +182,8 @@ def for_no_kind(keys: list[str]) -> tuple[str, tuple[str, ...]]:
     """Say what is wrong with a table of modifiers alone, and what would have worked."""
     if keys[:1] == ["while"] and "do" in keys:
         return "'while' is no loop: it belongs to a node", ("repeat: forever, beside it",)
+    if keys[:1] == ["every"] and "do" in keys:
+        return "'every' is no loop", ("repeat: forever, with a wait at the end of what is under do",)
     if keys and keys[0] in _BESIDE_A_KIND:
         message = f"{keys[0]!r} is not a node: it belongs to a node"
         return message, (f"{keys[0]} without a dash, indented like the node that it belongs to",)
@@ -207,6 +220,11 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
     ):
         # An input that is indented like the skill whose input it is.
         return (f"{first.text}: {{{second.text}: {value.text}}}", f"{second.text} indented further")
+    if second.text == "wait" and first.text in ("repeat", "retry") and isinstance(value, YamlScalar):
+        pause = f"wait: {value.text}"
+        if first.text == "retry":
+            return (f"between: {{{pause}}}",)
+        return (f"do: {{sequence: [the node, {{{pause}}}]}}",)
     if first.text in MODIFIERS["do"]:
         return (f"do: with {second.text} below it", "sequence: [a node for each]")
     if first.text == "if":
@@ -237,6 +255,25 @@ def other_modifier(name: str, source: YamlMapping) -> str | None:
 def is_else_if(word: str) -> bool:
     """Tell whether a word means another ``if`` under an ``else``."""
     return word in _ELSE_IF
+
+
+def is_duration(text: str) -> bool:
+    """Tell whether a text is a number of seconds, minutes or hours."""
+    return guess_value(text.strip())[0] is Kind.DURATION
+
+
+def for_rounds(kind: str, text: str) -> str | None:
+    """Suggest what is meant by a ``retry`` or ``repeat`` of something else than a number; None for a number.
+
+    Args:
+        kind: The kind of node.
+        text: What stands behind it.
+    """
+    if kind not in ("retry", "repeat"):
+        return None
+    if is_duration(text):
+        return f"timeout: {text}, with do: {{{kind}: forever, do: ...}}"
+    return FOREVER if text.lower() in _ENDLESS or text.startswith("until ") else None
 
 
 def as_value(text: str) -> str:

@@ -39,8 +39,6 @@ _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*
 """What people write who know a programming language: ``tries = 3``."""
 _LOOP = re.compile(r"\$?(?P<item>[a-z][a-z0-9_]*) in (?P<items>.+)")
 """A loop of other languages: ``room in $rooms``."""
-_ENDLESS = ("infinite", "infinity", "inf", "endless", "endlessly", "always", "unlimited", "true", "-1")
-"""What others say for ``forever``."""
 _NO_KEYS = ("mission", "description", "imported_from", "on_restart")
 """Keys of a mission whose values name no keys."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
@@ -267,7 +265,10 @@ class _MissionParser(Reader):
                 message = f"on_failure: {key.text!r} is a kind of node, and the code is missing"
                 self.error(key.position, message, [f"any: {{{key.text}: ...}}"])
                 continue
-            code, node = self.identifier(key, "a code in on_failure"), self.node(item)
+            alone = (
+                [f"{each.strip()}: with its node" for each in key.text.split(",")] if "," in key.text else ()
+            )
+            code, node = self.identifier(key, "a code in on_failure", alone), self.node(item)
             if code is not None and node is not None:
                 handlers.append((code, node))
         return tuple(handlers)
@@ -402,7 +403,8 @@ class _MissionParser(Reader):
                 owners = (*kinds, *(f"a node with {word}" for word in beside))
                 message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(owners)}"
                 usable = [name for name, owners in vocabulary.MODIFIERS.items() if own in owners]
-                self.error(key.position, message, (*usable, *vocabulary.ANYWHERE))
+                of_if = (f"{key.text} indented like the if that it belongs to",) if kinds == ("if",) else ()
+                self.error(key.position, message, (*of_if, *usable, *vocabulary.ANYWHERE))
 
     def _is_misplaced(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> bool:
         """Tell whether modifiers stand inside the value of a kind key, indented one step too far."""
@@ -530,13 +532,8 @@ class _MissionParser(Reader):
         if key.text == "for_each":
             return self._for_each(key, value, mapping, child, fields)
         endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
-        if (
-            isinstance(value, YamlScalar)
-            and (value.text.lower() in _ENDLESS or value.text.startswith("until "))
-            and key.text in ("retry", "repeat")
-        ):
-            message = f"{key.text}: a whole number is needed, not {value.text!r}"
-            self.error(value.position, message, [vocabulary.FOREVER])
+        if isinstance(value, YamlScalar) and (meant := suggestions.for_rounds(key.text, value.text)):
+            self.error(value.position, f"{key.text}: a whole number is needed, not {value.text!r}", [meant])
             endless = True
         argument = None if endless else self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
@@ -585,6 +582,10 @@ class _MissionParser(Reader):
         fields = self._fields(key, mapping)
         if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
             return self._wait_for_time(value.text.strip(), value.position, fields)
+        if isinstance(value, YamlScalar) and suggestions.is_duration(value.text):
+            message = f"wait_until: {value.text!r} is a time that passes, and no condition"
+            self.error(value.position, message, [f"wait: {value.text}"])
+            return None
         goal = self._question(value, "wait_until")
         return model.WaitUntil(goal=goal, **fields) if goal is not None else None
 

@@ -145,6 +145,8 @@ def range_of(port: Port) -> tuple[str, ...]:
 def _suggestion(text: str, kind: Kind) -> str:
     """Suggest what is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
+    if kind is Kind.DURATION and text.lower() in ("never", "forever", "infinite", "none"):
+        return "the node without it"
     value, *comment = _COMMENT.split(text, maxsplit=1)
     if comment:
         return f"{value if QUANTITY.fullmatch(value) else _suggestion(value, kind)} # {comment[0]}"

@@ -31,6 +31,9 @@ from florence_bt.trees.language.vocabulary import IDENTIFIER, OTHER_YAWS
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 _NAME = re.compile(r"[A-Za-z_À-ɏ][A-Za-z0-9_À-ɏ]*")
 
+_NAMES = re.compile(r"[a-z][a-z0-9_]*(?:(?:, *| +)[a-z][a-z0-9_]*)+")
+"""Several names without their brackets."""
+
 _POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
 
 _BOOLEAN_WORDS = {
@@ -115,7 +118,9 @@ class Reader(WordReader):
     def identifiers(self, source: YamlNode, what: str) -> tuple[Literal, ...]:
         """Read a list of names, or a single one."""
         items = source.items if isinstance(source, YamlSequence) else (source,)
-        return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
+        several = isinstance(source, YamlScalar) and _NAMES.fullmatch(source.text)
+        valid = (f"[{', '.join(re.split('[ ,]+', several[0]))}]",) if several else ()
+        return tuple(name for item in items if (name := self.identifier(item, what, valid)) is not None)
 
     def values(self, source: YamlNode | None, what: str) -> tuple[tuple[Literal, Value], ...]:
         """Read a mapping of names to values; those that cannot be read are left out."""

@@ -182,7 +182,7 @@ WRONG = """
     3:40 memory cannot be 'yes' | true
 
 {work: , else: {other: }}
-    3:16 'else' does not belong to 'work' but to if | out, every, {ANYWHERE}
+    3:16 'else' does not belong to 'work' but to if | else indented like the if that it belongs to, out, every, {ANYWHERE}
 
 {switch: $m}
     3:8 switch needs cases | cases: {value: node, value: node}

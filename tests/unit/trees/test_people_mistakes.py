@@ -628,6 +628,59 @@ REMEDIES = {
         "3:3",
         "fail: done, with code: done; at the top on_failure: {done: a node} makes it good",
     ),
+    "two rooms in one text": (
+        HEAD + "  run: patrol\n  with: {rooms: kitchen and hall}\n",
+        "4:17",
+        "[kitchen, hall]",
+    ),
+    "a mission that calls itself": (HEAD + "  run: example\n", "3:8", "repeat: forever"),
+    "two codes in one text": (
+        HEAD + "  retry: 3\n  on: not_found, no_image\n  do: {look_for_user: {}}\n",
+        "4:7",
+        "[not_found, no_image]",
+    ),
+    "a handler for two codes": (
+        HEAD + "  look_for_user: {}\n  on_failure:\n    not_found, no_image: {wait: 1 s}\n",
+        "5:5",
+        "not_found: with its node, no_image: with its node",
+    ),
+    "poses that are subtracted": (
+        HEAD + "  sequence:\n    - look_for_user: {}\n      out: {user: u}\n    - condition: $u - $u < 1 m\n",
+        "6:18",
+        "distance($u, $u)",
+    ),
+    "every as a loop": (
+        HEAD + "  every: 5 min\n  do: {run: patrol}\n",
+        "3:3",
+        "repeat: forever, with a wait at the end of what is under do",
+    ),
+    "a pause beside repeat": (
+        HEAD + "  repeat: 3\n  wait: 5 min\n  do: {run: patrol}\n",
+        "4:3",
+        "do: {sequence: [the node, {wait: 5 min}]}",
+    ),
+    "a pause beside retry": (
+        HEAD + "  retry: 3\n  wait: 5 min\n  do: {run: patrol}\n",
+        "4:3",
+        "between: {wait: 5 min}",
+    ),
+    "repeat for a time": (
+        HEAD + "  repeat: 5 min\n  do: {run: patrol}\n",
+        "3:11",
+        "timeout: 5 min, with do: {repeat: forever, do: ...}",
+    ),
+    "no time-out": (HEAD + "  timeout: never\n  do: {run: patrol}\n", "3:12", "the node without it"),
+    "wait until a time has passed": (HEAD + "  wait_until: 5 min\n", "3:15", "wait: 5 min"),
+    "else below then": (
+        HEAD + "  if: {look_for_user: {}}\n  then:\n    wait: 1 s\n    else: {wait: 2 s}\n",
+        "6:5",
+        "else indented like the if that it belongs to",
+    ),
+    "an input that may be left out": (
+        "mission: example\ninputs: {a: {type: text, optional: true}}\ntree: {say: {text: $a}}\n",
+        "2:26",
+        "default",
+    ),
     "a default that is no place": (
         "mission: example\ninputs: {rooms: {type: list of text, default: [hall, kichen]}}\n"
         "tree: {run: patrol, with: {rooms: $rooms}}\n",

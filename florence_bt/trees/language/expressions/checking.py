@@ -308,6 +308,14 @@ class _Checker:
                 syntax.start_of(left), message, f'"{_in_text(left)}{_in_text(right)}"', "append: {key: text}"
             )
             return None
+        if what == "-" and self._silently(left) is self._silently(right) is Kind.POSE:
+            message = f"{what!r} needs numbers or quantities, but {syntax.print_term(left)!r} is a pose"
+            self.add(
+                syntax.start_of(left),
+                message,
+                f"distance({syntax.print_term(left)}, {syntax.print_term(right)})",
+            )
+            return None
         before = len(self.problems)
         kinds = self._number(left, what), self._number(right, what)
         if len(self.problems) > before:
