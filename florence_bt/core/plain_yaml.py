@@ -330,10 +330,11 @@ class _Composer:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key = self._node(event, depth + 1)
             if not isinstance(key, YamlScalar):
-                braces = isinstance(event, yaml.MappingStartEvent) and event.flow_style
-                valid = (
-                    ("$key for the value of a key, without braces",) if braces else ("a name and a colon",)
-                )
+                valid = ("a name and a colon",)
+                if isinstance(event, yaml.MappingStartEvent) and event.flow_style:
+                    valid = ("$key for the value of a key, without braces",)
+                elif isinstance(event, yaml.SequenceStartEvent):
+                    valid = ("a line of its own for each item of the list",)
                 raise self._error(event, "a key must be a plain text", *valid)
             if key.text == "<<" and not key.quoted:
                 raise self._error(event, "merges (<<) are not allowed", "writing the entries again")

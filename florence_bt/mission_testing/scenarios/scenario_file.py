@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, close_matches, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.skill import Inputs
 from florence_bt.core.unquoted_commas import unquoted_commas
@@ -280,8 +280,11 @@ class SourceReader(WordReader):
         except ConfigError as error:
             where = f"{error.file}:{error.line}:{error.column}: " if error.file and error.line else ""
             unknown = name not in self.library and not self.library.unreadable().get(name)
-            close = closest_first(name, self.library.names())[:3]
-            valid = (*close, "missions: [FOLDER] at the top of this file") if unknown else error.valid
+            valid = error.valid
+            if unknown:
+                folder = "missions: [FOLDER] at the top of this file, with the folder of the missions"
+                close = close_matches(name, self.library.names())
+                valid = (*close, folder)
             self.error(source.position, f"{where}{error.problem}", valid)
             return None
         return name

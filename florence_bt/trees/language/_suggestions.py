@@ -18,6 +18,7 @@ from florence_bt.trees.language.vocabulary import (
     IDENTIFIER,
     MODIFIERS,
     NODE_KINDS,
+    POLICIES,
     by_spelling,
 )
 
@@ -196,6 +197,8 @@ def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
         first = source.entries[0][0].text
         where = "a space after the dash" if first.startswith("-") else "a dash before each node"
         return (f"{where}: - {first.lstrip('-')}: ...",)
+    if kind.text == "parallel" and isinstance(source, YamlScalar) and source.text in POLICIES:
+        return (f"parallel: a list of nodes, with policy: {source.text} beside it",)
     if isinstance(source, YamlScalar) and source.text.startswith("-"):
         return (f"a space after the dash: - {source.text.lstrip('-')}",)
     return (f"{kind.text}: [node, node]",)

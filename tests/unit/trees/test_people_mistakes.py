@@ -681,6 +681,16 @@ REMEDIES = {
         "2:26",
         "default",
     ),
+    "a policy after parallel": (
+        HEAD + "  parallel: any\n  name: two\n",
+        "3:13",
+        "parallel: a list of nodes, with policy: any beside it",
+    ),
+    "a list of codes as a key": (
+        HEAD + "  look_for_user: {}\n  on_failure:\n    [not_found, no_image]: {wait: 1 s}\n",
+        "5:5",
+        "a line of its own for each item of the list",
+    ),
     "a default that is no place": (
         "mission: example\ninputs: {rooms: {type: list of text, default: [hall, kichen]}}\n"
         "tree: {run: patrol, with: {rooms: $rooms}}\n",
