@@ -63,6 +63,8 @@ def explain_flow(
         return FlowHint(*_colon(entry, before, beside), line, column)
     if len(before) > 1 and before[0] in "\"'" and before.endswith(before[0]):
         return FlowHint("the text goes on after its closing quote", (entry.in_quotes(),), line, column)
+    if before.startswith("$") and text.startswith("[", index):
+        return FlowHint("an item of a list stands in ${ } here", (entry.computed(),), line, column)
     first = text[entry.start : entry.start + 1]
     if (first in tuple("!*&") and before) or (first in tuple("@`%|>") and not before):
         problem = f"text that begins with {first} needs quotes"
@@ -130,6 +132,11 @@ class _Entry:
     def in_quotes(self) -> str:
         """Return the line with the value in quotes."""
         return f"{self.line[: self.start].lstrip()}{quoted(self._value)}{self.line[self.end :].rstrip()}"
+
+    def computed(self) -> str:
+        """Return the line with the value as an expression in quotes."""
+        inside = quoted(f"${{{self._value}}}")
+        return f"{self.line[: self.start].lstrip()}{inside}{self.line[self.end :].rstrip()}"
 
     def with_comma_after(self, length: int) -> str:
         """Return the line with a comma after so many characters of the value."""

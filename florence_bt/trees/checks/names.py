@@ -245,6 +245,9 @@ class NameChecks:
                 message = f"the case {case.text!r} is duplicated (first in line {first[value]})"
                 self._findings.error(case.position, message, ["another value", "one case"])
             first.setdefault(value, case.position.line)
+            if case.text == "default" and not case.quoted and node.default is None:
+                message = "'default' is a case like another here"
+                self._findings.warning(case.position, message, ["default: indented like cases", '"default"'])
             if kind is Kind.TEXT and not case.quoted and (several := _SEVERAL.fullmatch(case.text)):
                 message = f"the case {case.text!r} is one text, and not several"
                 valid = [f"{several[1]}: and {several[2]}: each with its node", f'"{case.text}" for the text']

@@ -230,6 +230,8 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
         return (f"do: {{sequence: [the node, {{{pause}}}]}}",)
     if first.text in MODIFIERS["do"]:
         return (f"do: with {second.text} below it", "sequence: [a node for each]")
+    if first.text == "switch":
+        return (f"cases: with {second.text} below it",)
     if first.text == "if":
         return (f"then: with {second.text} below it", "sequence: [a node for each]")
     if second.text in MODIFIERS["do"]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, close_matches
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
@@ -173,8 +173,11 @@ class _MissionParser(Reader):
         if self._is_misplaced(key, value, source):
             return None
         until, handlers = source.get("until"), source.get("on_failure")
-        if key.text == "for_each" and _is_first_success(until):
-            until = None
+        if key.text == "for_each" and isinstance(until, YamlScalar):
+            if not _is_first_success(until) and close_matches(until.text, [vocabulary.FIRST_SUCCESS]):
+                self.error(until.position, f"until cannot be {until.text!r}", [vocabulary.FIRST_SUCCESS])
+                until = None
+            until = None if _is_first_success(until) else until
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
@@ -725,4 +728,4 @@ def _unread(
     """Return the names in a mapping whose values could not be read."""
     read = {name.text for name, _ in inputs}
     entries = source.entries if isinstance(source, YamlMapping) else ()
-    return tuple(name.text for name, _ in entries if name.text not in read)
+    return tuple(name.text.split(":")[0] for name, _ in entries if name.text not in read)

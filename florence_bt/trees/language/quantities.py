@@ -28,6 +28,7 @@ _EXAMPLES = {
 _PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
 _COMMENT = re.compile(r"\s*(?:#|//)\s*")
 """The beginning of a comment without the space that it needs, or of another language."""
+_HOURS = re.compile(r"(\d{1,2}) ?h ?(\d{1,2})")
 _CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
 
 
@@ -158,6 +159,9 @@ def _suggestion(text: str, kind: Kind) -> str:
     whole = "".join("".join(part) for part in parts) == re.sub(r"\s|and", "", text)
     if len(parts) > 1 and whole and all(unit in units for _, unit in parts):
         return format_value(sum(float(number) * units[unit] for number, unit in parts), kind)
+    long = _HOURS.fullmatch(text)
+    if long and kind is Kind.DURATION:
+        return f"{int(long[1]) * 60 + int(long[2])} min"
     clock = _CLOCK.fullmatch(text)
     if clock and kind is Kind.DURATION:
         hours, minutes, seconds = (int(part or 0) for part in clock.groups())

@@ -34,6 +34,8 @@ _NAME = re.compile(r"[A-Za-z_À-ɏ][A-Za-z0-9_À-ɏ]*")
 _NAMES = re.compile(r"[a-z][a-z0-9_]*(?:(?:, *| +)[a-z][a-z0-9_]*)+")
 """Several names without their brackets."""
 
+_GLUED = re.compile(r"(?P<name>[a-z][a-z0-9_]*):(?P<value>\S.*)")
+"""An entry without the space behind its colon, which YAML reads as a name: ``text:Hello``."""
 _POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
 
 _BOOLEAN_WORDS = {
@@ -130,6 +132,11 @@ class Reader(WordReader):
         pieces = {piece for text in fallen_apart.values() for piece in text.pieces}
         for key, item in mapping.entries if mapping else ():
             if key in pieces:
+                continue
+            glued = _GLUED.fullmatch(key.text) if isinstance(item, YamlScalar) and item.empty else None
+            if glued is not None and not key.quoted:
+                valid = [f"{glued['name']}: {glued['value']}"]
+                self.error(key.position, f"{what}: a space is missing behind the colon", valid)
                 continue
             name = self.identifier(key, f"a name in {what}")
             if key in fallen_apart:

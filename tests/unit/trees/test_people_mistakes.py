@@ -681,6 +681,29 @@ REMEDIES = {
         "2:26",
         "default",
     ),
+    "no space behind a colon": (HEAD + "  say: {text:Hello}\n", "3:9", "text: Hello"),
+    "no cases": (
+        ANSWERED + "    - switch: $a\n      tea: {wait: 1 s}\n      milk: {wait: 2 s}\n",
+        "7:7",
+        "cases: with tea below it",
+    ),
+    "the default among the cases": (
+        ANSWERED + "    - switch: $a\n      cases:\n        tea: {wait: 1 s}\n        default: {wait: 2 s}\n",
+        "9:9",
+        "default: indented like cases",
+    ),
+    "a misspelt success": (
+        HEAD + "  for_each: [hall, study]\n  as: one\n  until: succes\n  do: {robot_in_room: {room: $one}}\n",
+        "5:10",
+        "success",
+    ),
+    "hours and minutes": (HEAD + "  wait: 1h30\n", "3:9", "90 min"),
+    "an item between braces": (
+        LISTED + "  say: {text: $seen[0]}\n",
+        "4:20",
+        'say: {text: "${$seen[0]}"}',
+    ),
+    "a unit in an expression": (COUNTED + "  wait: ${$n s}\n", "4:14", "$n * 1 s"),
     "a policy after parallel": (
         HEAD + "  parallel: any\n  name: two\n",
         "3:13",

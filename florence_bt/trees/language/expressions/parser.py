@@ -424,6 +424,9 @@ class _ExpressionParser:
         if token.kind == "word":
             close = difflib.get_close_matches(token.text.lower(), ("and", "or"), n=1, cutoff=0.5)
             operator = _OTHER_WORDS.get(token.text.lower())
+            before = self._tokens[self._index - 1]
+            if before.kind == "key" and any(token.text in units for units in UNITS.values()):
+                operator = f"{before.text} * 1 {token.text}"
             if token.text == "not" and self._tokens[self._index + 1].text == "in":
                 operator = "not $item in $list"
             valid = (operator,) if operator else tuple(close) or ("and", "or", *COMPARISONS)
