@@ -254,9 +254,11 @@ class TextTemplate:
 
 def _in_text(part: ValueSource, keys: KeyStore, behind: str | ValueSource) -> str:
     value = part.resolve(keys)
+    shown = keys.shown(part.key, value) if isinstance(part, KeyReference) else readable(value)
+    if isinstance(value, tuple):
+        return shown[1:-1]  # "kitchen, hall" is said, and not its brackets
     if not isinstance(part, KeyReference):
-        return readable(value)
-    shown = keys.shown(part.key, value)
+        return shown
     written = _UNIT.match(behind) if isinstance(behind, str) else None
     if written is None:
         return shown

@@ -63,9 +63,14 @@ def explain_flow(
         return FlowHint(*_colon(entry, before, beside), line, column)
     if len(before) > 1 and before[0] in "\"'" and before.endswith(before[0]):
         return FlowHint("the text goes on after its closing quote", (entry.in_quotes(),), line, column)
-    if not before and text[index : index + 1] in tuple("@`%|>"):
-        problem = f"text that begins with {text[index]} needs quotes"
-        return FlowHint(problem, (entry.in_quotes(),), line, column)
+    if before.startswith("$") and text.startswith("[", index):
+        return FlowHint("an item of a list stands in ${ } here", (entry.computed(),), line, column)
+    first = text[entry.start : entry.start + 1]
+    if (first in tuple("!*&") and before) or (first in tuple("@`%|>") and not before):
+        problem = f"text that begins with {first} needs quotes"
+        return FlowHint(problem, (entry.in_quotes(),), line, entry.start + 1)
+    if text.startswith("- ", index) and not before:
+        return FlowHint("between [ and ] a list has no dashes", ("[kitchen, hall]",), line, column)
     return None
 
 
@@ -128,6 +133,11 @@ class _Entry:
         """Return the line with the value in quotes."""
         return f"{self.line[: self.start].lstrip()}{quoted(self._value)}{self.line[self.end :].rstrip()}"
 
+    def computed(self) -> str:
+        """Return the line with the value as an expression in quotes."""
+        inside = quoted(f"${{{self._value}}}")
+        return f"{self.line[: self.start].lstrip()}{inside}{self.line[self.end :].rstrip()}"
+
     def with_comma_after(self, length: int) -> str:
         """Return the line with a comma after so many characters of the value."""
         place = self.start + length
@@ -147,7 +157,12 @@ def quoted(value: str) -> str:
 
 
 def _bare(value: str) -> str:
-    """Take off quotes that end too soon, also typographic ones."""
+    """Take off quotes that end too soon, also typographic ones, and those of ``""Hello""``."""
+    sign = value[:1]
+    if sign in ("'", '"') and value.endswith(sign) and len(value) > 1:
+        inside = value[1:-1]
+        if inside.count(sign) % 2 or (inside.startswith(sign) and inside.endswith(sign)):
+            return inside.strip(sign)
     if value[:1] in ("\N{LEFT DOUBLE QUOTATION MARK}", "\N{DOUBLE LOW-9 QUOTATION MARK}"):
         return value[1:].rstrip("\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}")
     return value

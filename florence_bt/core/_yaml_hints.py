@@ -10,6 +10,8 @@ from florence_bt.core._flow_hints import quoted
 
 _KEY = re.compile(r"\s*(?:- +)*(?P<key>[^\s:#'\"{\[][^:#]*): +(?P<value>\S.*)$")
 _WORD_AND_COLON = re.compile(r"[\s,]+(?P<word>[a-z_]+):(?=\s|$)")
+_TABLE = re.compile(r"[a-z_][a-z0-9_]*:(?: +(?P<rest>[{\[].*|\S+))?")
+"""A table in one line: ``room: kitchen``; what has several words is more likely a text."""
 _SIGNS = "&*|>?,]}"
 """What begins something else than a text at the beginning of a value; a library never says so."""
 _NO_COLON = "could not find expected ':'"
@@ -71,6 +73,12 @@ def explain(lines: list[str], line: int, column: int, problem: str, beside: Coll
     if (found := _begins_with_sign(lines[line - 1], column)) is not None:
         return found
     if problem == _NO_COLON and _content(before):
+        above = next((number for number in range(line - 1, 0, -1) if _content(lines[number - 1])), None)
+        if above is not None and " " in _content(before) and _KEY.match(lines[above - 1]):
+            problem = f"a colon is missing, or this is the rest of the text of line {above}"
+            return Hint(
+                problem, (f"{_content(before)}:", f"{_indent(lines[above - 1]) + 2} spaces before it")
+            )
         return Hint(words, (f"{_content(before)}:",))
     if "\t" in (after[:1], before[-1:]):
         return Hint("a tab", ("spaces",))
@@ -146,8 +154,15 @@ def _colon(lines: list[str], line: int, column: int, words: str) -> Hint:
     """Explain a colon too many in a text, or one too few in the line above."""
     match = _KEY.match(lines[line - 1])
     if match and column - 1 >= match.start("value"):
-        problem = "text with a colon needs quotes"
-        return Hint(problem, (_quoted(match["key"], match["value"]),))
+        problem, in_quotes = "text with a colon needs quotes", _quoted(match["key"], match["value"])
+        table = _TABLE.fullmatch(match["value"].rstrip())
+        if table is None:
+            return Hint(problem, (in_quotes,))
+        if table["rest"] is None:
+            below = f"{match['value'].strip()} on the next, indented further"
+            return Hint("one colon on a line", (f"{match['key']}: on this line", below), of_line=True)
+        in_braces = f"{match['key']}: {{{match['value'].strip()}}}"
+        return Hint(f"{problem}, and a table braces", (in_braces, in_quotes))
     above = next((number for number in range(line - 1, 0, -1) if _content(lines[number - 1])), None)
     if above is None:
         return Hint(words)

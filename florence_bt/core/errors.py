@@ -110,10 +110,10 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
         names: All names that exist.
 
     Returns:
-        The close matches, best first, or all names in alphabetical order (at most :data:`MAX_COMPARED`) when
-        none is close. A name of several words is close when it has all the words that were wanted:
-        ``front_door`` for ``door``. One that differs only in capitals and in the signs between words stands
-        alone: ``look_for_user`` for ``lookForUser``.
+        The close matches, best first, or all names (at most :data:`MAX_COMPARED`) when none is close: those
+        that share a word with ``wanted``, then the others in alphabetical order. A name of several words is
+        close when it has all the words that were wanted: ``front_door`` for ``door``. One that differs in
+        capitals and in the signs between words alone is the only one: ``look_for_user`` for ``lookForUser``.
     """
     known = _neighbours(wanted, names)
     alike = tuple(name for name in known if spelling(name) == spelling(wanted))
@@ -123,7 +123,8 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
     words = _words(wanted)
     longer = [name for name in known if words <= _words(name)] if len(wanted) > 2 else []
     closest = difflib.get_close_matches(wanted, close, n=3, cutoff=0.8)
-    return tuple(dict.fromkeys((*closest, *longer, *close)))[:3] or tuple(known)
+    sharing = [name for name in known if any(len(word) > 2 for word in words & _words(name))]
+    return tuple(dict.fromkeys((*closest, *longer, *close)))[:3] or tuple(dict.fromkeys((*sharing, *known)))
 
 
 def spelling(name: str) -> str:

@@ -20,6 +20,12 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, yaw_of_quaternion
 
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/(msg|srv|action)/([A-Z][A-Za-z0-9]*)")
+_USUAL_TYPES = (
+    *("std_msgs/msg/Bool", "std_msgs/msg/String", "std_msgs/msg/Float64", "std_srvs/srv/Trigger"),
+    *("std_srvs/srv/SetBool", "nav2_msgs/action/NavigateToPose"),
+)
+"""Types that much of a home is made of, for suggestions."""
+_A = {"message": "a message", "service": "a service", "action": "an action"}
 _STEP = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+)\])?")
 _SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *\d+)?>|(.+)\[\d+\])")
 
@@ -59,7 +65,7 @@ def load_interface(name: str) -> Any:
     """
     match = _NAME.fullmatch(name)
     if match is None:
-        raise ConfigError(f"{name!r} is not the type of an interface", valid=["nav2_msgs/action/Spin"])
+        raise ConfigError(f"{name!r} is not the type of an interface", valid=_types_like(name))
     package, kind, last = match.groups()
     try:
         module = importlib.import_module(f"{package}.{kind}")
@@ -71,6 +77,16 @@ def load_interface(name: str) -> Any:
         names = [each for each in dir(module) if each[:1].isupper() and "_" not in each]
         raise ConfigError(f"{package} has no {kind} {last!r}", valid=closest_first(last, names))
     return found
+
+
+def _types_like(name: str) -> tuple[str, ...]:
+    """Suggest the whole name of a type for ``Bool`` or ``std_msgs/Bool``."""
+    package, _, last = name.replace("::", "/").rpartition("/")
+    package = package.split("/")[0]
+    meant = [each for each in _USUAL_TYPES if each.rpartition("/")[2].lower() == last.lower()]
+    if package and not meant:
+        return tuple(f"{package}/{kind}/{last}" for kind in ("msg", "srv", "action"))
+    return tuple(meant) or _USUAL_TYPES
 
 
 def field_type(message_type: Any, path: str) -> str:
@@ -124,14 +140,19 @@ def part_of(interface: Any, part: str) -> Any:
     Raises:
         ConfigError: The interface has no such part: it is of another kind.
     """
-    if part == "":
-        if hasattr(interface, "Request") or hasattr(interface, "Goal"):
-            raise ConfigError(f"{interface.__name__} is not a message", valid=["std_msgs/msg/String"])
+    is_one = (
+        "action" if hasattr(interface, "Goal") else "service" if hasattr(interface, "Request") else "message"
+    )
+    if is_one == "message" and part == "":
         return interface
-    found = getattr(interface, part, None)
+    found = getattr(interface, part, None) if part else None
     if found is None:
-        kind = "an action" if part in ("Goal", "Result", "Feedback") else "a service"
-        raise ConfigError(f"{interface.__name__} is not {kind}")
+        wanted = (
+            "message" if part == "" else "action" if part in ("Goal", "Result", "Feedback") else "service"
+        )
+        ways = ("condition", "wait_for", "publish") if is_one == "message" else (is_one,)
+        problem = f"{interface.__name__} is not {_A[wanted]}, but {_A[is_one]}"
+        raise ConfigError(problem, valid=[f"{way}: NAME" for way in ways])
     return found
 
 

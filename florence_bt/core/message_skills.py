@@ -194,7 +194,8 @@ class AnswerWait(MessageWait):
 
     An answer counts while somebody waits for it. One that comes while the robot still speaks, or within
     ``keep_s`` after the sentence, or after a wait that ended without an answer, is kept for the next wait for
-    an answer to the same sentence. What nobody takes is reported.
+    an answer to the same sentence. What nobody takes is reported. One that sounds like a
+    choice of the mission is that choice.
 
     Args:
         clock: The time of the robot.
@@ -267,6 +268,8 @@ class AnswerWait(MessageWait):
         return Taken(True, f"kept in case that the mission waits for it: {question}")
 
     def _give(self, message: Any) -> None:
+        meant = _spoken(message.data)
+        message.data = next((each for each in self._choices if _spoken(each) == meant), message.data)
         super().take(message)
         self._open_until = -math.inf
         self._stop_expiry()
@@ -295,6 +298,11 @@ class AnswerWait(MessageWait):
         kept, self._kept = self._kept, None
         if kept is not None:
             self._report(f"an answer to {self._sentence!r} came too late: {_shown(kept)}")
+
+
+def _spoken(text: str) -> str:
+    """Strip an answer of what nobody hears: capitals, further spaces, the full stop."""
+    return " ".join(text.split()).rstrip(".!?").casefold()
 
 
 def _shown(message: Any) -> str:

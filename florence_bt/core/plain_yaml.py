@@ -123,6 +123,16 @@ class YamlMapping:
 YamlNode = YamlScalar | YamlSequence | YamlMapping
 
 
+def texts_in(source: YamlNode | None) -> Iterator[str]:
+    """Yield the texts of all values at or below a node, without the keys."""
+    if isinstance(source, YamlScalar):
+        yield source.text
+    elif source is not None:
+        below = source.items if isinstance(source, YamlSequence) else [value for _, value in source.entries]
+        for each in below:
+            yield from texts_in(each)
+
+
 def read_yaml(path: Path) -> YamlNode:
     """Read a YAML file.
 
@@ -301,6 +311,8 @@ class _Composer:
             self._note(error)
         if event.tag not in _PLAIN_TAGS:
             valid = ("the value without a tag", "quotes round it, if it is text with !")
+            if event.tag.startswith("!$"):
+                valid = (f"not {event.tag[1:]}", valid[1])
             self._note(self._error(event, f"the tag {event.tag} is not allowed", *valid))
         if depth > MAX_DEPTH:
             raise self._error(event, _TOO_DEEP, "a flatter file")
@@ -318,10 +330,11 @@ class _Composer:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key = self._node(event, depth + 1)
             if not isinstance(key, YamlScalar):
-                braces = isinstance(event, yaml.MappingStartEvent) and event.flow_style
-                valid = (
-                    ("$key for the value of a key, without braces",) if braces else ("a name and a colon",)
-                )
+                valid = ("a name and a colon",)
+                if isinstance(event, yaml.MappingStartEvent) and event.flow_style:
+                    valid = ("$key for the value of a key, without braces",)
+                elif isinstance(event, yaml.SequenceStartEvent):
+                    valid = ("a line of its own for each item of the list",)
                 raise self._error(event, "a key must be a plain text", *valid)
             if key.text == "<<" and not key.quoted:
                 raise self._error(event, "merges (<<) are not allowed", "writing the entries again")

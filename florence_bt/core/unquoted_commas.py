@@ -5,11 +5,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from florence_bt.core._flow_hints import quoted
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar
+
+_DECIMAL = re.compile(r"-?\d+,\d+(?: ?[a-z/°%]+)?")
+"""A number with a decimal comma, perhaps with a unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +37,10 @@ class UnquotedComma:
 
     @property
     def valid(self) -> str:
-        """The entry as it would have worked."""
+        """The entry as it would have worked; ``1,5 s`` is a number with a comma."""
+        pieces = [piece.text for piece in (self.first, *self.pieces)]
+        if _DECIMAL.fullmatch(",".join(pieces)):
+            return f"{self.key.text}: {'.'.join(pieces)}"
         return f"{self.key.text}: {quoted(self.whole)}"
 
 

@@ -318,9 +318,9 @@ class MissionTester:
 
     def _mock_missions(self, mission: str) -> None:
         """Put stubs for the called missions that mocks name."""
-        names = mocked_missions(self._board.patterns(), self.mission_map_of(mission), self.declarations)
-        if names:
-            put_stubs(names, self.library, self.declarations)
+        mocked = mocked_missions(self._board.patterns(), self.mission_map_of(mission), self.declarations)
+        if mocked:
+            put_stubs(mocked, self.library, self.declarations)
             self._maps = MissionMaps()
 
     def _readable(self, mission: str, inputs: Mapping[str, Any]) -> dict[str, Any]:

@@ -353,7 +353,12 @@ class TestRun:
                 raise ConfigError(f"the {what} {name!r}: {error.problem}", valid=error.valid) from error
             if name not in actual:
                 known = ", ".join(actual) or "none"
-                self.fail(f"there is no {what} {name!r} (there are: {known})")
+                why = (
+                    f"; a mission that is {self.status} gives no outputs"
+                    if what == "output" and not actual
+                    else ""
+                )
+                self.fail(f"there is no {what} {name!r} (there are: {known}{why})")
             elif not same(read, actual[name]):
                 is_, not_ = (_shown(each, kind) for each in (actual[name], read))
                 self.fail(f"the {what} {name} is {is_}, not {not_}")
@@ -408,7 +413,7 @@ class TestRun:
 
     def report(self) -> str:
         """Write the tree, the calls and what broke, for messages."""
-        calls = "\n".join(self.call_text(call) for call in self.calls()) or "      none"
+        calls = "\n".join(_shortened([self.call_text(call) for call in self.calls()])) or "      none"
         broken = "".join(f"\n\nan exception came out of the tree:\n{text}" for text in self.record.broken)
         tree = "\n".join(_visited(self.tree)) or "(no node was reached)"
         unused = ", ".join(self._unused_mocks())
@@ -422,6 +427,18 @@ class TestRun:
             ExpectationFailed: Always.
         """
         raise ExpectationFailed(problem, self.report())
+
+
+MOST_CALLS = 40
+"""How many calls a report shows: a mission that repeats something has thousands."""
+
+
+def _shortened(calls: list[str]) -> list[str]:
+    """Leave out what is in the middle of a long list."""
+    if len(calls) <= MOST_CALLS:
+        return calls
+    half = MOST_CALLS // 2
+    return [*calls[:half], f"{'...':>10}  {len(calls) - 2 * half} more calls", *calls[-half:]]
 
 
 def _visited(tree: str) -> list[str]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from inspect import isgenerator
 from typing import Any, cast
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
@@ -255,7 +255,7 @@ class MockBoard:
         def settle(said: Any) -> Step:
             try:
                 step = to_step(said, declaration)
-                check_outputs(step, call.node)
+                check_outputs(step, call.node, declaration)
             except ConfigError as error:
                 raise MockError(f"the mock of {call.path} does what the skill cannot: {error}") from error
             return step
@@ -298,7 +298,8 @@ class MockBoard:
             return
         for reply in mock.replies:
             try:
-                check_outputs(to_step(reply, self._declarations[node.skill]), node)
+                declaration = self._declarations[node.skill]
+                check_outputs(to_step(reply, declaration), node, declaration)
             except ConfigError as error:
                 raise ConfigError(
                     f"the mock {mock.pattern.text!r} at {node.shown}: {error.problem}", valid=error.valid
@@ -366,8 +367,8 @@ def _ask(mock: Mock, call: SkillCall) -> Any:
         raise MockError(broken_function(call.path, error)) from error
 
 
-def check_outputs(step: Step, node: NodeRef) -> None:
-    """See that a success gives what the mission reads, or promises when the mission itself is mocked.
+def check_outputs(step: Step, node: NodeRef, declaration: SkillDeclaration) -> None:
+    """See that a success gives what the mission takes.
 
     Raises:
         ConfigError: An output is missing.
@@ -377,14 +378,23 @@ def check_outputs(step: Step, node: NodeRef) -> None:
     missing = [name for name in node.outputs if name not in step.result.outputs]
     if missing:
         raise ConfigError(
-            f"it succeeds without {' and '.join(missing)}, which it has to give here",
-            valid=[f"SUCCESS ({', '.join(f'{name}=...' for name in node.outputs)})"],
+            f"it succeeds without {' and '.join(missing)}, which the mission takes",
+            valid=[_success(declaration, node.outputs)],
         )
 
 
+def _success(declaration: SkillDeclaration, outputs: Iterable[str]) -> str:
+    """Write a success that gives some outputs."""
+    given = ", ".join(f"{name}={_example(declaration.outputs[name].kind)}" for name in outputs)
+    return f"SUCCESS ({given})" if given else "SUCCESS"
+
+
+def _example(kind: Kind) -> str:
+    return "(1 m, 2 m, 90 deg)" if kind is Kind.POSE else example_of(kind)
+
+
 def _how_to_mock(declaration: SkillDeclaration, node: NodeRef) -> str:
-    outputs = ", ".join(f"{name}={example_of(port.kind)}" for name, port in declaration.outputs.items())
-    success = f"SUCCESS ({outputs})" if outputs else "SUCCESS"
+    success = _success(declaration, declaration.outputs)
     example = success if declaration.instant else f"running 3 s, then {success}"
     return (
         f"{node.shown} was started, but {declaration.name} has no mock; give it one:\n"

@@ -31,6 +31,7 @@ from florence_bt.core.skill import Inputs
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.mission_testing.values import read_duration, read_port
 from florence_bt.skills.served import error_codes
+from florence_bt.trees.checks.outcomes import MISTAKES
 
 ALWAYS = -1
 """The count of a reply that is given to every further call."""
@@ -201,13 +202,19 @@ def _code(code: str | int | None, declaration: SkillDeclaration) -> str:
             )
         return numbers[code]
     if code not in known:
-        raise ConfigError(f"{declaration.name} cannot fail with {code!r}", valid=_codes_like(code, known))
+        raise ConfigError(
+            f"{declaration.name} cannot fail with {code!r}", valid=_codes_like(code, declaration, known)
+        )
     return code
 
 
-def _codes_like(code: str, known: tuple[str, ...]) -> tuple[str, ...]:
+def _codes_like(code: str, declaration: SkillDeclaration, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the codes of a group of this name, those that look like it, or all, mistakes last."""
     close = closest_first(code, known)
-    return close if len(close) <= 3 else known
+    grouped = tuple(
+        each for group in declaration.groups if group.name == code for each in sorted(group.codes)
+    )
+    return grouped or (close if len(close) <= 3 else tuple(sorted(known, key=lambda each: each in MISTAKES)))
 
 
 def read_outputs(outputs: Mapping[str, Any], declaration: SkillDeclaration) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
@@ -11,6 +11,7 @@ from florence_bt.core.plain_yaml import Position
 from florence_bt.mission_testing.paths import MissionMap, Pattern
 from florence_bt.trees.checks.outcomes import mission_outcomes
 from florence_bt.trees.language import model
+from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Reference
 
@@ -20,9 +21,22 @@ _DEADLINE_S = 1e9
 """A mission has no deadline of its own."""
 
 
+@dataclass(frozen=True, slots=True)
+class MockedMission:
+    """A called mission that is mocked whole.
+
+    Attributes:
+        name: The mission.
+        taken: Its outputs that calls take; no others need be given.
+    """
+
+    name: str
+    taken: frozenset[str]
+
+
 def mocked_missions(
     patterns: Iterable[Pattern], mission_map: MissionMap, skills: Collection[str]
-) -> tuple[str, ...]:
+) -> tuple[MockedMission, ...]:
     """Return the called missions that mocks name instead of skills.
 
     Args:
@@ -30,35 +44,38 @@ def mocked_missions(
         mission_map: The nodes of the mission that is tested.
         skills: The names of all skills; a skill goes before a mission of the same name.
     """
-    calls = [ref for ref in mission_map.nodes.values() if ref.origin is not None]
+    calls = [
+        (ref, node)
+        for ref in mission_map.nodes.values()
+        if ref.origin is not None and isinstance(node := ref.origin.node, model.CallMission)
+    ]
     names: dict[str, None] = {}
     for pattern in patterns:
         last = pattern.text.rsplit("/", 1)[-1].strip()
         if last in skills or any(pattern.matches(ref) for ref in mission_map.uses()):
             continue
-        for ref in calls:
-            node = ref.origin.node if ref.origin is not None else None
-            if isinstance(node, model.CallMission) and node.mission.text == last and pattern.matches(ref):
-                names[last] = None
-    return tuple(names)
+        if any(node.mission.text == last and pattern.matches(ref) for ref, node in calls):
+            names[last] = None
+    taken = [(node.mission.text, output.text) for _, node in calls for output, _ in node.outputs]
+    return tuple(MockedMission(name, frozenset(o for called, o in taken if called == name)) for name in names)
 
 
 def put_stubs(
-    names: Iterable[str], library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+    mocked: Iterable[MockedMission], library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> None:
     """Let stubs stand for missions of a library.
 
     Args:
-        names: The missions.
+        mocked: The missions.
         library: Holds the stubs afterwards, and what they take, give and can fail with as declared skills.
         declarations: The skills by name.
     """
-    missions = [library.get(name) for name in names]
+    missions = {library.get(each.name): each.taken for each in mocked}
     # What a mission can fail with is read from what it calls: all are declared before the first is replaced.
     declared = {mission.name: _declared(mission, library, declarations) for mission in missions}
     library.declarations.update(declared)
-    for mission in missions:
-        library.put(_stub(mission))
+    for mission, taken in missions.items():
+        library.put(_stub(mission, taken))
 
 
 def copied(library: MissionLibrary) -> MissionLibrary:
@@ -75,6 +92,7 @@ def _declared(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> SkillDeclaration:
     codes = sorted(mission_outcomes(mission, library, declarations).codes - COMMON_CODES.keys())
+    groups = [replace(each, codes=each.codes & {*codes}) for each in groups_of(declarations).values()]
     return SkillDeclaration(
         mission.name,
         mission.description,
@@ -82,10 +100,11 @@ def _declared(
         outputs=mission.outputs,
         failures={code: f"{mission.name} failed with {code}" for code in codes},
         deadline_s=_DEADLINE_S,
+        groups=tuple(group for group in groups if group.codes),
     )
 
 
-def _stub(mission: Mission) -> Mission:
+def _stub(mission: Mission, taken: Collection[str]) -> Mission:
     def literal(name: str) -> Literal:
         return Literal(name, False, _NOWHERE)
 
@@ -93,6 +112,6 @@ def _stub(mission: Mission) -> Mission:
         position=_NOWHERE,
         skill=mission.name,
         inputs=tuple((literal(name), Reference(name, _NOWHERE)) for name in mission.inputs),
-        outputs=tuple((literal(name), literal(name)) for name in mission.outputs),
+        outputs=tuple((literal(name), literal(name)) for name in mission.outputs if name in taken),
     )
     return replace(mission, tree=tree, keys={})

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, close_matches, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.skill import Inputs
 from florence_bt.core.unquoted_commas import unquoted_commas
@@ -31,7 +31,7 @@ from florence_bt.mission_testing.mocks.scripts import (
     reply_per_call,
     to_step,
 )
-from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
+from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, mocked_missions, put_stubs
 from florence_bt.mission_testing.paths import (
     MissionMap,
     MissionMaps,
@@ -280,8 +280,11 @@ class SourceReader(WordReader):
         except ConfigError as error:
             where = f"{error.file}:{error.line}:{error.column}: " if error.file and error.line else ""
             unknown = name not in self.library and not self.library.unreadable().get(name)
-            close = closest_first(name, self.library.names())[:3]
-            valid = (*close, "missions: [FOLDER] at the top of this file") if unknown else error.valid
+            valid = error.valid
+            if unknown:
+                folder = "missions: [FOLDER] at the top of this file, with the folder of the missions"
+                close = close_matches(name, self.library.names())
+                valid = (*close, folder)
             self.error(source.position, f"{where}{error.problem}", valid)
             return None
         return name
@@ -467,7 +470,7 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
             try:
                 step = to_step(reply, declaration)
                 if node is not None:
-                    check_outputs(step, node)
+                    check_outputs(step, node, declaration)
             except ConfigError as error:
                 problems.setdefault(error.problem, error)
     for problem, found in problems.items():
@@ -997,10 +1000,10 @@ class _FileReader:
         self._mission: YamlNode | None = None
         self._given: dict[str, YamlNode] = {}
         self._names: dict[str, int] = {}
-        self._mocks: dict[tuple[str, tuple[str, ...]], list[MockEntry]] = {}
-        self._not_playable: set[tuple[str, tuple[str, ...]]] = set()
-        self._stubs: tuple[str, ...] = ()
-        self._surroundings: dict[tuple[str, ...], _Surroundings] = {}
+        self._mocks: dict[tuple[str, tuple[MockedMission, ...]], list[MockEntry]] = {}
+        self._not_playable: set[tuple[str, tuple[MockedMission, ...]]] = set()
+        self._stubs: tuple[MockedMission, ...] = ()
+        self._surroundings: dict[tuple[MockedMission, ...], _Surroundings] = {}
 
     def scenarios(self, source: YamlNode) -> Iterator[Scenario]:
         reader = self._reader

@@ -15,6 +15,9 @@ from florence_bt.trees.language.model import Literal, Mission, Node, Reference, 
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.values import fits
 
+_TIMES = ("now", "time", "hour", "date", "today", "weekday")
+"""What people look for in a key: no mission knows what time it is."""
+
 
 class KeyChecks:
     """Follows the keys through the tree of a mission.
@@ -28,6 +31,7 @@ class KeyChecks:
     def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
         self._findings = findings
+        self._analysis = analysis
         known = analysis.of(mission)
         self._kinds = known.kinds
         self._all = known.all
@@ -73,10 +77,30 @@ class KeyChecks:
         for reference in unknown:
             if self._findings.full:
                 break
-            valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
+            valid = self._taken(reference.key)
+            valid = valid or [f"${name}" for name in closest_first(reference.key, self._bits)]
             valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
             self._findings.error(reference.position, f"no node writes a key {reference.key!r}", valid)
         return not unknown
+
+    def _taken(self, key: str) -> list[str]:
+        """Suggest the ``out`` by which a key gets the output of its name, if a skill or mission has one."""
+        if key in model.FAILURE_KEYS:
+            return ["a node under on_failure"]
+        if key in _TIMES:
+            return ['wait_until: "20:00", which waits for a time']
+        for node in self._all:
+            if isinstance(node, model.RunSkill | model.CallMission):
+                given = self._analysis.output_kinds(node)
+                name = node.skill if isinstance(node, model.RunSkill) else node.mission.text
+                if key in given:
+                    return [f"out: {{{key}: {key}}} below {name} of line {node.position.line}"]
+                if key == name and given:  # $find_user.room
+                    first = next(iter(given))
+                    return [
+                        f"out: {{{first}: {first}}} below {name} of line {node.position.line}, and ${first}"
+                    ]
+        return []
 
     def _wanted(self) -> list[Reference]:
         return [
@@ -95,7 +119,8 @@ class KeyChecks:
         if self._findings.full:
             return before.plus(bit)
         if not before.maybe & bit:
-            valid = [f"the node of line {line} before this one" for line in self._lines_that_write(key)]
+            lines = [line for line in self._lines_that_write(key) if line != reference.position.line]
+            valid = [f"the node of line {line} before this one" for line in lines]
             close = close_matches(key, self._names(before.maybe))
             valid += [f"${name}" for name in close] or [f"a default of {key!r} under keys:"]
             message = f"the key {key!r} is read before any node has written it"
@@ -130,7 +155,7 @@ class KeyChecks:
                 message = (
                     f"the output {name!r} is {with_article(port.kind)}, but its key is {with_article(kind)}"
                 )
-                self._findings.error(position, message)
+                self._findings.error(position, message, [f"type: {kind.value}"])
 
     def _check_read_at_all(self, read: set[str]) -> None:
         """Warn of what is written or declared and never read."""
@@ -143,7 +168,10 @@ class KeyChecks:
                 self._unread(node, key)
         for name in self._mission.inputs:
             if name not in read:
-                self._findings.warning(self._declared_at(name), f"nothing reads the input {name!r}")
+                message = f"nothing reads the input {name!r}"
+                self._findings.warning(
+                    self._declared_at(name), message, [f"${name} where its value is wanted"]
+                )
         for name in self._mission.keys:
             if name not in read and name not in written:
                 self._findings.warning(self._declared_at(name), f"nothing reads or writes the key {name!r}")

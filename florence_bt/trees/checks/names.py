@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
@@ -9,7 +10,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import close_matches, closest_first, spelling
 from florence_bt.trees.checks.values import ValueChecks, literal_kind
 from florence_bt.trees.language import model
-from florence_bt.trees.language._suggestions import OTHER_KINDS
+from florence_bt.trees.language._suggestions import OTHER_KINDS, OTHER_SKILLS
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Literal, Mission, Node, PolicyKind
@@ -18,6 +19,8 @@ from florence_bt.trees.language.quantities import example_of, with_article
 from florence_bt.trees.language.values import fits
 from florence_bt.trees.language.vocabulary import NODE_KINDS
 
+_SEVERAL = re.compile(r"(\w+)(?:, ?| or | ?\| ?)(\w+)")
+"""A case that is meant to stand for several values: ``yes, ja``."""
 HOW_TO_DECLARE = (
     "NAME.skills.yaml beside the mission, if it is your own (docs/reference/missions.md#skills-of-your-own)"
 )
@@ -44,9 +47,20 @@ class NameChecks:
 
     def check(self) -> None:
         """Check all nodes."""
-        for node in self._analysis.of(self._mission).all:
+        nodes = self._analysis.of(self._mission).all
+        # A skill without its code in `on_failure`, reported there: below it stand inputs and no node.
+        inputs = {
+            handler
+            for node in nodes
+            if isinstance(node, model.OnFailure)
+            for code, handler in node.handlers
+            if code.text in self._analysis.declarations
+        }
+        for node in nodes:
             if self._findings.full:
                 return
+            if node in inputs:
+                continue
             self._check_node(node)
             self._check_conditions(node)
             self._check_writes(node)
@@ -97,6 +111,8 @@ class NameChecks:
             self._values.check(items, None, "for_each")
             return
         valid = [f"[{model.show(items)}]", "an input or a key with type: list of text"]
+        if isinstance(items, Literal) and items.text in self._kinds:
+            valid.insert(0, f"${items.text}")
         message = f"for_each needs a list, but {model.show(items)!r} is {with_article(kind)}"
         self._findings.error(items.position, message, valid)
 
@@ -123,6 +139,8 @@ class NameChecks:
         if not node.mapping_given:
             first = next((name for name, port in declaration.inputs.items() if port.required), "input")
             about = f"{node.skill}: {{{first}: {node.written or 'value'}}}" if declaration.inputs else ""
+            if node.written and declaration.inputs and declaration.inputs[first].kind is Kind.POSE:
+                about = f"run: goto_room, with: {{room: {node.written}}}"
             message = f"the inputs of {node.skill} must be a mapping"
             self._findings.error(node.position, message, [about or f"{node.skill}:"])
             return
@@ -139,7 +157,8 @@ class NameChecks:
             valid = [name if name in own else missions[name] for name in close]
         else:
             valid = [f"skills: {{{node.skill}: {{summary: ...}}}} in {HOW_TO_DECLARE}", *SKILLS_THERE_ARE]
-        others = [kind for name, kind in OTHER_KINDS.items() if spelling(name) == spelling(node.skill)]
+        known = {**OTHER_KINDS, **OTHER_SKILLS}
+        others = [kind for name, kind in known.items() if spelling(name) == spelling(node.skill)]
         message = f"there is no skill and no kind of node {node.skill!r}"
         self._findings.error(node.position, message, dict.fromkeys(others) or valid)
 
@@ -152,9 +171,14 @@ class NameChecks:
             self._findings.error(node.mission.position, message)
             return
         if mission is None:
-            self._findings.unknown(
-                node.mission.position, f"there is no mission {name!r}", name, self._analysis.library.names()
-            )
+            message = f"there is no mission {name!r}"
+            if name in self._analysis.declarations or name in NODE_KINDS:
+                what = "skill" if name in self._analysis.declarations else "kind of node"
+                given = ", ".join(f"{key.text}: {model.show(value)}" for key, value in node.inputs)
+                valid = [f"{name}: {{{given}}}" if what == "skill" else f"{name}: without run"]
+                self._findings.error(node.mission.position, f"{message}, but a {what}", valid)
+                return
+            self._findings.unknown(node.mission.position, message, name, self._analysis.library.names())
             return
         self._check_inputs(name, node, mission.inputs)
         self._check_outputs(name, mission.outputs, node.outputs)
@@ -192,9 +216,8 @@ class NameChecks:
         for key, kind in self._analysis.writes(node, self._kinds):
             known = self._kinds.get(key.text)
             if key.text in self._mission.inputs:
-                self._findings.error(
-                    key.position, f"the key {key.text!r} is an input of the mission and cannot be written"
-                )
+                message = f"the key {key.text!r} is an input of the mission and cannot be written"
+                self._findings.error(key.position, message, [f"another key, such as new_{key.text}"])
             elif known is None or fits(kind, known) or kind is None:
                 continue
             elif key.text not in self._mission.keys:
@@ -222,6 +245,13 @@ class NameChecks:
                 message = f"the case {case.text!r} is duplicated (first in line {first[value]})"
                 self._findings.error(case.position, message, ["another value", "one case"])
             first.setdefault(value, case.position.line)
+            if case.text == "default" and not case.quoted and node.default is None:
+                message = "'default' is a case like another here"
+                self._findings.warning(case.position, message, ["default: indented like cases", '"default"'])
+            if kind is Kind.TEXT and not case.quoted and (several := _SEVERAL.fullmatch(case.text)):
+                message = f"the case {case.text!r} is one text, and not several"
+                valid = [f"{several[1]}: and {several[2]}: each with its node", f'"{case.text}" for the text']
+                self._findings.warning(case.position, message, valid)
         if node.default is not None and {(True, True), (True, False)} <= first.keys():
             message = "the default is never reached: there are cases for true and for false"
             self._findings.in_vain(node.default.position, message, ["leaving out the default"])

@@ -46,8 +46,9 @@ def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, find
     """
     if places.labels is not None:
         for text, position, what in labels_in(mission, analysis):
-            # A key of this name may have lost its dollar sign.
-            suggestions = [f"${text}"] if text in analysis.of(mission).kinds else []
+            # A key of this name may have lost its dollar sign; a default reads no keys.
+            is_default = position in mission.positions.values()
+            suggestions = [f"${text}"] if text in analysis.of(mission).kinds and not is_default else []
             _check_label(text, position, what, places, findings, suggestions)
     if places.problem_at is not None:
         for node in analysis.of(mission).all:
@@ -64,10 +65,10 @@ def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Posit
     names = analysis.of(mission).names
     for name, port in (*mission.inputs.items(), *mission.keys.items()):
         given = port.default if isinstance(port.default, tuple) else (port.default,)
-        for text in given if name in names else ():
+        declared = mission.positions.get(default_of(name), mission.positions.get(name, Position()))
+        for number, text in enumerate(given if name in names else ()):
             if isinstance(text, str) and text:
-                declared = mission.positions.get(name, Position())
-                yield text, mission.positions.get(default_of(name), declared), names[name]
+                yield text, mission.positions.get(default_of(name, number), declared), names[name]
     for node in analysis.of(mission).all:
         for _, value, what in analysis.names_in(node):
             for item in value.items if isinstance(value, model.ListItems) else (value,):

@@ -39,6 +39,7 @@ class ReachChecks:
 
     def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
+        self._declarations = analysis.declarations
         self._known = analysis.of(mission)
         self._findings = findings
         self._groups = analysis.groups
@@ -236,7 +237,10 @@ class ReachChecks:
             self._findings.in_vain(node.handlers[0][0].position, message, [f"{title} without on_failure"])
             return
         for code, _ in node.handlers:
-            if code.text != ANY and not self._can_be(code.text, below.outcomes.codes):
+            if code.text in self._declarations:
+                message = f"on_failure: {code.text!r} is a skill, and the code is missing"
+                self._findings.error(code.position, message, [f"any: {{{code.text}: ...}}"])
+            elif code.text != ANY and not self._can_be(code.text, below.outcomes.codes):
                 message = f"on_failure: {title!r} cannot fail with {self._in_words(code.text)}"
                 valid = (*self._most_likely(code.text, below.outcomes.codes), ANY)
                 self._findings.in_vain(code.position, message, valid)

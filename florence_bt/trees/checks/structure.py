@@ -63,7 +63,8 @@ def _check_recursion(mission: Mission, analysis: Analysis, findings: FindingList
             if len(cycle) <= MAX_CHAIN:
                 rest = chain_back(call.mission.text, mission.name, cycle, analysis.callees_of)
             chain = " -> ".join([mission.name, *rest])
-            findings.error(call.mission.position, f"the mission calls itself: {chain}")
+            valid = ["repeat: forever"] if call.mission.text == mission.name else []
+            findings.error(call.mission.position, f"the mission calls itself: {chain}", valid)
 
 
 def _check_size(mission: Mission, analysis: Analysis, findings: FindingList) -> None:

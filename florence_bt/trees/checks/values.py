@@ -16,6 +16,10 @@ from florence_bt.trees.language.quantities import format_value, out_of_range, wi
 from florence_bt.trees.language.values import as_expression, fits, kind_of, port_value, tree_value
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
+_JOINED = re.compile(r"\s*(?:;|\||\band\b|\bor\b)\s*")
+"""What people write between the items of a list in a text."""
+_IN_BRACES = re.compile(r"\{\{?\s*(?P<key>[a-z][a-z0-9_]*)\s*\}?\}")
+"""A key in a text as other languages write it: ``{room}`` or ``{{ room }}``."""
 
 
 class ValueChecks:
@@ -102,11 +106,23 @@ class ValueChecks:
             suggestions = (
                 (f"${value.text}",) if isinstance(value, model.Literal) and value.text in self._kinds else ()
             )
+            if port is not None and port.kind is Kind.POSE and isinstance(value, model.Literal):
+                place = f"get_hotspot: {{label: {value.text}}}, out: {{pose: place}}"
+                suggestions = (*suggestions, f"$place, after {place}")
             valid = (*suggestions, *error.valid)
             self._findings.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
         else:
             if not self.text(value, what) and port is None:
                 self.unclear(value, what)
+            if port is not None and port.kind is Kind.LIST_OF_TEXT:
+                self._one_item(value, what)
+
+    def _one_item(self, value: model.Value, what: str) -> None:
+        """Warn of a list that is one text, ``kitchen and hall``; quotes say that it is meant."""
+        if isinstance(value, model.Literal) and not value.quoted and _JOINED.search(value.text):
+            message = f"{what}: {value.text!r} is one item"
+            items = ", ".join(_JOINED.split(value.text))
+            self._findings.warning(value.position, message, [f"[{items}]", f'["{value.text}"]'])
 
     def unclear(self, value: model.Value, what: str) -> None:
         """Warn of ``$a + 1`` where anything will do: without ``${...}`` it is a text."""
@@ -120,13 +136,22 @@ class ValueChecks:
                 )
 
     def text(self, value: model.Value, what: str) -> bool:
-        """Warn of ``$pose.x`` in a text: there it is the whole pose, and a text behind it.
+        """Warn of ``$pose.x`` in a text, which is the whole pose and a text behind it, and of ``{room}``.
 
         Returns:
             Whether there was anything to warn of.
         """
         warned = False
-        parts = value.parts if isinstance(value, model.Template) else ()
+        written_out = (value.text,) if isinstance(value, model.Literal) else ()
+        parts = value.parts if isinstance(value, model.Template) else written_out
+        for text in (part for part in parts if isinstance(part, str)):
+            for braced in _IN_BRACES.finditer(text):
+                if braced["key"] in self._kinds:
+                    message = f"{what}: {braced[0]} is text here, and not the value of the key"
+                    self._findings.warning(
+                        value.position, message, [f"${braced['key']}", f"${{{braced['key']}}}"]
+                    )
+                    warned = True
         for part, behind in pairwise(parts):
             match = _PART.match(behind) if isinstance(behind, str) else None
             if isinstance(part, model.Reference) and match and self._kinds.get(part.key) is Kind.POSE:
@@ -144,6 +169,8 @@ class ValueChecks:
             return
         if not fits(given, port.kind):
             valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]
+            if port.kind is Kind.TEXT:
+                valid.insert(0, f'a text with it: "{value.key.replace("_", " ")}: ${value.key}"')
             message = (
                 f"{what}: {with_article(port.kind)} is needed, but ${value.key} is {with_article(given)}"
             )

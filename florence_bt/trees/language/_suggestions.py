@@ -5,10 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from florence_bt.core.errors import close_matches, closest_first, spelling
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError, close_matches, closest_first, spelling
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.syntax import Binary
 from florence_bt.trees.language.model import FAILURE_KEYS
-from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS, by_spelling
+from florence_bt.trees.language.quantities import guess_value
+from florence_bt.trees.language.vocabulary import (
+    ANYWHERE,
+    FOREVER,
+    IDENTIFIER,
+    MODIFIERS,
+    NODE_KINDS,
+    POLICIES,
+    by_spelling,
+)
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _BESIDE_A_KIND = (
@@ -30,7 +42,32 @@ _BESIDE_A_KIND = (
 _NO_NODES = ("nothing", "none", "pass", "skip", "true", "false", "yes", "no")
 _CALL = re.compile(r"(?P<name>[a-z][a-z0-9_]*)\s*\(.*|(?P<first>[a-z][a-z0-9]*_[a-z0-9_]*)\s.*", re.DOTALL)
 """A call as in a programming language, or an input behind the name of a mission."""
-_OTHER_WORDS = {"elif": "else", "elseif": "else", "otherwise": "else", "case": "cases", "inputs": "with"}
+_BARE_NAME = re.compile(r"(?<![$\w\"'.])([a-z_][a-z0-9_]*)(?!\w*\()")
+"""The name of a key without its dollar."""
+_OTHER_WORDS = {"otherwise": "else", "case": "cases", "inputs": "with"}
+_ELSE_IF = ("elif", "elseif", "else if", "else_if", "elsif")
+_OTHER_MODIFIERS = by_spelling(
+    {
+        "on_failure": ("on_error", "onerror", "on_fail", "catch", "except", "if_fails"),
+        "finally": ("always", "ensure", "cleanup", "clean_up", "at_the_end"),
+        "name": ("comment", "title"),
+    }
+)
+"""What other languages and people call the modifiers that every node may have."""
+_ENDLESS = ("infinite", "infinity", "inf", "endless", "endlessly", "always", "unlimited", "true", "-1")
+"""What others say for ``forever``."""
+_AT_A_TIME = 'tree: a sequence that begins with wait_until: "08:00"'
+_OTHER_SECTIONS = by_spelling(
+    {
+        "mission": ("name", "title", "id"),
+        "tree": ("steps", "step", "actions", "nodes", "root", "behaviour", "behavior", "main", "run"),
+        "inputs": ("parameters", "params", "args", "arguments"),
+        "keys": ("variables", "vars", "blackboard"),
+        _AT_A_TIME: ("schedule", "at", "time", "cron", "daily", "start", "starts", "trigger"),
+        "tree: {repeat: forever, do: a sequence that begins with wait: 5 min}": ("every", "interval"),
+    }
+)
+"""What people call the sections of a mission, and where that is said which has none."""
 OTHER_KINDS = by_spelling(
     {
         "selector": ("fallback", "priority", "reactive_fallback", "reactivefallback"),
@@ -55,9 +92,26 @@ OTHER_KINDS = by_spelling(
         "condition": ("check", "assert"),
         "fail": ("abort",),
         "parallel": ("at_once",),
+        "$near and not $done, as the expression itself": ("and", "or", "all", "any"),
+        "wait: 0 s, which does nothing": ("success", "done", "noop", "nothing", "always_success"),
+        "parallel: with policy: any": ("race", "first_of"),
     }
 )
 """What other languages and people call the kinds of nodes."""
+OTHER_SKILLS = by_spelling(
+    {
+        "say": ("speak", "tell", "talk", "announce", "speech", "print", "echo", "log"),
+        "say: {text: ...}, then wait_for_answer": ("ask", "question"),
+        "run: goto_room, with: {room: ...}": ("go_to", "goto", "go", "drive_to", "drive", "move_to", "move"),
+        "look_for_user": ("look", "look_for", "search", "find"),
+        "call_for_help": ("notify", "alarm", "alert"),
+        "until: a node, at the loop": ("break",),
+        "fail: done, with code: done; at the top on_failure: {done: a node} makes it good": (
+            *("return", "exit", "stop", "end", "quit", "finish"),
+        ),
+    }
+)
+"""What people call some skills; whoever has a skill of that name means it."""
 _BELOW = ("do", "then", "cases")
 """Modifiers with nodes below them, which no skill has."""
 
@@ -76,7 +130,8 @@ def is_no_skill(key: YamlScalar, value: YamlNode, source: YamlMapping) -> bool:
         source: The whole node.
     """
     if isinstance(value, YamlSequence):
-        return True
+        nodes = not value.items or any(isinstance(item, YamlMapping) for item in value.items)
+        return nodes or bool(_other_word(key.text))
     if any(source.get(word) is not None for word in _BELOW):
         return bool(meant_kind(key.text))
     if not isinstance(value, YamlMapping) or len(value.entries) != 1:
@@ -126,6 +181,10 @@ def for_call(source: YamlNode) -> tuple[str, ...]:
 
 def for_no_kind(keys: list[str]) -> tuple[str, tuple[str, ...]]:
     """Say what is wrong with a table of modifiers alone, and what would have worked."""
+    if keys[:1] == ["while"] and "do" in keys:
+        return "'while' is no loop: it belongs to a node", ("repeat: forever, beside it",)
+    if keys[:1] == ["every"] and "do" in keys:
+        return "'every' is no loop", ("repeat: forever, with a wait at the end of what is under do",)
     if keys and keys[0] in _BESIDE_A_KIND:
         message = f"{keys[0]!r} is not a node: it belongs to a node"
         return message, (f"{keys[0]} without a dash, indented like the node that it belongs to",)
@@ -138,6 +197,8 @@ def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
         first = source.entries[0][0].text
         where = "a space after the dash" if first.startswith("-") else "a dash before each node"
         return (f"{where}: - {first.lstrip('-')}: ...",)
+    if kind.text == "parallel" and isinstance(source, YamlScalar) and source.text in POLICIES:
+        return (f"parallel: a list of nodes, with policy: {source.text} beside it",)
     if isinstance(source, YamlScalar) and source.text.startswith("-"):
         return (f"a space after the dash: - {source.text.lstrip('-')}",)
     return (f"{kind.text}: [node, node]",)
@@ -148,6 +209,11 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
     word = _OTHER_WORDS.get(second.text)
     if word is not None and first.text in MODIFIERS.get(word, ()):
         return (word,)
+    if second.text in _ELSE_IF and first.text == "if":
+        asked = value.text if isinstance(value, YamlScalar) and not value.empty else "..."
+        return (f"else: {{if: {asked}, then: ...}}",)
+    if second.text in ("on_success", "next", "after"):
+        return ("sequence: [the node, what follows when it succeeds]",)
     if second.text not in NODE_KINDS and first.text == "run" and isinstance(value, YamlScalar):
         return (f"with: {{{second.text}: {value.text}}}",)
     if (
@@ -157,18 +223,90 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
     ):
         # An input that is indented like the skill whose input it is.
         return (f"{first.text}: {{{second.text}: {value.text}}}", f"{second.text} indented further")
+    if second.text == "wait" and first.text in ("repeat", "retry") and isinstance(value, YamlScalar):
+        pause = f"wait: {value.text}"
+        if first.text == "retry":
+            return (f"between: {{{pause}}}",)
+        return (f"do: {{sequence: [the node, {{{pause}}}]}}",)
     if first.text in MODIFIERS["do"]:
         return (f"do: with {second.text} below it", "sequence: [a node for each]")
+    if first.text == "switch":
+        return (f"cases: with {second.text} below it",)
     if first.text == "if":
         return (f"then: with {second.text} below it", "sequence: [a node for each]")
+    if second.text in MODIFIERS["do"]:
+        return (f"do: with {first.text} below it, beside {second.text}", "sequence: [a node for each]")
     return ("a dash before each of them in a list", "sequence: [a node for each]")
 
 
 def for_section(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
     """Suggest what would have worked where a mission has a section of an unknown name."""
-    if name in NODE_KINDS:
+    if name in NODE_KINDS and name != "run":
         return (f"tree: with {name} below it",)
+    other = _OTHER_SECTIONS.get(name.lower())
+    if other is not None:
+        return (other,)
+    if name in ANYWHERE:
+        return (f"{name} below tree, indented like the node that it belongs to",)
     return closest_first(name.lower(), names)
+
+
+def other_modifier(name: str, source: YamlMapping) -> str | None:
+    """Return the modifier that somebody certainly means by a word that is none, if the node lacks it."""
+    other = _OTHER_MODIFIERS.get(name.lower())
+    return other if other is not None and source.get(other) is None else None
+
+
+def is_else_if(word: str) -> bool:
+    """Tell whether a word means another ``if`` under an ``else``."""
+    return word in _ELSE_IF
+
+
+def is_duration(text: str) -> bool:
+    """Tell whether a text is a number of seconds, minutes or hours."""
+    return guess_value(text.strip())[0] is Kind.DURATION
+
+
+def for_rounds(kind: str, text: str) -> str | None:
+    """Suggest what is meant by a ``retry`` or ``repeat`` of something else than a number; None for a number.
+
+    Args:
+        kind: The kind of node.
+        text: What stands behind it.
+    """
+    if kind not in ("retry", "repeat"):
+        return None
+    if is_duration(text):
+        return f"timeout: {text}, with do: {{{kind}: forever, do: ...}}"
+    return FOREVER if text.lower() in _ENDLESS or text.startswith("until ") else None
+
+
+def as_value(text: str) -> str:
+    """Write a value as ``set`` takes it; a sum of other languages, ``n + 1``, with its dollars and braces."""
+    sum_ = _BARE_NAME.sub(r"$\1", text)
+    try:
+        term = parse_expression(sum_).term
+    except ConfigError:
+        return text
+    return f'"${{{sum_}}}"' if isinstance(term, Binary) else text
+
+
+def for_condition(what: str, source: YamlNode) -> tuple[str, ...]:
+    """Suggest what would have worked where a node stands in place of an expression.
+
+    Args:
+        what: The modifier or kind that has it.
+        source: Its value.
+    """
+    if not isinstance(source, YamlMapping) or not source.entries:
+        return ()
+    skill = source.entries[0][0].text
+    instead = {
+        "condition": f"{skill} itself, in place of condition",
+        "while": f"memory: false, with sequence: [{{{skill}: ...}}, the node]",
+        "unless": f"if: {{invert: {{{skill}: ...}}}}, with the node under then",
+    }
+    return (instead.get(what, f"if: {{{skill}: ...}}, with the node under then"),)
 
 
 def named_in(source: YamlNode) -> Iterator[str]:

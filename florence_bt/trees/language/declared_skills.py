@@ -47,6 +47,20 @@ SKILL_KEYS = (
     *MAPPING_KEYS,
 )
 """What can be said about a skill."""
+_OTHER_KEYS: Mapping[str, tuple[str, ...]] = {
+    "topic": (
+        "condition, for what it said last",
+        "wait_for, for what it says next",
+        "publish, to say something",
+    ),
+    "subscribe": ("condition, for what it said last", "wait_for, for what it says next"),
+    "description": ("summary",),
+    "timeout": ("deadline",),
+    "goal": ("send",),
+    "request": ("send",),
+    "result": ("outputs",),
+}
+"""What people call the keys of a skill."""
 FAILURE_KEYS = ("meaning", "when")
 GROUP_KEYS = ("meaning", "codes")
 FILE_KEYS = ("skills", "templates", "failures", "groups")
@@ -64,11 +78,13 @@ class DeclaredSkills:
         declarations: The skills by name.
         findings: What was wrong with the file.
         mappings: How skills are served, by name, where the file says it.
+        positions: Where the skills stand, by name.
     """
 
     declarations: dict[str, SkillDeclaration]
     findings: tuple[Finding, ...] = ()
     mappings: dict[str, MessageMapping] = field(default_factory=dict)
+    positions: dict[str, Position] = field(default_factory=dict)
 
 
 def is_skills_file(path: Path) -> bool:
@@ -100,6 +116,7 @@ def _skills_of(data: bytes, path: Path) -> DeclaredSkills:
     _know_keys(reader, source, "a file of skills", FILE_KEYS)
     declared: dict[str, SkillDeclaration] = {}
     mappings: dict[str, MessageMapping] = {}
+    positions: dict[str, Position] = {}
     above: dict[str, YamlMapping] = {}
     templates = reader.mapping(source.get("templates"), "templates")
     for key, item in templates.entries if templates is not None else ():
@@ -112,12 +129,13 @@ def _skills_of(data: bytes, path: Path) -> DeclaredSkills:
                 name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
             )
         elif name is not None:
+            positions[name.text] = name.position
             declared[name.text], mapping = _skill(reader, name.text, item, source, stock=path == STOCK)
             if mapping is not None:
                 declared[name.text] = mapping.declaration
                 mappings[name.text] = mapping
     # What several skills have of one place of the file is read for each of them.
-    return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings)
+    return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings, positions)
 
 
 def _extended(reader: Reader, name: str, source: YamlNode, above: dict[str, YamlMapping]) -> YamlNode:
@@ -141,6 +159,9 @@ def _extended(reader: Reader, name: str, source: YamlNode, above: dict[str, Yaml
             known = {**_stock(), **above}
             message = f"there is no skill or template {other!r} above this one, and none comes with Florence"
             reader.error(like.position, message, closest_first(other, known))
+            # What serves it would lack all that the other one says.
+            own_words = tuple(entry for entry in source.entries if entry[0].text not in MAPPING_KEYS)
+            source = YamlMapping(own_words, source.position)
         own = {key.text for key, _ in source.entries}
         own |= WAYS.keys() if own & WAYS.keys() else set()
         taken = [entry for entry in base.entries if entry[0].text not in own] if base is not None else []
@@ -211,7 +232,12 @@ def _skill(
 def _know_keys(reader: Reader, table: YamlMapping, what: str, known: tuple[str, ...]) -> None:
     for key, _ in table.entries:
         if key.text not in known:
-            reader.unknown(key.position, f"unknown key of {what} {key.text!r}", key.text, known)
+            message = f"unknown key of {what} {key.text!r}"
+            others = _OTHER_KEYS.get(key.text.lower(), ()) if known is SKILL_KEYS else ()
+            if others:
+                reader.error(key.position, message, others)
+            else:
+                reader.unknown(key.position, message, key.text, known)
 
 
 def _with_shared(reader: Reader, table: YamlMapping, file: YamlMapping, title: str) -> YamlNode | None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import ENDING, STOCK, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.message_mappings import MessageMapping
@@ -138,6 +139,11 @@ class MissionLibrary:
             self._findings.append(finding_from_error(error))
             return
         self._findings += declared.findings
+        for name, place in declared.positions.items():
+            if name in own_declarations():
+                message = f"the skill {name!r} is ignored: Florence itself has one of that name"
+                valid = (f"another name, such as my_{name}",)
+                self._findings.append(Finding(str(path), place.line, place.column, WARNING, message, valid))
         self.compiled = None
         self.declarations.update(declared.declarations)
         self.mappings.update(declared.mappings)

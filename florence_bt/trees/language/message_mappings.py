@@ -7,6 +7,7 @@ them a file is read all the same, and its fields are not checked.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -26,7 +27,7 @@ from florence_bt.core.interfaces import (
     part_of,
 )
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, texts_in
 from florence_bt.core.serving import (
     ActionBinding,
     ConditionBinding,
@@ -38,7 +39,7 @@ from florence_bt.core.serving import (
 from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
-from florence_bt.trees.language.model import Reference, Template, Value
+from florence_bt.trees.language.model import Literal, Reference, Template, Value
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import kind_of, template_of, tree_value
@@ -57,19 +58,21 @@ class Way:
         sent: The part of the interface that is sent; None when nothing is.
         answered: The part of the interface that outputs and failures are read from; None when there is none.
         keys: What can be said about it, beside the type.
+        example: A type of it.
     """
 
     sent: str | None
     answered: str | None
     keys: tuple[str, ...]
+    example: str
 
 
 WAYS: Mapping[str, Way] = {
-    "action": Way("Goal", "Result", ("send", "reason", "feedback")),
-    "service": Way("Request", "Response", ("send", "reason")),
-    "publish": Way("", None, ("send", "latched")),
-    "condition": Way(None, "", ("reason", "max_age", "latched")),
-    "wait_for": Way(None, "", ("reason",)),
+    "action": Way("Goal", "Result", ("send", "reason", "feedback"), "nav2_msgs/action/NavigateToPose"),
+    "service": Way("Request", "Response", ("send", "reason"), "std_srvs/srv/SetBool"),
+    "publish": Way("", None, ("send", "latched"), "std_msgs/msg/String"),
+    "condition": Way(None, "", ("reason", "max_age", "latched"), "std_msgs/msg/Bool"),
+    "wait_for": Way(None, "", ("reason",), "std_msgs/msg/String"),
 }
 """Key of a file of skills -> the way."""
 MAPPING_KEYS = (*WAYS, "type", *dict.fromkeys(key for way in WAYS.values() for key in way.keys))
@@ -244,9 +247,12 @@ def read_mapping(
     """
     ways = [key for key, _ in table.entries if key.text in WAYS]
     if not ways:
-        for key, _ in table.entries:
-            if key.text in MAPPING_KEYS:
-                reader.error(key.position, f"{key.text}: the skill names nothing that serves it", tuple(WAYS))
+        key = next((key for key, _ in table.entries if key.text in MAPPING_KEYS), None)
+        if key is not None:
+            typed = "".join(texts_in(table.get("type"))).split("/")[1:2]
+            fitting = [way for way in WAYS if WAYS[way].example.split("/")[1:2] == typed] or [*WAYS]
+            message = f"{key.text}: the skill names nothing that serves it"
+            reader.error(key.position, message, [f"{way}: NAME" for way in fitting])
         return None
     if len(ways) > 1:
         reader.error(ways[1].position, f"a skill is served in one way, not by {ways[1].text} too")
@@ -278,7 +284,7 @@ class _Mapping:
         name = self._reader.text(source, way)
         kind = self._table.get("type")
         if kind is None:
-            self._error(self._table.position, f"{way} needs the type", ("type: nav2_msgs/action/Spin",))
+            self._error(self._table.position, f"{way} needs the type", (f"type: {self._way.example}",))
         interface = self._reader.text(kind, "type") if kind is not None else None
         if name is None or interface is None or kind is None:
             return None
@@ -292,12 +298,14 @@ class _Mapping:
                 declaration, failures={**declaration.failures, DEFAULT_CODE: "the server gave the goal up"}
             )
         latched = self._reader.flag(self._table.get("latched"), "latched")
+        sent = self._read_send()
+        self._warn_of_unused(conditions)
         return MessageMapping(
             declaration,
             way,
             name,
             interface,
-            self._read_send(),
+            sent,
             self._read_paths(paths),
             failures,
             otherwise or DEFAULT_CODE,
@@ -307,6 +315,15 @@ class _Mapping:
             latched,
             self._stock,
         )
+
+    def _warn_of_unused(self, conditions: Mapping[str, YamlNode]) -> None:
+        """Warn of inputs that go nowhere: they are not sent, and nothing is judged by them."""
+        texts = [text for each in (self._table.get("send"), *conditions.values()) for text in texts_in(each)]
+        table = self._table.get("inputs")
+        for key, _ in table.entries if isinstance(table, YamlMapping) else ():
+            if not any(re.search(rf"\b{re.escape(key.text)}\b", text) for text in texts):
+                where = "send: {FIELD: $%s}" if self._way.sent is not None else "when: $FIELD < $%s"
+                self._reader.warning(key.position, f"the input {key.text!r} goes nowhere", [where % key.text])
 
     def _read_max_age(self, usual_s: float) -> float:
         source = self._table.get("max_age")
@@ -374,14 +391,25 @@ class _Mapping:
         kind = Kind.TEXT if text else kind_of(value, self._inputs)
         given = kind_of(value, self._inputs) if isinstance(value, Reference) else kind
         if written is not None and given is not None and not holds(given, written):
-            raise ConfigError(
-                f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
-            )
+            message = f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
+            raise ConfigError(message, valid=self._instead(value, written))
         made = tree_value(value, Kind.TEXT if text else None, self._inputs)
         limits = integer_limits(written) if written is not None else None
         if limits is not None:
             self._check_limits(key.text, value, made, limits)
         return (made,)
+
+    def _instead(self, value: Value, written: str) -> tuple[str, ...]:
+        """Suggest what a field of a type takes in place of a value."""
+        kind = next((each for each in Kind if holds(each, written)), None)
+        match value:
+            case Reference(key=name) if kind is not None:
+                return (f"inputs: {{{name}: {{type: {kind.value}}}}}",)
+            case Literal(text=text) if text in self._inputs:
+                return (f"${text}",)
+            case Literal(text=text) if kind is Kind.BOOLEAN:
+                return ("false",) if text.lower() in ("off", "no", "false", "0") else ("true",)
+        return ()
 
     def _check_limits(self, path: str, value: Value, made: Any, limits: tuple[int, int]) -> None:
         """Check that an integer field takes every value that it may be given.

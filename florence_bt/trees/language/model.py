@@ -660,9 +660,12 @@ class Switch(Node):
         return f"switch {show(self.value)}"
 
 
-def default_of(name: str) -> str:
-    """Name the entry that keeps the position of the default of an input or key; no key is called so."""
-    return f"{name}: default"
+def default_of(name: str, item: int | None = None) -> str:
+    """Name the entry that keeps the position of the default of an input or key, or of an item of that list.
+
+    No key is called so.
+    """
+    return f"{name}: default" if item is None else f"{name}: default {item}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, close_matches
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
@@ -29,8 +29,16 @@ SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
+_TIME_MEANT = re.compile(
+    r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
+    r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
+    re.IGNORECASE,
+)
+"""How people write times of the day: ``8pm``, ``20.00``, ``20 Uhr``, ``Monday 08:00``."""
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
+_LOOP = re.compile(r"\$?(?P<item>[a-z][a-z0-9_]*) in (?P<items>.+)")
+"""A loop of other languages: ``room in $rooms``."""
 _NO_KEYS = ("mission", "description", "imported_from", "on_restart")
 """Keys of a mission whose values name no keys."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
@@ -78,6 +86,10 @@ class _MissionParser(Reader):
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
         if not isinstance(source, YamlMapping):
             self.error(source.position, "a mission file must be a mapping", vocabulary.MISSION_KEYS)
+            return model.Mission(path.stem, "", path, findings=tuple(self.findings))
+        if source.get("scenarios") is not None and source.get("tree") is None:
+            message = "this is a file of scenarios, and no mission"
+            self.error(source.position, message, [f"florence test {path.name}"])
             return model.Mission(path.stem, "", path, findings=tuple(self.findings))
         for key, _ in source.entries:
             if key.text not in vocabulary.MISSION_KEYS and not self.full:
@@ -161,8 +173,11 @@ class _MissionParser(Reader):
         if self._is_misplaced(key, value, source):
             return None
         until, handlers = source.get("until"), source.get("on_failure")
-        if key.text == "for_each" and _is_first_success(until):
-            until = None
+        if key.text == "for_each" and isinstance(until, YamlScalar):
+            if not _is_first_success(until) and close_matches(until.text, [vocabulary.FIRST_SUCCESS]):
+                self.error(until.position, f"until cannot be {until.text!r}", [vocabulary.FIRST_SUCCESS])
+                until = None
+            until = None if _is_first_success(until) else until
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
@@ -235,7 +250,11 @@ class _MissionParser(Reader):
         """Read a node that is asked; an expression is the condition of that text."""
         if isinstance(source, YamlMapping):
             return self.node(source)
-        condition = self.expression(source, what)
+        if isinstance(source, YamlScalar) and (time := _time_meant(source.text)) is not None:
+            valid = [f'"{time}"' if what == "wait_until" else f'{{wait_until: "{time}"}}']
+            self.error(source.position, f"{what}: {source.text!r} is no time of day", valid)
+            return None
+        condition = self.expression(source, what, or_node=True)
         return model.Condition(condition=condition, position=source.position) if condition else None
 
     def _handlers(self, source: YamlNode) -> tuple[tuple[model.Literal, model.Node], ...]:
@@ -245,11 +264,14 @@ class _MissionParser(Reader):
             self.error(source.position, "on_failure needs codes and nodes", ["on_failure: {any: {a node}}"])
         handlers = []
         for key, item in entries:
-            if key.text in vocabulary.NODE_KINDS and isinstance(item, YamlNode):
+            if key.text in vocabulary.NODE_KINDS:
                 message = f"on_failure: {key.text!r} is a kind of node, and the code is missing"
                 self.error(key.position, message, [f"any: {{{key.text}: ...}}"])
                 continue
-            code, node = self.identifier(key, "a code in on_failure"), self.node(item)
+            alone = (
+                [f"{each.strip()}: with its node" for each in key.text.split(",")] if "," in key.text else ()
+            )
+            code, node = self.identifier(key, "a code in on_failure", alone), self.node(item)
             if code is not None and node is not None:
                 handlers.append((code, node))
         return tuple(handlers)
@@ -355,8 +377,9 @@ class _MissionParser(Reader):
         if fallen_apart:
             return None
         for key in keys:
-            close = difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
-            if close and key.text not in vocabulary.NODE_KINDS:
+            other = suggestions.other_modifier(key.text, source) if key is not keys[0] else None
+            close = [other] if other else difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
+            if close and key.text not in vocabulary.NODE_KINDS and not suggestions.is_else_if(key.text):
                 self.error(key.position, f"unknown modifier {key.text!r}", close)
                 return self.node(_renamed(source, key, close[0])) if source.get(close[0]) is None else None
         names = " and ".join(repr(key.text) for key in keys)
@@ -383,7 +406,8 @@ class _MissionParser(Reader):
                 owners = (*kinds, *(f"a node with {word}" for word in beside))
                 message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(owners)}"
                 usable = [name for name, owners in vocabulary.MODIFIERS.items() if own in owners]
-                self.error(key.position, message, (*usable, *vocabulary.ANYWHERE))
+                of_if = (f"{key.text} indented like the if that it belongs to",) if kinds == ("if",) else ()
+                self.error(key.position, message, (*of_if, *usable, *vocabulary.ANYWHERE))
 
     def _is_misplaced(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> bool:
         """Tell whether modifiers stand inside the value of a kind key, indented one step too far."""
@@ -479,7 +503,7 @@ class _MissionParser(Reader):
         if isinstance(value, YamlMapping):
             condition = self.node(value)
         else:
-            condition = self.expression(value, "if")
+            condition = self.expression(value, "if", or_node=True)
         then, otherwise = self._child(key, mapping, "then"), self._optional_child(mapping, "else")
         fields, memory = self._fields(key, mapping), self._memory(mapping)
         if condition is None or then is None:
@@ -511,6 +535,9 @@ class _MissionParser(Reader):
         if key.text == "for_each":
             return self._for_each(key, value, mapping, child, fields)
         endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
+        if isinstance(value, YamlScalar) and (meant := suggestions.for_rounds(key.text, value.text)):
+            self.error(value.position, f"{key.text}: a whole number is needed, not {value.text!r}", [meant])
+            endless = True
         argument = None if endless else self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
         between = self._optional_child(mapping, "between")
@@ -537,7 +564,9 @@ class _MissionParser(Reader):
         items = self.value(value, "for_each")
         name, index, over = (mapping.get(word) for word in ("as", "index", "go_on_over"))
         if name is None:
-            self.error(key.position, "for_each needs a key for the item under `as`", ["as: room"])
+            loop = _LOOP.fullmatch(value.text) if isinstance(value, YamlScalar) else None
+            valid = [f"for_each: {loop['items']}", f"as: {loop['item']}"] if loop else ["as: room"]
+            self.error(key.position, "for_each needs a key for the item under `as`", valid)
             return None
         item_key = self.identifier(without_dollar(name), "as")
         if child is None or items is None or item_key is None:
@@ -556,6 +585,10 @@ class _MissionParser(Reader):
         fields = self._fields(key, mapping)
         if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
             return self._wait_for_time(value.text.strip(), value.position, fields)
+        if isinstance(value, YamlScalar) and suggestions.is_duration(value.text):
+            message = f"wait_until: {value.text!r} is a time that passes, and no condition"
+            self.error(value.position, message, [f"wait: {value.text}"])
+            return None
         goal = self._question(value, "wait_until")
         return model.WaitUntil(goal=goal, **fields) if goal is not None else None
 
@@ -586,7 +619,7 @@ class _MissionParser(Reader):
     def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
         fields, empty = self._fields(key, mapping), isinstance(value, YamlScalar) and value.empty
         if isinstance(value, YamlScalar) and not empty and (match := _ASSIGNMENT.fullmatch(value.text)):
-            valid = [f"set: {{{match['key']}: {match['value']}}}"]
+            valid = [f"set: {{{match['key']}: {suggestions.as_value(match['value'])}}}"]
             self.error(value.position, "set must be a mapping (key: value)", valid)
             return model.Set(values=(), **fields)
         values = self.values(value, "set")
@@ -666,6 +699,17 @@ def _renamed(source: YamlMapping, key: YamlScalar, name: str) -> YamlMapping:
     return YamlMapping(entries, source.position)
 
 
+def _time_meant(text: str) -> str | None:
+    """Return a time of day that is written in another way as hours and minutes: ``20:00`` for ``8 pm``."""
+    match = _TIME_MEANT.fullmatch(text.strip())
+    if match is None or not (match["sign"] or match["half"] or match["word"]):
+        return None
+    hours, minutes = int(match["hours"]), int(match["minutes"] or 0)
+    if match["half"]:
+        hours = hours % 12 + 12 * (match["half"][0] in "pP")
+    return f"{hours:02}:{minutes:02}" if hours < 24 and minutes < 60 else None
+
+
 def _is_first_success(until: YamlNode | None) -> bool:
     return isinstance(until, YamlScalar) and until.text == vocabulary.FIRST_SUCCESS
 
@@ -684,4 +728,4 @@ def _unread(
     """Return the names in a mapping whose values could not be read."""
     read = {name.text for name, _ in inputs}
     entries = source.entries if isinstance(source, YamlMapping) else ()
-    return tuple(name.text for name, _ in entries if name.text not in read)
+    return tuple(name.text.split(":")[0] for name, _ in entries if name.text not in read)

@@ -8,7 +8,7 @@ from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.trees.language import quantities
 from florence_bt.trees.language.literals import read_literal
 from florence_bt.trees.language.model import default_of
@@ -31,6 +31,15 @@ _OTHER_KINDS = by_spelling(
     }
 )
 """What other languages call the types."""
+_OTHER_KEYS = by_spelling(
+    {
+        "default": ("optional", "value", "initial", "start"),
+        "no default, which makes it required": ("required", "mandatory"),
+        "min": ("minimum", "at_least", "from"),
+        "max": ("maximum", "at_most", "to"),
+    }
+)
+"""What others call what a port says about itself."""
 _SHOWN_KINDS = (*(kind.value for kind in Kind if kind.item is None), Kind.LIST_OF_TEXT.value)
 """The types as they are suggested: one list stands for all."""
 
@@ -63,6 +72,8 @@ def read_ports(
             default = item.get("default")
             if default is not None:
                 positions[default_of(name.text)] = default.position
+                for number, each in enumerate(default.items if isinstance(default, YamlSequence) else ()):
+                    positions[default_of(name.text, number)] = each.position
             ports[name.text] = _port(reader, name.text, item, keys)
     return ports, positions
 
@@ -78,6 +89,8 @@ def _port(reader: Reader, name: str, fields: YamlMapping, keys: tuple[str, ...])
                 f"keys: {{{name}: {{{key.text}: {value.text}, ...}}}}",
             )
             reader.error(key.position, message, [valid])
+        elif (other := _OTHER_KEYS.get(key.text)) is not None:
+            reader.error(key.position, f"unknown key of {name!r} {key.text!r}", [other])
         else:
             reader.unknown(key.position, f"unknown key of {name!r} {key.text!r}", key.text, keys)
     kind = _kind(reader, name, fields)

@@ -26,6 +26,9 @@ _EXAMPLES = {
     Kind.POSE: "{x: 1 m, y: 2 m, yaw: 90 deg}",
 }
 _PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
+_COMMENT = re.compile(r"\s*(?:#|//)\s*")
+"""The beginning of a comment without the space that it needs, or of another language."""
+_HOURS = re.compile(r"(\d{1,2}) ?h ?(\d{1,2})")
 _CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
 
 
@@ -143,6 +146,11 @@ def range_of(port: Port) -> tuple[str, ...]:
 def _suggestion(text: str, kind: Kind) -> str:
     """Suggest what is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
+    if kind is Kind.DURATION and text.lower() in ("never", "forever", "infinite", "none"):
+        return "the node without it"
+    value, *comment = _COMMENT.split(text, maxsplit=1)
+    if comment:
+        return f"{value if QUANTITY.fullmatch(value) else _suggestion(value, kind)} # {comment[0]}"
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     match = QUANTITY.fullmatch(plain)
     if match and match[2] in units:
@@ -151,6 +159,9 @@ def _suggestion(text: str, kind: Kind) -> str:
     whole = "".join("".join(part) for part in parts) == re.sub(r"\s|and", "", text)
     if len(parts) > 1 and whole and all(unit in units for _, unit in parts):
         return format_value(sum(float(number) * units[unit] for number, unit in parts), kind)
+    long = _HOURS.fullmatch(text)
+    if long and kind is Kind.DURATION:
+        return f"{int(long[1]) * 60 + int(long[2])} min"
     clock = _CLOCK.fullmatch(text)
     if clock and kind is Kind.DURATION:
         hours, minutes, seconds = (int(part or 0) for part in clock.groups())
@@ -191,7 +202,8 @@ def _read_quantity(text: str, kind: Kind) -> float:
     if not unit:
         raise ConfigError(f"{what} needs a unit: {text!r}", valid=[f"{match[1]} {name}" for name in units])
     if kind is Kind.NUMBER:
-        raise ConfigError(f"a plain number is needed, not {text!r}", valid=[match[1]])
+        plain = f"{number / 100:g}" if unit == "%" else match[1]
+        raise ConfigError(f"a plain number is needed, not {text!r}", valid=[plain])
     close = closest_first(unit, units)
     names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
     raise ConfigError(f"{unit!r} is not a unit of {what}", valid=[f"{match[1]} {name}" for name in names])

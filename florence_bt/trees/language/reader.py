@@ -6,12 +6,14 @@ What is wrong is added to the findings, and the reading goes on.
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Collection, Iterable
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
+from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import (
@@ -27,8 +29,13 @@ from florence_bt.trees.language.quantities import read_value
 from florence_bt.trees.language.vocabulary import IDENTIFIER, OTHER_YAWS
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_NAME = re.compile(r"[A-Za-z_À-ɏ][A-Za-z0-9_À-ɏ]*")
 
+_NAMES = re.compile(r"[a-z][a-z0-9_]*(?:(?:, *| +)[a-z][a-z0-9_]*)+")
+"""Several names without their brackets."""
+
+_GLUED = re.compile(r"(?P<name>[a-z][a-z0-9_]*):(?P<value>\S.*)")
+"""An entry without the space behind its colon, which YAML reads as a name: ``text:Hello``."""
 _POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
 
 _BOOLEAN_WORDS = {
@@ -94,7 +101,8 @@ class Reader(WordReader):
                 first.text if isinstance(first, YamlScalar) and IDENTIFIER.fullmatch(first.text) else "name"
             )
             dashes = ", without dashes" if isinstance(source, YamlSequence) else ""
-            valid = [f"{what}: {{{name}: ...}}{dashes}"]
+            inside = {"out": f"{name}: {name}", "with": f"name of an input: {name}"}.get(what, f"{name}: ...")
+            valid = [f"{what}: {{{inside}}}{dashes}"]
             self.error(source.position, f"{what} must be a mapping (key: value)", valid)
         return None
 
@@ -112,7 +120,9 @@ class Reader(WordReader):
     def identifiers(self, source: YamlNode, what: str) -> tuple[Literal, ...]:
         """Read a list of names, or a single one."""
         items = source.items if isinstance(source, YamlSequence) else (source,)
-        return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
+        several = isinstance(source, YamlScalar) and _NAMES.fullmatch(source.text)
+        valid = (f"[{', '.join(re.split('[ ,]+', several[0]))}]",) if several else ()
+        return tuple(name for item in items if (name := self.identifier(item, what, valid)) is not None)
 
     def values(self, source: YamlNode | None, what: str) -> tuple[tuple[Literal, Value], ...]:
         """Read a mapping of names to values; those that cannot be read are left out."""
@@ -122,6 +132,11 @@ class Reader(WordReader):
         pieces = {piece for text in fallen_apart.values() for piece in text.pieces}
         for key, item in mapping.entries if mapping else ():
             if key in pieces:
+                continue
+            glued = _GLUED.fullmatch(key.text) if isinstance(item, YamlScalar) and item.empty else None
+            if glued is not None and not key.quoted:
+                valid = [f"{glued['name']}: {glued['value']}"]
+                self.error(key.position, f"{what}: a space is missing behind the colon", valid)
                 continue
             name = self.identifier(key, f"a name in {what}")
             if key in fallen_apart:
@@ -165,13 +180,24 @@ class Reader(WordReader):
             return None
         return self._scalar(source)
 
-    def expression(self, source: YamlNode, what: str) -> Expression | None:
-        """Read an expression that stands alone; ``${`` and ``}`` round it do no harm."""
+    def expression(self, source: YamlNode, what: str, *, or_node: bool = False) -> Expression | None:
+        """Read an expression that stands alone; ``${`` and ``}`` round it do no harm.
+
+        Args:
+            source: Where it stands.
+            what: What has it.
+            or_node: Whether a node could stand there as well.
+        """
         if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
-            valid = ["$distance < 1 m", "$found and not $done"]
-            self.error(source.position, f"{what} needs an expression", valid)
+            node = suggestions.for_condition(what, source)
+            message = f"{what} needs an expression" + (", not a node" if node else "")
+            self.error(source.position, message, node or ["$distance < 1 m", "$found and not $done"])
             return None
         text = source.text.rstrip()
+        if or_node and IDENTIFIER.fullmatch(text) and text not in ("true", "false"):
+            message = f"{what}: {text!r} is neither a key nor a node"
+            self.error(source.position, message, (f"${text}", f"{{{text}: }}, if it is a skill"))
+            return None
         start = len(text) - len(text.lstrip())
         if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
             inside = text[start + 2 : -1]
@@ -201,6 +227,13 @@ class Reader(WordReader):
             parts.append(source.text[end : match.start()])
             end = match.end()
             key = match["key"] or match["braced"]
+            more = _NAME.match(source.text, match.start("key")) if match["key"] else None
+            if more is not None and more[0] != key:
+                behind = more[0][len(key) :]
+                valid = [f"${_as_name(more[0])}", *([f"${{{key}}}{behind}"] if behind.isascii() else [])]
+                message = f"keys have letters from a to z, not ${more[0]} in {source.text!r}"
+                self.error(source.position, message, valid)
+                return None
             if key:
                 parts.append(Reference(key, source.position))
             elif match["dollar"]:
@@ -262,12 +295,20 @@ def _written(source: YamlNode) -> str:
             return "{...}"
 
 
+_LETTERS = str.maketrans(
+    {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae", "ø": "oe", "å": "aa", "œ": "oe"}
+)
+"""Letters that are two when they are written with those of a name."""
+
+
 def _as_name(written: str) -> str | None:
-    """Return the name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
+    """Return the name that was written in another way: ``My-Mission.yaml``, ``$my_mission``, ``größe``."""
     last = (
         re.split(r"[/\\]", written)[-1].strip().removeprefix("$").removesuffix(".yaml").removesuffix(".yml")
     )
-    name = re.sub(r"[\s-]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", last)).lower()
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", last).lower().translate(_LETTERS)
+    plain = "".join(sign for sign in unicodedata.normalize("NFKD", words) if not unicodedata.combining(sign))
+    name = re.sub(r"[\W_]+", "_", plain, flags=re.ASCII).strip("_")
     return name if IDENTIFIER.fullmatch(name) else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,10 +16,12 @@ from florence_bt.behaviours.keys import (
     is_source,
     readable,
 )
+from florence_bt.core._flow_hints import quoted
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Position
+from florence_bt.core.units import UNITS
 from florence_bt.trees.language import quantities
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
@@ -34,6 +37,8 @@ from florence_bt.trees.language.model import (
     show,
 )
 
+_KEY_AND_UNIT = re.compile(r"(\$[a-z][a-z0-9_]*) ?([^\W\d]+(?:/[^\W\d]+)?|°)")
+"""A key with the unit that it lacks behind it: ``$pause min``."""
 Kinds = Mapping[str, Kind | None]
 """The kinds of keys, as far as they are known."""
 
@@ -82,11 +87,19 @@ def _pose(value: PoseParts, kind: Kind | None, kinds: Kinds | None) -> Any:
 
 def _list(value: ListItems, kind: Kind | None, kinds: Kinds | None) -> Any:
     if kind is not None and kind.item is None:
-        meant = (quantities.example_of(kind),) if kind is Kind.POSE else ("a single value",)
+        meant = (quantities.example_of(kind),) if kind is Kind.POSE else _single(value, kind)
         raise ConfigError(f"{quantities.with_article(kind)} is needed, not a list", valid=meant)
     given = kind if kind is not None else kind_of(value, {})
     items = [_item(item, given.item if given is not None else None, kinds) for item in value.items]
     return ListFromItems(tuple(items)) if any(map(is_source, items)) else tuple(items)
+
+
+def _single(value: ListItems, kind: Kind) -> tuple[str, ...]:
+    """Suggest what was meant by a list where one value is needed."""
+    items = [show(item) for item in value.items]
+    if kind is Kind.TEXT and len(items) > 1:
+        return (quoted(", ".join(items)),)
+    return (items[0],) if len(items) == 1 else ("a single value",)
 
 
 def _item(value: Value, kind: Kind | None, kinds: Kinds | None) -> Any:
@@ -141,13 +154,16 @@ def template_of(value: Value) -> TextTemplate:
 
 
 def as_expression(value: Template) -> tuple[str, ...]:
-    """Suggest the template in ``${...}``, when it is an expression that lacks them."""
-    text = show(value)
+    """Suggest the template in ``"${...}"``, when it is an expression that lacks them."""
+    text = re.sub(r"([+-])\1$", r" \1 1", show(value))  # $n++ of other languages
+    with_unit = _KEY_AND_UNIT.fullmatch(text)
+    if with_unit is not None and any(with_unit[2] in units for units in UNITS.values()):
+        return (quoted(f"${{{with_unit[1]} * 1 {with_unit[2]}}}"),)
     try:
         parse_expression(text)
     except ConfigError:
         return ()
-    return (f"${{{text}}}",)
+    return (quoted(f"${{{text}}}"),)
 
 
 def _written(kind: Kind) -> tuple[str, ...]:

@@ -80,6 +80,13 @@ def test_a_text_has_values_as_people_write_them():
     assert resolve(smiles, keys) == "5 s smiles"
 
 
+def test_a_list_in_a_text_has_no_brackets():
+    keys = KeyStore({"rooms": ("kitchen", "hall"), "none": (), "far": (0.5, 2.0)})
+    keys.declare({}, lambda: {"rooms": Kind.LIST_OF_TEXT, "far": Kind.LIST_OF_LENGTH})
+    said = [resolve(TextTemplate(("in: ", KeyReference(name))), keys) for name in ("rooms", "none", "far")]
+    assert said == ["in: kitchen, hall", "in: ", "in: 0.5 m, 2 m"]
+
+
 def test_set_key_writes_all_or_nothing():
     context = make_context(ManualClock(), keys={"a": 1})
     node = SetKey("set", context, {"b": KeyReference("a"), "c": KeyReference("gone")})

@@ -131,3 +131,19 @@ def test_the_answers_that_the_mission_names_are_told_while_it_waits(answers, clo
     assert answers.question_with_choices.splitlines() == [answers.question, "  tea", "  black coffee"]
     assert give(answers, "water")
     assert run.poll() == success(answer="water") and not answers.question_with_choices
+
+
+@pytest.mark.parametrize("kept", [False, True])
+@pytest.mark.parametrize(
+    ("said", "taken"), [("Green tea.", "green tea"), (" green  TEA", "green tea"), ("Water!", "Water!")]
+)
+def test_an_answer_that_sounds_like_a_choice_is_that_choice(answers, clock, said, taken, kept):
+    choices = LIMIT | {"choices": ("coffee", "green tea")}
+    say(answers, clock, "What will you have?")
+    if kept:
+        give(answers, said)
+        assert answers.start(choices).poll() == success(answer=taken)
+    else:
+        run = answers.start(choices)
+        give(answers, said)
+        assert run.poll() == success(answer=taken)

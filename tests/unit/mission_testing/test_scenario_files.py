@@ -312,3 +312,24 @@ def test_a_mission_by_file_may_call_those_beside_it(play, tmp_path, stage):
     assert result.passed, result.problems
     assert stage.load(tmp_path / "caller.yaml") == "caller"
     stage.run("caller").assert_succeeded().assert_duration("3 s")
+
+
+LOOKS = """\
+mission: detect_user
+given:
+  inputs: {looks: 60}
+  skills:
+    {turn: SUCCESS, look_for_user: FAILURE no_user_seen, start_tracker: SUCCESS, stop_tracker: SUCCESS}
+scenarios:
+"""
+
+
+def test_a_report_of_many_calls_is_short(play):
+    (result,) = play("- name: a\n  then: {not_called: turn}\n", LOOKS)
+    lines = result.report.splitlines()
+    assert any(line.endswith(" more calls") for line in lines) and len(lines) < 80
+
+
+def test_outputs_of_a_run_that_failed(play):
+    results = play("- name: a\n  then: {outputs: {distance: 1 m}}\n", LOOKS)
+    assert "a mission that is FAILED gives no outputs" in problems(results)[0]

@@ -209,3 +209,23 @@ def test_a_skill_that_is_only_declared_in_scenarios(waving):
     coverage.add_runs(result.runs)
     (report,) = coverage.report(libraries.declarations)
     assert (str(report.codes_seen), report.nodes[0].missing) == ("1/1", ("SUCCESS", "STOPPED"))
+
+
+def test_a_mock_of_a_mission_gives_what_its_caller_takes_and_no_more(tmp_path):
+    (tmp_path / "caller.yaml").write_text(
+        "mission: caller\ntree:\n  sequence:\n    - run: goto_user\n"
+        "    - run: find_user\n      out: {room: room}\n    - say: {text: $room}\n"
+    )
+    file = tmp_path / "some.yaml"
+    head = "mission: caller.yaml\ngiven:\n  skills: {goto_user: SUCCESS, find_user: @, say: SUCCESS}\n"
+    scenario = "scenarios:\n  - name: a\n    then: {status: SUCCEEDED, calls: [say: {text: hall}]}\n"
+    file.write_text(head.replace("@", "SUCCESS (room=hall)") + scenario)
+    found = read_scenarios(file, Libraries())
+    assert found.findings == () and run_scenario(found.scenarios[0]).passed
+    file.write_text(head.replace("@", "SUCCESS") + scenario)
+    (finding,) = read_scenarios(file, Libraries()).findings
+    assert finding.valid == ("SUCCESS (room=kitchen)",)
+    failing = head.replace("goto_user: SUCCESS", "goto_user: FAILURE not_found").replace("@", "FAILURE")
+    file.write_text(failing + scenario)
+    (finding, *_) = read_scenarios(file, Libraries()).findings
+    assert finding.valid == ("no_user_seen",)

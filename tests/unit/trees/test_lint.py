@@ -136,7 +136,8 @@ tree:
         "8:13 error other has no output 'usr' | user",
         "10:19 error far: 3 m is above the maximum of 2 m | 2 m and less",
         "12:19 error far: a length is needed, but $n is an integer | ",
-        "13:19 error the key 'n' is an input of the mission and cannot be written | ",
+        "13:19 error the key 'n' is an input of the mission and cannot be written"
+        " | another key, such as new_n",
     ]
 
 

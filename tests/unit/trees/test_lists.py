@@ -244,7 +244,7 @@ def test_the_dump(tmp_path):
             "{navigate_to: {goal: [1 m, 2 m, 90 deg]}}",
             "goal: a pose is needed, not a list | {x: 1 m, y: 2 m, yaw: 90 deg}",
         ),
-        ("{wait: [1 s]}", "a duration is needed, not a list | a single value"),
+        ("{wait: [1 s]}", "a duration is needed, not a list | 1 s"),
         ("{condition: count($n) > 1}", "'count' needs a list, but '$n' is an integer"),
         ("{condition: $n in $rooms}", "'$n' is an integer, but the items of '$rooms' are of the kind text"),
         ("{condition: '$rooms[$rooms] == 1'}", "'[ ]' needs an integer, but '$rooms' is a list of text"),

@@ -173,6 +173,56 @@ def test_mistakes_are_told_at_their_place(
         assert any(valid in finding.valid for finding in findings), findings
 
 
+@pytest.mark.parametrize(
+    ("text", "place", "remedy"),
+    [
+        ("    condition: bell\n    type: Bool\n", (4, 11), "std_msgs/msg/Bool"),
+        ("    condition: bell\n    type: std_msgs/Bool\n", (4, 11), "std_msgs/msg/Bool"),
+        ("    service: lamp\n    type: my_msgs/Lamp\n", (4, 11), "my_msgs/srv/Lamp"),
+        ("    service: lamp\n", (3, 5), "type: std_srvs/srv/SetBool"),
+        ("    service: drive\n    type: nav2_msgs/action/Spin\n", (4, 11), "action: NAME"),
+        ("    topic: bell\n    type: std_msgs/msg/Bool\n", (3, 5), "condition, for what it said last"),
+        ("    like: is_true\n", (3, 11), "condition: NAME"),
+        ("    description: Ring.\n", (3, 5), "summary"),
+        ("    service: a\n    type: std_srvs/srv/SetBool\n    send: {data: on}\n", (5, 18), "true"),
+        (
+            "    inputs: {lit: {type: boolean}}\n    service: lamp\n    type: std_srvs/srv/SetBool\n"
+            "    send: {data: lit}\n",
+            (6, 18),
+            "$lit",
+        ),
+        (
+            "    inputs: {lit: {type: text}}\n    service: lamp\n    type: std_srvs/srv/SetBool\n"
+            "    send: {data: $lit}\n",
+            (6, 18),
+            "inputs: {lit: {type: boolean}}",
+        ),
+        (
+            "    inputs: {lit: {type: boolean}}\n    service: lamp\n    type: std_srvs/srv/SetBool\n",
+            (3, 14),
+            "send: {FIELD: $lit}",
+        ),
+    ],
+)
+def test_a_mistake_is_told_with_its_remedy(read: Any, text: str, place: tuple[int, int], remedy: str) -> None:
+    findings = read(f"  s:\n{text}").findings
+    assert any((each.line, each.column) == place and remedy in each.valid for each in findings), findings
+
+
+def test_a_skill_that_is_like_no_other_is_one_mistake(read: Any) -> None:
+    (finding,) = read("  s:\n    like: is_treu\n    condition: bell\n").findings
+    assert (finding.line, finding.column, finding.valid[0]) == (3, 11, "is_true")
+
+
+def test_a_skill_that_florence_has_itself_is_pointed_out(tmp_path: Path) -> None:
+    file = tmp_path / "mine.skills.yaml"
+    file.write_text("skills:\n  say: {like: publish_text, publish: shout}\n")
+    library = MissionLibrary()
+    library.add_file(file)
+    (finding,) = (each for each in library.findings if each.file == str(file))
+    assert (finding.severity, finding.line, finding.column) == ("warning", 2, 3)
+
+
 def test_a_latched_message_does_not_grow_old(read: Any) -> None:
     skill = read(
         "  idle:\n    condition: mode\n    type: std_msgs/msg/String\n    latched: true\n"

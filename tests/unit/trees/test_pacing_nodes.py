@@ -112,7 +112,7 @@ def test_the_result_of_an_expression_is_held_against_the_limits(tmp_path):
     [
         ("{move: {by: '${1.5 m * 2}'}}", "3:22", "above the maximum"),
         ("{move: {by: '${$d * 2}'}}", "3:22", "'$d * 2' is a duration; a length is needed"),
-        ("{move: {by: '$d + 1 m'}}", "3:19", "would have worked: ${$d + 1 m}"),
+        ("{move: {by: '$d + 1 m'}}", "3:19", 'would have worked: "${$d + 1 m}"'),
         ("{wait: '${$d + 1}'}", "3:20", "needs two of one kind"),
         ("{work: , when: $d > 3}", "3:25", "needs two of one kind"),
         ("{condition: $d}", "3:19", "true or false is needed"),

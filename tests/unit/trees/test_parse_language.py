@@ -182,7 +182,7 @@ WRONG = """
     3:40 memory cannot be 'yes' | true
 
 {work: , else: {other: }}
-    3:16 'else' does not belong to 'work' but to if | out, every, {ANYWHERE}
+    3:16 'else' does not belong to 'work' but to if | {INDENTED}, out, every, {ANYWHERE}
 
 {switch: $m}
     3:8 switch needs cases | cases: {value: node, value: node}
@@ -246,7 +246,13 @@ WRONG = """
 """
 
 
-@pytest.mark.parametrize("written", WRONG.replace("{ANYWHERE}", ", ".join(ANYWHERE)).strip().split("\n\n"))
+INDENTED = "else indented like the if that it belongs to"
+
+
+@pytest.mark.parametrize(
+    "written",
+    WRONG.replace("{ANYWHERE}", ", ".join(ANYWHERE)).replace("{INDENTED}", INDENTED).strip().split("\n\n"),
+)
 def test_what_is_wrong(written):
     tree, *expected = (line.strip() for line in written.splitlines())
     assert [finding.strip() for finding in findings(tree)] == expected

@@ -125,7 +125,7 @@ MISTAKES = {
     ),
     "elif": (
         HEAD + "  if: {robot_in_room: {room: hall}}\n  then: {wait: 1 s}\n  elif: {wait: 2 s}\n",
-        "5:3 a node has exactly one kind, not 'if' and 'elif' | else",
+        "5:3 a node has exactly one kind, not 'if' and 'elif' | else: {if: ..., then: ...}",
     ),
     "all of an if below it": (
         HEAD + "  if:\n    condition: 1 < 2\n    then: {wait: 1 s}\n",
@@ -271,7 +271,7 @@ MISTAKES = {
     ),
     "a sum that is only a text": (
         HEAD + "  sequence:\n    - set: {a: 3}\n    - set: {b: $a + 1}\n    - fail: $b\n",
-        "5:16 b: '$a + 1' is text here, and nothing is computed | ${$a + 1}",
+        "5:16 b: '$a + 1' is text here, and nothing is computed | \"${$a + 1}\"",
     ),
     "outputs the wrong way round": (
         HEAD + "  sequence:\n    - look_for_user: {}\n      out: {person: user}\n"
@@ -421,6 +421,323 @@ def test_a_mistake_is_told_once_with_what_would_have_worked(tmp_path: Path, name
     place, _, problem = message.partition(" ")
     assert found[0] in (f"{place}: error: {problem}", f"{place}: warning: {problem}")
     assert worked[0] == valid or worked[0].startswith(f"{valid}, ")
+
+
+ANSWERED = HEAD + "  sequence:\n    - wait_for_answer: {}\n      out: {answer: a}\n"
+COUNTED = "mission: example\nkeys: {n: {type: integer, default: 0}}\ntree:\n"
+LISTED = "mission: example\nkeys: {seen: {type: list of text, default: []}}\ntree:\n"
+
+REMEDIES = {
+    # name: (the file, where the first finding is, what would have worked first)
+    "a time of twelve hours": (HEAD + "  wait_until: 8 pm\n", "3:15", '"20:00"'),
+    "midnight of twelve hours": (HEAD + "  wait_until: 12:30 am\n", "3:15", '"00:30"'),
+    "a time with a point": (HEAD + "  wait_until: 20.15\n", "3:15", '"20:15"'),
+    "a time in German": (HEAD + "  wait_until: 20 Uhr\n", "3:15", '"20:00"'),
+    "a day of the week": (HEAD + "  wait_until: Monday 08:00\n", "3:15", '"08:00"'),
+    "until a time": (
+        HEAD + '  repeat: forever\n  do: {wait: 5 min}\n  until: "20:00"\n',
+        "5:10",
+        '{wait_until: "20:00"}',
+    ),
+    "a skill as a word": (
+        HEAD + "  if: user_lying\n  then: {wait: 1 s}\n",
+        "3:7",
+        "$user_lying, {user_lying: }, if it is a skill",
+    ),
+    "a skill after condition": (
+        HEAD + "  condition: {robot_in_room: {room: hall}}\n",
+        "3:14",
+        "robot_in_room itself, in place of condition",
+    ),
+    "a skill after when": (
+        HEAD + "  wait: 1 s\n  when: {robot_in_room: {room: hall}}\n",
+        "4:9",
+        "if: {robot_in_room: ...}",
+    ),
+    "a skill after while": (
+        HEAD + "  wait: 1 s\n  while: {battery_above: {}}\n",
+        "4:10",
+        "memory: false, with sequence: [{battery_above: ...}, the node]",
+    ),
+    "while as a loop": (COUNTED + "  while: $n < 3\n  do: {wait: 1 s}\n", "4:3", "repeat: forever"),
+    "a time-out beside its node": (
+        HEAD + "  run: patrol\n  timeout: 2 min\n",
+        "4:3",
+        "do: with run below it, beside timeout",
+    ),
+    "what follows a success": (
+        HEAD + "  run: patrol\n  on_success: {wait: 1 s}\n",
+        "4:3",
+        "sequence: [the node, what follows when it succeeds]",
+    ),
+    "a handler in other words": (
+        HEAD + "  run: patrol\n  on_error: {any: {wait: 1 s}}\n",
+        "4:3",
+        "on_failure",
+    ),
+    "a handler without a code": (
+        HEAD + "  run: patrol\n  on_failure: {say: {text: Sorry}}\n",
+        "4:16",
+        "any: {say: ...}",
+    ),
+    "a clean-up at the edge": (
+        HEAD + "  start_tracker:\nfinally:\n  stop_tracker:\n",
+        "4:1",
+        "finally below tree, indented like the node that it belongs to",
+    ),
+    "a schedule": (
+        'mission: example\nschedule: "08:00"\ntree: {wait: 1 s}\n',
+        "2:1",
+        'tree: a sequence that begins with wait_until: "08:00"',
+    ),
+    "steps": ("mission: example\nsteps: {wait: 1 s}\n", "2:1", "tree"),
+    "scenarios": ("mission: example\nscenarios:\n  - name: a\n", "1:1", "florence test example.yaml"),
+    "no end of attempts": (HEAD + "  retry: infinite\n  do: {look_for_user: {}}\n", "3:10", "forever"),
+    "a skill that is run": (HEAD + "  run: say\n  with: {text: Hello}\n", "3:8", "say: {text: Hello}"),
+    "a mission that is near in name": (
+        HEAD + "  run: goto_kitchen\n",
+        "3:8",
+        "goto_pose, goto_room, goto_user",
+    ),
+    "to speak": (HEAD + "  speak: Hello\n", "3:3", "say"),
+    "to drive": (HEAD + "  drive: kitchen\n", "3:3", "run: goto_room, with: {room: ...}"),
+    "a list of conditions": (
+        ANSWERED + '    - if: {and: [$a == "x", $a != "y"]}\n      then: {wait: 1 s}\n',
+        "6:12",
+        "$near and not $done, as the expression itself",
+    ),
+    "a text that is greater": (ANSWERED + "    - condition: $a > 3\n", "6:18", '$a == "3"'),
+    "true in quotes": (
+        'mission: example\ninputs: {loud: {type: boolean}}\ntree:\n  condition: $loud == "true"\n',
+        "4:20",
+        "true",
+    ),
+    "texts that are added": (
+        ANSWERED + "    - set: {b: '${$a + \"!\"}'}\n    - say: {text: $b}\n",
+        "6:19",
+        '"${a}!", append: {key: text}',
+    ),
+    "a sum without its braces": (COUNTED + "  set: {n: $n + 1}\n", "4:12", '"${$n + 1}"'),
+    "one more": (COUNTED + "  set: {n: $n++}\n", "4:12", '"${$n + 1}"'),
+    "a sum of a program": (COUNTED + "  set: n = n + 1\n", "4:8", 'set: {n: "${$n + 1}"}'),
+    "a number that is said": (COUNTED + "  say: {text: $n}\n", "4:15", 'a text with it: "n: $n"'),
+    "a length of a list": (LISTED + "  condition: len($seen) > 1\n", "4:14", "count(...)"),
+    "a function with a dollar": (LISTED + "  condition: $count(seen) > 1\n", "4:14", "count($seen)"),
+    "not in": (LISTED + "  condition: $seen not in $seen\n", "4:20", "not $item in $list"),
+    "a list that is appended": (LISTED + "  append: {seen: [hall]}\n", "4:18", "hall"),
+    "no dollar before a list": (
+        LISTED + "  sequence:\n    - append: {seen: hall}\n    - for_each: seen\n      as: one\n"
+        "      do: {say: {text: $one}}\n",
+        "6:17",
+        "$seen",
+    ),
+    "a loop of a program": (
+        HEAD + "  for_each: one in [a, b]\n  do: {say: {text: $one}}\n",
+        "3:3",
+        "for_each: [a, b], as: one",
+    ),
+    "a key in braces": (
+        'mission: example\ninputs: {room: {type: text}}\ntree:\n  say: {text: "In {{ room }}, $room"}\n',
+        "4:15",
+        "$room",
+    ),
+    "an output that nobody takes": (
+        HEAD + "  sequence:\n    - look_for_user:\n    - navigate_to: {goal: $user}\n",
+        "5:27",
+        "out: {user: user} below look_for_user of line 4",
+    ),
+    "per cent": (HEAD + "  battery_above: {charge: 30 %}\n", "3:27", "0.3"),
+    "a comma in a number between braces": (HEAD + "  turn: {angle: 1,5 rad}\n", "3:17", "angle: 1.5 rad"),
+    "a comment without its space": (HEAD + "  wait: 5 s# short\n", "3:9", "5 s # short"),
+    "a comment of a program": (HEAD + "  wait: 5 s // short\n", "3:9", "5 s # short"),
+    "a code in words": (HEAD + "  fail: no\n  code: No Taxi!\n", "4:9", "no_taxi"),
+    "letters of other languages": (COUNTED + "  set: {größe: 1}\n", "4:9", "groesse"),
+    "a key of other letters": (HEAD + "  say: {text: So $größe}\n", "3:15", "$groesse"),
+    "a negation of a program": (COUNTED + "  wait: 1 s\n  when: !$n\n", "5:9", "not $n"),
+    "stars": (HEAD + "  say: {text: *now*}\n", "3:15", 'say: {text: "*now*"}'),
+    "an apostrophe": (HEAD + "  say: {text: 'It's time'}\n", "3:19", 'say: {text: "It\'s time"}'),
+    "quotes twice": (HEAD + '  say: {text: ""Hello""}\n', "3:17", 'say: {text: "Hello"}'),
+    "dashes between brackets": (HEAD + "  pick_random: {items: [- a, - b]}\n", "3:25", "[kitchen, hall]"),
+    "a sentence on two lines": (
+        HEAD + "  say:\n    text: Good morning,\n    get up.\n",
+        "5:12",
+        "get up.:, 6 spaces before it",
+    ),
+    "a unit behind a key": (COUNTED + "  wait: $n min\n", "4:9", '"${$n * 1 min}"'),
+    "a list in an expression": (
+        ANSWERED + "    - condition: $a in [yes, ja]\n",
+        "6:24",
+        '$a == "x" or $a == "y"',
+    ),
+    "a case for two values": (
+        ANSWERED + "    - switch: $a\n      cases:\n        yes, ja: {wait: 1 s}\n",
+        "8:9",
+        "yes: and ja: each with its node",
+    ),
+    "inputs in the line of with": (
+        HEAD + "  run: goto_room\n  with: room: kitchen\n",
+        "4:13",
+        "with: {room: kitchen}",
+    ),
+    "the tree in its line": (
+        "mission: example\ntree: sequence:\n  - wait: 1 s\n",
+        "2:15",
+        "tree: on this line, sequence: on the next, indented further",
+    ),
+    "what time it is": (
+        HEAD + '  wait_until: $time == "20:00"\n',
+        "3:15",
+        'wait_until: "20:00", which waits for a time',
+    ),
+    "a failure that is not dealt with": (
+        HEAD + "  say: {text: $failure_code}\n",
+        "3:15",
+        "a node under on_failure",
+    ),
+    "an addition to nothing": (
+        "mission: example\nkeys: {seen: {type: list of text}}\ntree: {append: {seen: hall}}\n",
+        "3:17",
+        "a default of 'seen' under keys:",
+    ),
+    "an input that is written": (
+        "mission: example\ninputs: {room: {type: text}}\ntree:\n  sequence:\n"
+        "    - say: {text: $room}\n    - get_user_room:\n      out: {room: room}\n",
+        "7:19",
+        "another key, such as new_room",
+    ),
+    "an output of another type": (
+        "mission: example\noutputs: {who: {type: integer}}\n"
+        "tree:\n  wait_for_answer: {}\n  out: {answer: who}\n",
+        "2:11",
+        "type: text",
+    ),
+    "a room where a pose is needed": (
+        HEAD + "  navigate_to: kitchen\n",
+        "3:3",
+        "run: goto_room, with: {room: kitchen}",
+    ),
+    "a label where a pose is needed": (
+        HEAD + "  navigate_to: {goal: kitchen}\n",
+        "3:23",
+        "$place, after get_hotspot: {label: kitchen}, out: {pose: place}",
+    ),
+    "repeat until": (HEAD + "  repeat: until noon\n  do: {wait: 1 s}\n", "3:11", "forever"),
+    "a list below a skill": (HEAD + "  say:\n    - Hello\n    - you\n", "3:3", "say: {text: value}"),
+    "an end with success": (
+        HEAD + "  return: found\n",
+        "3:3",
+        "fail: done, with code: done; at the top on_failure: {done: a node} makes it good",
+    ),
+    "two rooms in one text": (
+        HEAD + "  run: patrol\n  with: {rooms: kitchen and hall}\n",
+        "4:17",
+        "[kitchen, hall]",
+    ),
+    "a mission that calls itself": (HEAD + "  run: example\n", "3:8", "repeat: forever"),
+    "two codes in one text": (
+        HEAD + "  retry: 3\n  on: not_found, no_image\n  do: {look_for_user: {}}\n",
+        "4:7",
+        "[not_found, no_image]",
+    ),
+    "a handler for two codes": (
+        HEAD + "  look_for_user: {}\n  on_failure:\n    not_found, no_image: {wait: 1 s}\n",
+        "5:5",
+        "not_found: with its node, no_image: with its node",
+    ),
+    "poses that are subtracted": (
+        HEAD + "  sequence:\n    - look_for_user: {}\n      out: {user: u}\n    - condition: $u - $u < 1 m\n",
+        "6:18",
+        "distance($u, $u)",
+    ),
+    "every as a loop": (
+        HEAD + "  every: 5 min\n  do: {run: patrol}\n",
+        "3:3",
+        "repeat: forever, with a wait at the end of what is under do",
+    ),
+    "a pause beside repeat": (
+        HEAD + "  repeat: 3\n  wait: 5 min\n  do: {run: patrol}\n",
+        "4:3",
+        "do: {sequence: [the node, {wait: 5 min}]}",
+    ),
+    "a pause beside retry": (
+        HEAD + "  retry: 3\n  wait: 5 min\n  do: {run: patrol}\n",
+        "4:3",
+        "between: {wait: 5 min}",
+    ),
+    "repeat for a time": (
+        HEAD + "  repeat: 5 min\n  do: {run: patrol}\n",
+        "3:11",
+        "timeout: 5 min, with do: {repeat: forever, do: ...}",
+    ),
+    "no time-out": (HEAD + "  timeout: never\n  do: {run: patrol}\n", "3:12", "the node without it"),
+    "wait until a time has passed": (HEAD + "  wait_until: 5 min\n", "3:15", "wait: 5 min"),
+    "else below then": (
+        HEAD + "  if: {look_for_user: {}}\n  then:\n    wait: 1 s\n    else: {wait: 2 s}\n",
+        "6:5",
+        "else indented like the if that it belongs to",
+    ),
+    "an input that may be left out": (
+        "mission: example\ninputs: {a: {type: text, optional: true}}\ntree: {say: {text: $a}}\n",
+        "2:26",
+        "default",
+    ),
+    "no space behind a colon": (HEAD + "  say: {text:Hello}\n", "3:9", "text: Hello"),
+    "no cases": (
+        ANSWERED + "    - switch: $a\n      tea: {wait: 1 s}\n      milk: {wait: 2 s}\n",
+        "7:7",
+        "cases: with tea below it",
+    ),
+    "the default among the cases": (
+        ANSWERED + "    - switch: $a\n      cases:\n        tea: {wait: 1 s}\n        default: {wait: 2 s}\n",
+        "9:9",
+        "default: indented like cases",
+    ),
+    "a misspelt success": (
+        HEAD + "  for_each: [hall, study]\n  as: one\n  until: succes\n  do: {robot_in_room: {room: $one}}\n",
+        "5:10",
+        "success",
+    ),
+    "hours and minutes": (HEAD + "  wait: 1h30\n", "3:9", "90 min"),
+    "an item between braces": (
+        LISTED + "  say: {text: $seen[0]}\n",
+        "4:20",
+        'say: {text: "${$seen[0]}"}',
+    ),
+    "a unit in an expression": (COUNTED + "  wait: ${$n s}\n", "4:14", "$n * 1 s"),
+    "a policy after parallel": (
+        HEAD + "  parallel: any\n  name: two\n",
+        "3:13",
+        "parallel: a list of nodes, with policy: any beside it",
+    ),
+    "a list of codes as a key": (
+        HEAD + "  look_for_user: {}\n  on_failure:\n    [not_found, no_image]: {wait: 1 s}\n",
+        "5:5",
+        "a line of its own for each item of the list",
+    ),
+    "a default that is no place": (
+        "mission: example\ninputs: {rooms: {type: list of text, default: [hall, kichen]}}\n"
+        "tree: {run: patrol, with: {rooms: $rooms}}\n",
+        "2:54",
+        "kitchen",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REMEDIES)
+def test_a_mistake_is_told_in_its_place_with_its_remedy(tmp_path: Path, name: str) -> None:
+    text, place, remedy = REMEDIES[name]
+    file = tmp_path / "example.yaml"
+    file.write_text(text, encoding="utf-8")
+    report = check_files([file])[0].replace(f"{file}:", "")
+    found = next(part for part in report.split("\n\n")[0].splitlines() if not part.startswith(" "))
+    worked = report.partition("would have worked: ")[2].splitlines()[0]
+    assert found.startswith(f"{place}: "), report
+    assert worked == remedy or worked.startswith(f"{remedy}, "), report
+
+
+def test_words_of_other_scripts_may_follow_a_key(tmp_path: Path) -> None:
+    text = "mission: example\ninputs: {who: {type: text}}\ntree: {say: {text: $whoさん、おはよう}}\n"
+    assert found_in(tmp_path, text) == []
 
 
 def found_in(tmp_path: Path, text: str) -> list[str]:

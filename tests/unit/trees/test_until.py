@@ -155,7 +155,7 @@ def test_the_dump(tmp_path):
         ("{turn: {angle: 1 rad}, until: {wait: 5 s}}", ""),
         ("{turn: {angle: 1 rad}, until: {look_for_user: }}", ""),
         ("{turn: {angle: 1 rad}, until: {is_charged: }}", ""),
-        ("{turn: {angle: 1 rad}, until: seen}", "3:37 error 'seen' is neither a key nor text"),
+        ("{turn: {angle: 1 rad}, until: seen}", "3:37 error until: 'seen' is neither a key nor a node"),
         ("{turn: {angle: 1 rad}, until: $seen}", "no node writes a key 'seen'"),
         ("{turn: {angle: 1 rad}, until: {is_charged: , finally: {stop_tracker: }}}", "the clean-up would run after each question"),
         ("{turn: {angle: 1 rad}, until: {once: {is_charged: }}}", "is asked only once"),

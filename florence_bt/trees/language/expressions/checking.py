@@ -302,6 +302,20 @@ class _Checker:
     ) -> Kind | None:
         """Check two numbers of one kind: sums, minimum, maximum."""
         what = term.operator if isinstance(term, syntax.Binary) else term.name
+        if what == "+" and Kind.TEXT in (self._silently(left), self._silently(right)):
+            message = f"'+' adds numbers, and puts no texts together ({syntax.print_term(term)!r})"
+            self.add(
+                syntax.start_of(left), message, f'"{_in_text(left)}{_in_text(right)}"', "append: {key: text}"
+            )
+            return None
+        if what == "-" and self._silently(left) is self._silently(right) is Kind.POSE:
+            message = f"{what!r} needs numbers or quantities, but {syntax.print_term(left)!r} is a pose"
+            self.add(
+                syntax.start_of(left),
+                message,
+                f"distance({syntax.print_term(left)}, {syntax.print_term(right)})",
+            )
+            return None
         before = len(self.problems)
         kinds = self._number(left, what), self._number(right, what)
         if len(self.problems) > before:
@@ -330,7 +344,7 @@ class _Checker:
             if ordered and kind is not None and kind not in NUMERIC_KINDS:
                 shown = f"{syntax.print_term(side)!r} is {_article(kind)}"
                 message = f"{term.operator!r} needs numbers or quantities, but {shown}"
-                self.add(syntax.start_of(side), message, "==", "!=")
+                self.add(syntax.start_of(side), message, *_as_equal(term, left, right))
                 return
         if not _common(term.left, left, term.right, right)[1]:
             self._unlike(term, term.operator, term.left, left, term.right, right)
@@ -406,6 +420,29 @@ def _nearest(term: syntax.Term, edge: str) -> _Near | None:
     return None
 
 
+def _in_text(term: syntax.Term) -> str:
+    """Write a term as a part of a text with keys in it."""
+    match term:
+        case syntax.Binary(operator="+", left=left, right=right):
+            return _in_text(left) + _in_text(right)
+        case syntax.Constant(text=text):
+            return text
+        case syntax.Key(key=key):
+            return f"${{{key}}}"
+    return "..."
+
+
+def _as_equal(term: syntax.Binary, left: Kind | None, right: Kind | None) -> tuple[str, ...]:
+    """Return a comparison of texts in place of one that asks which is greater; none is."""
+    sides = [
+        f'"{side.text}"'
+        if kind is not Kind.TEXT and isinstance(side, syntax.Constant)
+        else syntax.print_term(side)
+        for side, kind in ((term.left, left), (term.right, right))
+    ]
+    return tuple(operator.join(sides) for operator in (" == ", " != "))
+
+
 def _is_zero(term: syntax.Term) -> bool:
     return isinstance(term, syntax.Constant) and term.kind in PLAIN and term.value == 0
 
@@ -415,6 +452,12 @@ def _instead(term: syntax.Term, kind: Kind | None, wanted: Kind | None) -> tuple
     if wanted is None or kind is None:
         return ()
     text = syntax.print_term(term)
+    if (
+        isinstance(term, syntax.Constant)
+        and wanted is Kind.BOOLEAN
+        and term.text.lower() in ("true", "false")
+    ):
+        return (term.text.lower(),)
     if isinstance(term, syntax.Constant) and kind in PLAIN and wanted in UNITS:
         return tuple(f"{text} {unit}" for unit in UNITS[wanted])
     if wanted is Kind.BOOLEAN and isinstance(term, syntax.Constant):

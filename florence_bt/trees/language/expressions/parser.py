@@ -215,6 +215,10 @@ COMPARISONS = ("==", "!=", "<", "<=", ">", ">=", "in")
 POSE_PARTS = ("x", "y", "yaw")
 FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "count": 1, "distance": 2, "bearing": 2}
 """Function -> how many values it needs."""
+_OTHER_FUNCTIONS = by_spelling(
+    {"count": ("len", "length", "size"), "the skill pick_random": ("random", "rand", "choice")}
+)
+"""What other languages call the functions, and what stands here in place of one."""
 _WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
@@ -375,7 +379,9 @@ class _ExpressionParser:
 
     def _function(self, name: Token) -> Term:
         if name.text not in FUNCTIONS:
-            valid = [f"{known}(...)" for known in closest_first(name.text, FUNCTIONS)]
+            other = _OTHER_FUNCTIONS.get(name.text.lower())
+            names = (other,) if other is not None else closest_first(name.text, FUNCTIONS)
+            valid = [f"{known}(...)" if known in FUNCTIONS else known for known in names]
             raise problem_at(name.position, f"there is no function {name.text!r}", *valid)
         opened = self._take()
         arguments = [] if self._is(")") else [self._nested(name.position, self._or)]
@@ -395,6 +401,9 @@ class _ExpressionParser:
         if token.kind == "end":
             before = self._tokens[-2].text
             return problem_at(token.position, f"a value is missing after {before!r}", "$key", "1.5 m")
+        if token.text == "[":
+            problem = "an expression has no list of its own"
+            return problem_at(token.position, problem, '$a == "x" or $a == "y"', "a key with the list")
         return problem_at(token.position, f"a value is needed before {token.text!r}", "$key", "1.5 m")
 
     def _bare_word(self, token: Token) -> ConfigError:
@@ -406,7 +415,8 @@ class _ExpressionParser:
             return problem_at(token.position, f"a value is needed before {word!r}", "$key", "true")
         close = difflib.get_close_matches(lower, _WORDS, n=1, cutoff=0.75)
         problem = f"{word!r} is neither a key nor text"
-        return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close)
+        skill = (f"a node, if it is a skill: {{{word}: }}",) if "_" in word else ()
+        return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close, *skill)
 
     def _left_over(self, token: Token, *wanted: str) -> ConfigError:
         if token.text in (")", "]"):
@@ -414,8 +424,18 @@ class _ExpressionParser:
         if token.kind == "word":
             close = difflib.get_close_matches(token.text.lower(), ("and", "or"), n=1, cutoff=0.5)
             operator = _OTHER_WORDS.get(token.text.lower())
+            before = self._tokens[self._index - 1]
+            if before.kind == "key" and any(token.text in units for units in UNITS.values()):
+                operator = f"{before.text} * 1 {token.text}"
+            if token.text == "not" and self._tokens[self._index + 1].text == "in":
+                operator = "not $item in $list"
             valid = (operator,) if operator else tuple(close) or ("and", "or", *COMPARISONS)
             return problem_at(token.position, f"an operator is needed, not {token.text!r}", *valid)
+        before = self._tokens[self._index - 1]
+        if token.text == "(" and before.text.strip("${}") in FUNCTIONS:
+            argument = self._tokens[self._index + 1].text
+            call = f"{before.text[1:]}(${argument})" if argument.isidentifier() else f"{before.text[1:]}(...)"
+            return problem_at(before.position, f"{before.text!r} is a key and no function", call)
         operators = wanted or ("and", "or", *COMPARISONS, "+", "-", "*", "/")
         return problem_at(token.position, f"an operator is missing before {token.text!r}", *operators)
 
