@@ -9,6 +9,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -202,39 +203,42 @@ class Supervisor:
     def _start_due(self) -> None:
         for index, child in enumerate(self._children):
             if child.due is not None and self._now() >= child.due:
-                child.close()
                 with held_back():
                     self._children[index] = self._started(child.name, again=True)
+                child.close()
 
     def _started(self, group: str, *, again: bool = False) -> _Child:
         log_file = self._log_folder / f"{group}.log"
-        try:
-            self._log_folder.mkdir(parents=True, exist_ok=True)
-            log = log_file.open("ab")
-            log.write(f"{log_line(f'the process {group} starts')}\n".encode())
-            log_begun = log.seek(0, os.SEEK_END)
-        except OSError as error:
-            raise ConfigError(
-                f"the log cannot be written: {error.strerror}",
-                file=log_file,
-                valid=["a folder that can be written to"],
-            ) from error
-        heart = HeartbeatMonitor(self._now())
-        process = subprocess.Popen(
-            self._make_command(group, self._options_file),
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            env={
-                **os.environ,
-                "PYTHONUNBUFFERED": "1",
-                STARTED_AGAIN: "1" if again else "",
-                FD_VARIABLE: str(heart.writer),
-            },
-            # A Ctrl-C in the terminal is ours to hand on, in the right order.
-            start_new_session=True,
-            pass_fds=(*self._keep_open, heart.writer),
-        )
+        with ExitStack() as opened:
+            try:
+                self._log_folder.mkdir(parents=True, exist_ok=True)
+                log = opened.enter_context(log_file.open("ab", buffering=0))
+                log.write(f"{log_line(f'the process {group} starts')}\n".encode())
+                log_begun = log.seek(0, os.SEEK_END)
+            except OSError as error:
+                raise ConfigError(
+                    f"the log cannot be written: {error.strerror}",
+                    file=log_file,
+                    valid=["a folder that can be written to"],
+                ) from error
+            heart = HeartbeatMonitor(self._now())
+            opened.callback(heart.close)
+            process = subprocess.Popen(
+                self._make_command(group, self._options_file),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={
+                    **os.environ,
+                    "PYTHONUNBUFFERED": "1",
+                    STARTED_AGAIN: "1" if again else "",
+                    FD_VARIABLE: str(heart.writer),
+                },
+                # A Ctrl-C in the terminal is ours to hand on, in the right order.
+                start_new_session=True,
+                pass_fds=(*self._keep_open, heart.writer),
+            )
+            opened.pop_all()
         heart.started(process.pid)
         return _Child(group, process, log_file, log, log_begun, heart)
 
@@ -268,9 +272,9 @@ class Supervisor:
         }
 
     def note(self, name: str, line: str) -> None:
-        """Write a line into the log of a process."""
-        self._child(name).log.write(f"{log_line(line, 'WARN')}\n".encode())
-        self._child(name).log.flush()
+        """Write a line into the log of a process, if that can be done."""
+        with suppress(OSError):
+            self._child(name).log.write(f"{log_line(line, 'WARN')}\n".encode())
 
     def write_stack(self, name: str) -> None:
         """Let a process that is up write into its log what it is doing.
@@ -370,8 +374,11 @@ def _ending(code: int) -> str:
 
 
 def _tail(file: Path, begin: int) -> str:
-    """Return the last lines of a log from a byte on."""
-    lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
+    """Return the last lines of a log from a byte on; why there are none, when it cannot be read."""
+    try:
+        lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
+    except OSError as error:
+        return f"  ({error.strerror})"
     return "\n".join("  " + line for line in lines[-TAIL_LINES:]) or "  (empty)"
 
 
