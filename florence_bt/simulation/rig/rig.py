@@ -426,7 +426,7 @@ class _PeopleSkills:
         self._known = KnownObstacles(grid)
 
     def start_tracker(self) -> Result:
-        self._tracker.start(self._clock.now())
+        self._tracker.start()
         return success()
 
     def stop_tracker(self) -> Result:

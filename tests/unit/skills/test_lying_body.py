@@ -136,10 +136,10 @@ def test_a_part_of_somebody_is_not_somebody_else_whatever_middle_it_says() -> No
 
 def test_a_body_with_two_middles_is_where_the_whole_was_seen() -> None:
     tracker = UserTracker()
-    tracker.start(0.0)
+    tracker.start()
     for k in range(6):
         tracker.update(0.2 * k, [lying(2.0)])
-    tracker.start(1.2)
+    tracker.start()
     for k in range(6, 12):
         users = tracker.update(0.2 * k, [lying(2.45, shown=CUT), lying(1.95, shown=CUT)])
     assert [user.x for user in users] == pytest.approx([2.0, 2.0], abs=0.1)
@@ -147,7 +147,7 @@ def test_a_body_with_two_middles_is_where_the_whole_was_seen() -> None:
 
 def test_the_tracker_tells_the_better_place_and_of_who_stands_up_the_newest() -> None:
     tracker = UserTracker()
-    tracker.start(0.0)
+    tracker.start()
     views = [*[lying(2.0)] * 6, *[lying(2.2, shown=CUT)] * 6]
     for k, view in enumerate(views):
         users = tracker.update(0.2 * k, [view])

@@ -77,11 +77,13 @@ class Search(PersonGoal):
             return None
         nearest = min(legs, key=lambda each: math.dist(each, here))
         bearing = state.pose.bearing_to(*nearest)
-        if abs(bearing) < _VIEW_RAD:
-            self._looks_at_since = self._looks_at_since or state.now
-            if state.now - self._looks_at_since > _UNCLEAR_S:
-                self._walking.reject(nearest)
-                self._looks_at_since = None
+        if abs(bearing) >= _VIEW_RAD:
+            self._looks_at_since = None
+        elif self._looks_at_since is None:
+            self._looks_at_since = state.now
+        elif state.now - self._looks_at_since > _UNCLEAR_S:
+            self._walking.reject(nearest)
+            self._looks_at_since = None
         turn = self._task.motions.turning_speed(bearing)
         if self._task.motions.is_free_turn(state.clearance, 0.0, turn, bearing):
             return Twist2(0.0, turn)
