@@ -289,10 +289,13 @@ class Supervisor:
             os.kill(pid, STACK_SIGNAL)
 
     def kill(self, name: str, why: str) -> None:
-        """Kill a process; :meth:`check` then says that it died, and why."""
+        """Kill a process; :meth:`check` says that it died, and why, as soon as it is gone.
+
+        That is not waited for: one that closes a serial port to which nobody listens takes half a minute.
+        """
         child = self._child(name)
         child.killed_because = why
-        _killed(child)
+        child.process.kill()
 
     def _child(self, name: str) -> _Child:
         (child,) = (child for child in self._children if child.name == name)
@@ -331,7 +334,7 @@ class Supervisor:
 
     def _end(self, batch: Sequence[_Child]) -> list[str]:
         """Ask processes to end and wait; kill those that do not, and give their names."""
-        killed = []
+        killed: list[str] = []
         deadline = self._now() + self._stop_budget_s
         for child in batch:
             if child.process.poll() is not None:
@@ -344,7 +347,9 @@ class Supervisor:
         while running := [child for child in batch if child.process.poll() is None]:
             self.silences()
             for child in running:
-                if self._now() > deadline or child.heart.silent_s > KILLED_AFTER_S:
+                if child.name not in killed and (
+                    self._now() > deadline or child.heart.silent_s > KILLED_AFTER_S
+                ):
                     killed.append(_killed(child))
             time.sleep(END_LOOK_S)
         return killed
@@ -360,9 +365,8 @@ def log_line(text: str, level: str = "INFO") -> str:
 
 
 def _killed(child: _Child) -> str:
-    """Kill a process and wait until it is gone; gives its name."""
+    """Kill a process; gives its name."""
     child.process.kill()
-    child.process.wait()
     return child.name
 
 

@@ -311,11 +311,42 @@ def test_a_hung_process_can_be_killed_and_is_said_to_have_been(tmp_path, watched
     supervisor, _ = watched
     supervisor.note("hung", "not answered")
     supervisor.kill("hung", "did not answer for 5 s and was killed")
-    with pytest.raises(ProcessDied) as death:
-        supervisor.check()
-    assert death.value.what == "the process 'hung' did not answer for 5 s and was killed"
-    assert "[florence_up]: not answered" in str(death.value)
+    death = death_in(supervisor)
+    assert death.what == "the process 'hung' did not answer for 5 s and was killed"
+    assert "[florence_up]: not answered" in str(death)
     assert "hung" not in supervisor.silences()
+
+
+class Stuck:
+    """A process that is killed and not gone yet, as it closes a serial port."""
+
+    returncode = None
+    kills = 0
+
+    def __init__(self, process):
+        self.process, self.pid = process, process.pid
+
+    def kill(self):
+        self.kills += 1
+
+    def poll(self):
+        return None
+
+    def wait(self):
+        pytest.fail("the others are not watched meanwhile")
+
+
+def test_nobody_waits_for_a_process_that_was_killed_and_is_not_gone_yet(tmp_path, watched):
+    supervisor, watch = watched
+    child = supervisor._child("hung")
+    child.process = stuck = Stuck(child.process)
+    supervisor.kill("hung", "did not answer for 5 s and was killed")
+    supervisor.check()
+    assert stuck.kills == 1 and set(supervisor.silences()) == {"good", "hung"}
+    beat_comes(supervisor, watch, "good")
+    child.process = stuck.process
+    supervisor.kill("hung", "did not answer for 5 s and was killed")
+    assert death_in(supervisor).name == "hung"
 
 
 def test_the_end_does_not_wait_for_a_process_that_is_known_to_hang(tmp_path, watched):
