@@ -145,6 +145,7 @@ class Rig:
             },
             self.topics,
             self.clock,
+            setting.seed,
         )
         self.topics[SPEED_LIMIT].subscribe(self._base.limit_speed)
         self.charge_fraction = 1.0
