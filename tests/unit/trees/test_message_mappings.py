@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -209,6 +210,24 @@ def test_a_message_that_is_too_old_at_once_is_a_mistake(read: Any) -> None:
 def test_a_type_that_does_not_fit_or_is_not_there(read: Any, interface: str, severity: str) -> None:
     (finding,) = read(f"  s:\n    action: spin\n    type: {interface}\n").findings
     assert (finding.severity, finding.line) == (severity, 4)
+
+
+def test_an_interface_that_is_installed_meanwhile_is_found(
+    read: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / "site-packages"
+    site.mkdir()
+    monkeypatch.syspath_prepend(str(site))
+    text = "  s:\n    publish: lights\n    type: late_msgs/msg/Light\n"
+    (finding,) = read(text).findings
+    assert finding.severity == "warning" and "not installed" in finding.message
+    (site / "late_msgs" / "msg").mkdir(parents=True)
+    (site / "late_msgs" / "msg" / "__init__.py").write_text("class Light:\n    pass\n")
+    try:
+        assert not read(text).findings
+    finally:
+        for name in ("late_msgs.msg", "late_msgs"):
+            sys.modules.pop(name, None)
 
 
 def test_a_value_that_a_field_cannot_hold_is_told_by_the_run(read: Any) -> None:
