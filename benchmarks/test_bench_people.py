@@ -35,7 +35,7 @@ def test_tracker(benchmark, figures):
     kinect = KinectSensor(world, mount)
     depth = DepthImage(0.0, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
     known, tracker, seen = KnownObstacles(laser_map(flat)), UserTracker(), []
-    tracker.start(0.0)
+    tracker.start()
 
     stamps = itertools.count()
 

@@ -294,7 +294,7 @@ class Identities:
 def judge(given: Encounter, shown: Iterable[Shown]) -> Judged:
     """Track the people of an encounter and count what became of their ids."""
     tracker, identities = UserTracker(), Identities()
-    tracker.start(0.0)
+    tracker.start()
     crossings = meetings = 0
     side, near, last = 0.0, False, 0.0
     for picture in shown:

@@ -115,7 +115,7 @@ def _fail(message: str, code: int) -> NoReturn:
 
 
 class _TakesRosArguments:
-    """What verbs have that talk to ROS: ``--namespace``, and ``--ros-args`` as every program of ROS 2."""
+    """The options of verbs that talk to ROS: ``--namespace``, and ``--ros-args`` as all programs of ROS 2."""
 
     def __init__(self, *arguments: Any, params: list[Any] | None = None, **details: Any) -> None:
         super().__init__(*arguments, params=[*(params or ()), *_ros_options()], **details)  # type: ignore[call-arg]

@@ -27,7 +27,8 @@ _USUAL_TYPES = (
 """Types that much of a home is made of, for suggestions."""
 _A = {"message": "a message", "service": "a service", "action": "an action"}
 _STEP = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+)\])?")
-_SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *\d+)?>|(.+)\[\d+\])")
+_SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *(\d+))?>|(.+)\[(\d+)\])")
+"""The type of the items, and how many there may be; or that type, and how many there are."""
 
 _FLOATS = frozenset(("float", "double"))
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
@@ -105,7 +106,7 @@ def field_type(message_type: Any, path: str) -> str:
             raise ConfigError(what, valid=closest_first(name, fields))
         kind = fields[name]
         if index is not None:
-            kind = _item_type(kind, path)
+            kind = _item_type(kind, path, index)
     return kind
 
 
@@ -113,7 +114,7 @@ def holds(kind: Kind, written: str) -> bool:
     """Tell whether a field of a type, as the interface writes it, holds values of a kind."""
     if kind.item is not None:
         match = _SEQUENCE.fullmatch(written)
-        return match is not None and holds(kind.item, match[1] or match[2])
+        return match is not None and holds(kind.item, match[1] or match[3])
     return re.sub(r"<\d+>", "", written) in _HOLDS[kind]
 
 
@@ -217,7 +218,7 @@ def get(message: Any, path: str, kind: Kind) -> Any:
             value = value[index]
     try:
         return _read(value, kind)
-    except (TypeError, ValueError, AttributeError) as error:
+    except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise ConfigError(f"{path} holds no {kind.value}: {error}") from error
 
 
@@ -237,7 +238,7 @@ def _entered(message: Any, name: str, index: int | None, path: str) -> Any:
     if index is None:
         return value
     while len(value) <= index:
-        value.append(_nested(_item_type(field_type(type(message), name), path), path)())
+        value.append(_nested(_item_type(field_type(type(message), name), path, index), path)())
     return value[index]
 
 
@@ -248,18 +249,23 @@ def _nested(kind: str, path: str) -> Any:
     return load_interface(f"{package}/msg/{name}")
 
 
-def _item_type(kind: str, path: str) -> str:
+def _item_type(kind: str, path: str, index: int) -> str:
     match = _SEQUENCE.fullmatch(kind)
     if match is None:
         raise ConfigError(f"a field of the type {kind} has no items, in {path!r}")
-    return str(match[1] or match[2])
+    if index >= int(match[2] or match[4] or index + 1):
+        raise ConfigError(f"a field of the type {kind} has no item {index}, in {path!r}")
+    return str(match[1] or match[3])
 
 
 def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
     """Convert the value of a field; nested messages are filled in where they are."""
     sequence = _SEQUENCE.fullmatch(kind)
     if sequence is not None:
-        item = sequence[1] or sequence[2]
+        item, most, size = sequence[1] or sequence[3], sequence[2], sequence[4]
+        if len(value) > int(most or len(value)) or len(value) != int(size or len(value)):
+            # rclpy does not look, and would send what lies in the memory behind them.
+            raise ValueError(f"{len(value)} items do not fit into {kind}")
         items = [
             _written(item, _nested(item, kind)() if "/" in item else None, each, stamp) for each in value
         ]
@@ -303,9 +309,9 @@ def _read(value: Any, kind: Kind) -> Any:
         case Kind.POSE:
             return _read_pose(value)
         case Kind.ANGLE if hasattr(value, "w"):
-            return yaw_of_quaternion(value.x, value.y, value.z, value.w)
+            value = yaw_of_quaternion(value.x, value.y, value.z, value.w)
         case Kind.DURATION if hasattr(value, "nanosec"):
-            return value.sec + value.nanosec * 1e-9
+            value = value.sec + value.nanosec * 1e-9
         case Kind.TEXT if not isinstance(value, str):
             raise TypeError(f"{value!r} is no text")
         case Kind.TEXT | Kind.BOOLEAN:

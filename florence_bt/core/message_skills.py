@@ -178,7 +178,7 @@ class MessageWait:
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """What became of an answer.
+    """The fate of an answer.
 
     Attributes:
         accepted: Whether a mission has it, or may still get it.

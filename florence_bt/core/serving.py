@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from random import Random
 from typing import Any
 
 from florence_bt.core.clock import Clock
@@ -35,13 +36,13 @@ class SkillBinding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnswerBinding(SkillBinding):
-    """A skill that needs no other node.
+    """A skill that needs chance and no other node.
 
     Attributes:
-        answer: The result from the inputs, at once.
+        answer: The result from the inputs and from where chance comes, at once.
     """
 
-    answer: Callable[[Inputs], Result]
+    answer: Callable[[Inputs, Random], Result]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

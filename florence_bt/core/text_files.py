@@ -130,10 +130,10 @@ def refuse_existing(*files: Path, overwrite: bool) -> None:
 
 
 def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
-    """Decode the text of a file.
+    """Decode the text of a YAML file.
 
     Args:
-        data: UTF-8, with or without a byte order mark.
+        data: As of :func:`decode_utf8`.
         path: The file, named in errors.
         most: How many bytes it may have.
 
@@ -141,15 +141,7 @@ def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
         ConfigError: Too many bytes, another encoding, a character that YAML forbids, or a tab in an
             indentation.
     """
-    if len(data) > most:
-        raise _too_large(path, most)
-    body = data.removeprefix(
-        BOM_UTF8
-    )  # before it is decoded, so that errors count from where the text begins
-    try:
-        text = body.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise _no_utf8(data, body[: error.start + 1], path) from error
+    text = decode_utf8(data, path, most)
     forbidden = _FORBIDDEN.search(text)
     if forbidden is not None:
         problem = f"the character {named(forbidden[0])} is not allowed"
@@ -158,6 +150,26 @@ def decode(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
     if tab is not None:
         raise _at(text[: tab.end() - 1], path, "a tab in the indentation", "spaces")
     return text
+
+
+def decode_utf8(data: bytes, path: Path, most: int = MAX_BYTES) -> str:
+    """Decode the text of any file.
+
+    Args:
+        data: UTF-8, with or without a byte order mark.
+        path: The file, named in errors.
+        most: How many bytes it may have.
+
+    Raises:
+        ConfigError: Too many bytes, or another encoding.
+    """
+    if len(data) > most:
+        raise _too_large(path, most)
+    body = data.removeprefix(BOM_UTF8)  # errors count from where the text begins
+    try:
+        return body.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise _no_utf8(data, body[: error.start + 1], path) from error
 
 
 def _no_utf8(data: bytes, until: bytes, path: Path) -> ConfigError:

@@ -128,6 +128,10 @@ SAME_PLACE_M, SAME_HEADING_RAD = 0.02, math.radians(2.0)
 """What two samples of one motion may differ by. Chosen: at 0.5 m/s a frame comes 2 cm far in 40 ms."""
 
 
+KEEP_S = 10.0
+"""For so long a moving frame can be looked up at a past moment, as in tf2."""
+
+
 class TransformBuffer:
     """Remembers transforms between frames and answers for any pair and moment.
 
@@ -139,7 +143,7 @@ class TransformBuffer:
     second one.
     """
 
-    def __init__(self, keep: float = 10.0) -> None:
+    def __init__(self, keep: float = KEEP_S) -> None:
         self._keep = keep
         self._static: dict[str, tuple[str, Transform3]] = {}
         self._static_lookups: dict[tuple[str, str], Transform3] = {}

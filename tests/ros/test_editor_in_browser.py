@@ -6,8 +6,7 @@ import http.client
 import json
 import shutil
 import socket
-import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -60,17 +59,29 @@ class MissionServer(FlorenceNode):
 
 
 @pytest.fixture
-def port(ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """The port of a running page that knows no folder of its own."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        port: int = server.getsockname()[1]
-    command = [sys.executable, "-m", "florence_bt.cli", "page", "--port", str(port)]
-    monkeypatch.chdir(tmp_path)
-    child = Child(command, tmp_path / "page.txt")
-    child.wait_for("Ctrl-C ends it")
-    ros.spin_until(lambda: answers(port))
+def start_page(
+    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start_process: Callable[..., Child]
+) -> Callable[[], tuple[int, Child]]:
+    """Starts a page that knows no folder of its own; gives its port, and its process."""
+
+    def start() -> tuple[int, Child]:
+        with socket.socket() as server:
+            server.bind(("127.0.0.1", 0))
+            port: int = server.getsockname()[1]
+        monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+        monkeypatch.chdir(tmp_path)
+        child = start_process("-m", "florence_bt.cli", "page", "--port", str(port))
+        child.wait_for("Ctrl-C ends it")
+        ros.spin_until(lambda: answers(port))
+        return port, child
+
+    return start
+
+
+@pytest.fixture
+def port(start_page: Callable[[], tuple[int, Child]]) -> Iterator[int]:
+    """The port of a running page."""
+    port, child = start_page()
     yield port
     child.end()
 
@@ -187,21 +198,21 @@ def test_what_has_errors_becomes_a_draft_and_old_versions_come_back(
     assert "2 s" in (folder / "tea.yaml").read_text() and not list((folder / ".drafts").iterdir())
     draft, old = sorted((folder / ".versions" / "tea").iterdir())
     assert "wate" in draft.read_text() and "1 s" in old.read_text()
+    # What is too long is not said to be saved while the text of before is.
+    browser.write(f"# {'t' * 100_000}")
+    browser.see("text=/at most 100000 bytes/")
+    browser.see("text=not saved")
+    browser.page.keyboard.press("ControlOrMeta+s")
+    browser.see("text=/could not be checked/")
+    assert "2 s" in (folder / "tea.yaml").read_text()
 
 
 def test_a_token_that_may_only_run_gets_no_editor(
-    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start_page: Callable[[], tuple[int, Child]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     cookie = {role: f"{COOKIE}={make_token(role, tokens_file())}" for role in ("run", "edit")}
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        port: int = server.getsockname()[1]
-    monkeypatch.chdir(tmp_path)
-    command = [sys.executable, "-m", "florence_bt.cli", "page", "--port", str(port)]
-    child = Child(command, tmp_path / "page.txt")
-    child.wait_for("Ctrl-C ends it")
-    ros.spin_until(lambda: answers(port))
+    port, child = start_page()
     assert b"token with the role edit" in get(port, "/edit/goto_user", Cookie=cookie["run"])[1]
     assert b"token with the role edit" not in get(port, "/edit/goto_user", Cookie=cookie["edit"])[1]
     assert get(port, "/edit/goto_user")[0] == 403

@@ -286,10 +286,9 @@ def test_a_flood_on_the_socket_of_nicegui_ends_that_browser_only(ros: Any, page:
 
 
 def test_on_the_network_it_needs_a_token(
-    ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start_process: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    command = [sys.executable, "-m", "florence_bt.cli", "page", "--host", "0.0.0.0"]
-    child = Child(command, tmp_path / "page.txt")
+    child = start_process("-m", "florence_bt.cli", "page", "--host", "0.0.0.0")
     assert child.process.wait(60) == 2
     assert "florence page --token" in child.output

@@ -95,8 +95,11 @@ class Terminal:
                 self.frames.send("map", "base_link", now, Pose2(2.0, 3.0, 0.5))
             return process.poll() is not None
 
-        self.ros.spin_until(over, what=" ".join(arguments))
-        output, _ = process.communicate()
+        try:
+            self.ros.spin_until(over, what=" ".join(arguments))
+        finally:
+            process.kill()  # harmless when it is over
+            output, _ = process.communicate()
         return process.returncode, output
 
 

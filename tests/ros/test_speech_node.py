@@ -50,10 +50,11 @@ class Bench:
 def test_a_program_reads_the_sentence_and_the_skill_ends_with_it(ros, tmp_path):
     heard = tmp_path / "heard"
     bench = Bench(ros, f"sh -c 'cat > {heard}'")
+    ros.spin_until(lambda: bench.speaking == [""], what="silence, whatever an earlier node has left")
     assert bench.result_of(bench.say()) == success()
     assert heard.read_text() == "Please drink something.\n"
-    ros.spin_until(lambda: bench.speaking[-1:] == [""], what="the end of the sentence")
-    assert bench.speaking[-2:] == ["Please drink something.", ""]
+    said = ["", "Please drink something.", ""]
+    ros.spin_until(lambda: bench.speaking == said, what="the end of the sentence")
 
 
 def test_a_stop_ends_the_sentence_and_all_its_processes(ros, tmp_path):
@@ -63,7 +64,7 @@ def test_a_stop_ends_the_sentence_and_all_its_processes(ros, tmp_path):
     ros.spin_until(lambda: begun.exists() and "Please drink something." in run.feedback, what="the sentence")
     run.cancel()
     assert bench.result_of(run).outcome is Outcome.CANCELLED
-    ros.spin_until(lambda: bench.speaking[-1:] == [""], what="silence")
+    ros.spin_until(lambda: bench.speaking[-2:] == ["Please drink something.", ""], what="silence")
     assert not ended.exists()
     again = bench.say({"text": "Again."})
     ros.spin_until(lambda: begun.read_text() == "Again.\n", what="the next sentence")

@@ -11,6 +11,7 @@ import fcntl
 import os
 import stat
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
@@ -126,7 +127,8 @@ def _own(folder: Path) -> None:
 
     Not in XDG_RUNTIME_DIR: a service and a login of the same user would have different locks.
     """
-    folder.mkdir(mode=0o700, exist_ok=True)
+    with suppress(FileExistsError):  # of whatever kind
+        folder.mkdir(mode=0o700)
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o022:
         raise ConfigError(

@@ -190,11 +190,6 @@ class BringUp:
         return file
 
     @staticmethod
-    def in_folder(folder: Path) -> BringUp:
-        """Read what :meth:`write` wrote into the folder of a bring-up."""
-        return BringUp.read(folder / FILE)
-
-    @staticmethod
     def read(file: Path) -> BringUp:
         """Read what :meth:`write` wrote."""
         values = json.loads(file.read_text(encoding="utf-8"))

@@ -18,7 +18,7 @@ KEYS = (*FILES, "missions", "speech", "emulate")
 
 @dataclass(frozen=True, slots=True)
 class RobotFolder:
-    """What a robot's folder says, with absolute paths; None where it says nothing.
+    """The settings of a robot's folder, with absolute paths; None where it has none.
 
     Attributes:
         robot: The configuration.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
+from random import Random
 from types import ModuleType
 from typing import Any
 
@@ -134,7 +135,8 @@ def _over_ros(node: FlorenceNode, served: SkillBinding, deadline_s: float) -> Sk
         ConfigError: Its interface is not installed.
     """
     if isinstance(served, AnswerBinding):
-        return InstantSkill(served.answer)
+        chance = Random()
+        return InstantSkill(lambda inputs: served.answer(inputs, chance))
     if isinstance(served, ClockBinding):
         return served.make(node.timebase, lambda: node.get_clock().now().nanoseconds / 1e9)
     if isinstance(served, QuestionBinding):

@@ -9,6 +9,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -202,39 +203,42 @@ class Supervisor:
     def _start_due(self) -> None:
         for index, child in enumerate(self._children):
             if child.due is not None and self._now() >= child.due:
-                child.close()
                 with held_back():
                     self._children[index] = self._started(child.name, again=True)
+                child.close()
 
     def _started(self, group: str, *, again: bool = False) -> _Child:
         log_file = self._log_folder / f"{group}.log"
-        try:
-            self._log_folder.mkdir(parents=True, exist_ok=True)
-            log = log_file.open("ab")
-            log.write(f"{log_line(f'the process {group} starts')}\n".encode())
-            log_begun = log.seek(0, os.SEEK_END)
-        except OSError as error:
-            raise ConfigError(
-                f"the log cannot be written: {error.strerror}",
-                file=log_file,
-                valid=["a folder that can be written to"],
-            ) from error
-        heart = HeartbeatMonitor(self._now())
-        process = subprocess.Popen(
-            self._make_command(group, self._options_file),
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            env={
-                **os.environ,
-                "PYTHONUNBUFFERED": "1",
-                STARTED_AGAIN: "1" if again else "",
-                FD_VARIABLE: str(heart.writer),
-            },
-            # A Ctrl-C in the terminal is ours to hand on, in the right order.
-            start_new_session=True,
-            pass_fds=(*self._keep_open, heart.writer),
-        )
+        with ExitStack() as opened:
+            try:
+                self._log_folder.mkdir(parents=True, exist_ok=True)
+                log = opened.enter_context(log_file.open("ab", buffering=0))
+                log.write(f"{log_line(f'the process {group} starts')}\n".encode())
+                log_begun = log.seek(0, os.SEEK_END)
+            except OSError as error:
+                raise ConfigError(
+                    f"the log cannot be written: {error.strerror}",
+                    file=log_file,
+                    valid=["a folder that can be written to"],
+                ) from error
+            heart = HeartbeatMonitor(self._now())
+            opened.callback(heart.close)
+            process = subprocess.Popen(
+                self._make_command(group, self._options_file),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={
+                    **os.environ,
+                    "PYTHONUNBUFFERED": "1",
+                    STARTED_AGAIN: "1" if again else "",
+                    FD_VARIABLE: str(heart.writer),
+                },
+                # A Ctrl-C in the terminal is ours to hand on, in the right order.
+                start_new_session=True,
+                pass_fds=(*self._keep_open, heart.writer),
+            )
+            opened.pop_all()
         heart.started(process.pid)
         return _Child(group, process, log_file, log, log_begun, heart)
 
@@ -268,9 +272,9 @@ class Supervisor:
         }
 
     def note(self, name: str, line: str) -> None:
-        """Write a line into the log of a process."""
-        self._child(name).log.write(f"{log_line(line, 'WARN')}\n".encode())
-        self._child(name).log.flush()
+        """Write a line into the log of a process, if that can be done."""
+        with suppress(OSError):
+            self._child(name).log.write(f"{log_line(line, 'WARN')}\n".encode())
 
     def write_stack(self, name: str) -> None:
         """Let a process that is up write into its log what it is doing.
@@ -285,10 +289,13 @@ class Supervisor:
             os.kill(pid, STACK_SIGNAL)
 
     def kill(self, name: str, why: str) -> None:
-        """Kill a process; :meth:`check` then says that it died, and why."""
+        """Kill a process; :meth:`check` says that it died, and why, as soon as it is gone.
+
+        That is not waited for: one that closes a serial port to which nobody listens takes half a minute.
+        """
         child = self._child(name)
         child.killed_because = why
-        _killed(child)
+        child.process.kill()
 
     def _child(self, name: str) -> _Child:
         (child,) = (child for child in self._children if child.name == name)
@@ -327,7 +334,7 @@ class Supervisor:
 
     def _end(self, batch: Sequence[_Child]) -> list[str]:
         """Ask processes to end and wait; kill those that do not, and give their names."""
-        killed = []
+        killed: list[str] = []
         deadline = self._now() + self._stop_budget_s
         for child in batch:
             if child.process.poll() is not None:
@@ -340,7 +347,9 @@ class Supervisor:
         while running := [child for child in batch if child.process.poll() is None]:
             self.silences()
             for child in running:
-                if self._now() > deadline or child.heart.silent_s > KILLED_AFTER_S:
+                if child.name not in killed and (
+                    self._now() > deadline or child.heart.silent_s > KILLED_AFTER_S
+                ):
                     killed.append(_killed(child))
             time.sleep(END_LOOK_S)
         return killed
@@ -356,9 +365,8 @@ def log_line(text: str, level: str = "INFO") -> str:
 
 
 def _killed(child: _Child) -> str:
-    """Kill a process and wait until it is gone; gives its name."""
+    """Kill a process; gives its name."""
     child.process.kill()
-    child.process.wait()
     return child.name
 
 
@@ -370,8 +378,11 @@ def _ending(code: int) -> str:
 
 
 def _tail(file: Path, begin: int) -> str:
-    """Return the last lines of a log from a byte on."""
-    lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
+    """Return the last lines of a log from a byte on; why there are none, when it cannot be read."""
+    try:
+        lines = file.read_bytes()[begin:].decode("utf-8", errors="replace").splitlines()
+    except OSError as error:
+        return f"  ({error.strerror})"
     return "\n".join("  " + line for line in lines[-TAIL_LINES:]) or "  (empty)"
 
 

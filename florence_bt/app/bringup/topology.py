@@ -277,12 +277,9 @@ class _Settings:
         """
         parameters = self.of(node)
         value = parameters.get(name)
-        if (
-            self.options.simulated
-            and self.options.speed > 1.0
-            and (value is None or isinstance(value, float))
-        ):
-            parameters[name] = (value or default_s) * self.options.speed
+        value = default_s if value is None else value
+        if self.options.simulated and self.options.speed > 1.0 and isinstance(value, int | float):
+            parameters[name] = value * self.options.speed
         return parameters
 
 

@@ -26,6 +26,7 @@ from florence_bt.app.interfaces.building import (
 )
 from florence_bt.app.interfaces.installed import InstalledPackage, installed_packages, sourced
 from florence_bt.core.errors import ConfigError, FlorenceError, closest_first
+from florence_bt.core.text_files import decode_utf8, read_bytes
 
 DEFINITIONS = Path(__file__).with_name("definitions")
 """The packages whose definitions come with Florence."""
@@ -107,7 +108,7 @@ def _package(source: str) -> InterfacePackage:
     """Look at the sources.
 
     Raises:
-        ConfigError: There are none, or ``package.xml`` is broken.
+        ConfigError: There are none, or one of them or ``package.xml`` cannot be read.
     """
     folder = Path(source)
     known = {each.name: each for each in sorted(DEFINITIONS.iterdir())} if DEFINITIONS.is_dir() else {}
@@ -131,6 +132,8 @@ def _package(source: str) -> InterfacePackage:
 
     if not is_valid_package_name(package.name):
         raise ConfigError(f"{package.name!r} is not the name of a package", valid=["gripper_interfaces"])
+    for file in (package.folder / name for name in package.files):
+        decode_utf8(read_bytes(file), file)
     return package
 
 

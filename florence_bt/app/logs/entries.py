@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """From the least to the worst."""
-_LINE = re.compile(r"\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[(\d+\.\d+)\] \[([^\]]*)\]: (.*)", re.DOTALL)
+_LINE = re.compile(r"\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[(\d{1,11}\.\d+)\] \[([^\]]*)\]: (.*)", re.DOTALL)
+"""With a time up to the year 5138: what has more digits is none."""
 _BAD = re.compile(r"Traceback \(most recent call last\)|Fatal Python error|terminate called")
 
 

@@ -26,7 +26,7 @@ from florence_bt.skills.navigation.mapping.wall_direction import wall_direction
 
 @dataclass(frozen=True, slots=True)
 class ChangedFiles:
-    """What a command is about.
+    """The files that a command reads and changes.
 
     Attributes:
         file: The YAML file of the map.

@@ -63,7 +63,7 @@ class MapFiles:
 
 
 class MapWatch:
-    """What the running system tells of the map that it makes.
+    """A listener to a running system that makes a map: shows how far it is.
 
     Args:
         client: Serves the subscriptions.

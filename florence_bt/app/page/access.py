@@ -8,6 +8,7 @@ import hmac
 import json
 import math
 import os
+import re
 import secrets
 import socket
 import time
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, urlencode, urlsplit
+from urllib.parse import parse_qs, urlencode
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.text_files import decode, read_bytes, replace_text
@@ -31,8 +32,13 @@ MOST_MESSAGES, MOST_BYTES = 100, 2 * LARGEST_REQUEST
 """What one WebSocket may bring in a second: a text of 100 kB three times, a pad that is dragged, and more."""
 MOST_PAGES, PAGES_S = 50, 10.0
 """How often somebody may open a page, and in how many seconds: making one takes some 0.05 s."""
-_PARTS = ("/_nicegui", "/picture/")
+MOST_WORDS = 200
+"""How often somebody may ask for words in that time: the editor asks while they type, ten times a second at
+most, which takes up to 0.015 s each."""
+_WORDS = "/edit/complete"
+_PARTS = ("/_nicegui", "/picture/", "/edit/picture/")
 """Where what belongs to a page begins: files and pictures, which cost little."""
+_PORT, _LENGTH = re.compile(r":[0-9]*$"), re.compile(r"[0-9]{1,9}")
 _TOO_LARGE = "the request is too large"
 _MONTH_S = 30 * 86_400
 
@@ -43,7 +49,7 @@ App = Callable[[Scope, Any, Send], Awaitable[None]]
 
 
 class Role(enum.IntEnum):
-    """What somebody may do; each includes those before."""
+    """A level of rights; each includes those before."""
 
     LOOK = 1
     RUN = 2
@@ -129,7 +135,7 @@ def address_of(host: str, port: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """Who may do what.
+    """The tokens, and the role of each.
 
     Attributes:
         tokens: Fingerprint of each token -> its role; without any, whoever is on this machine may do all.
@@ -197,7 +203,7 @@ class Guard:
         elif token and self._access.tokens and scope["type"] == "http":
             await _keep_token(scope, send, token)
         elif scope["type"] == "http" and self._opens_too_much(scope, _cookie(headers)):
-            await _refuse(scope, send, f"{MOST_PAGES} pages in {PAGES_S:g} s are enough: wait a moment", 429)
+            await _refuse(scope, send, f"so much in {PAGES_S:g} s is enough: wait a moment", 429)
         else:
             scope[ROLE] = role
             bounded = _bounded(receive) if scope["type"] == "http" else _metered(receive, send)
@@ -209,21 +215,18 @@ class Guard:
             return False
         host, _ = scope.get("client") or ("", 0)
         known = token if self._access.tokens else ""
-        return self._opened.add(f"{host} {known}") > MOST_PAGES
+        what, most = ("words", MOST_WORDS) if scope["path"] == _WORDS else ("pages", MOST_PAGES)
+        return self._opened.add(f"{what} {host} {known}") > most
 
     def _problem_with(self, headers: Mapping[str, str]) -> str:
         host = headers.get("host", "")
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if origin is not None and origin.partition("://")[2] != host:
             return "pages of another origin are not served"
-        if not self._access.tokens and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+        if not self._access.tokens and not is_loopback(_PORT.sub("", host.lower())):
             return "this page is for this machine: open http://localhost"
-        if (
-            not headers.get("content-length", "0").isdigit()
-            or int(headers.get("content-length", "0")) > LARGEST_REQUEST
-        ):
-            return _TOO_LARGE
-        return ""
+        length = headers.get("content-length", "0")
+        return "" if _LENGTH.fullmatch(length) and int(length) <= LARGEST_REQUEST else _TOO_LARGE
 
 
 def _cookie(headers: Mapping[str, str]) -> str:

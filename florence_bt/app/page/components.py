@@ -88,7 +88,7 @@ class StatusView(Element, component="components/status_view.js", esm=_LIVE):
 
 
 class DrivePad(Element, component="components/drive_pad.js", esm=_LIVE):
-    """What drives the robot by hand; seen while the manual override is on."""
+    """A pad that drives the robot by hand; seen while the manual override is on."""
 
 
 FARTHEST_M = 10_000.0

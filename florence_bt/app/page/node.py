@@ -24,6 +24,7 @@ from visualization_msgs.msg import MarkerArray
 from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
 from florence_bt.app.runs.client import ACTIVE_STATES
+from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.message_skills import OPEN_QUESTION
@@ -302,11 +303,8 @@ class SceneNode(FlorenceNode):
         except TransformUnavailable:
             return
         self._scan = None
-        valid = scan.valid()
-        flat = scan.directions()[valid] * scan.ranges[valid][:, None]
-        step = -(-len(flat) // MOST_POINTS) or 1
-        points = np.column_stack([flat[::step], np.zeros(len(flat[::step]))])
-        self._show(scan=np.round(sensor.apply(points)[:, :2], 2).ravel().tolist())
+        ends = beam_ends(scan, sensor, scan.range_min)
+        self._show(scan=np.round(ends[:: -(-len(ends) // MOST_POINTS) or 1], 2).ravel().tolist())
 
     def _on_plan(self, message: PathMsg) -> None:
         poses = message.poses[::4] + message.poses[-1:]

@@ -22,7 +22,7 @@ END_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class PageParameters(CheckedParameters):
-    """Where the page is served.
+    """The address of the page, and the journal that it shows.
 
     Attributes:
         host: The address that is bound; one that others can reach needs tokens (``florence page --token``).

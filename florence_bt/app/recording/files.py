@@ -31,7 +31,7 @@ CLOCK_WAS_SET_S = 1_577_836_800.0
 
 @dataclass(frozen=True, slots=True)
 class RecordingLimits(CheckedParameters):
-    """How much a recording may take.
+    """The limits of what recordings may take.
 
     Attributes:
         file_size: Megabytes of one file; then the next one begins.

@@ -35,7 +35,7 @@ ENVIRONMENT = (
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What the person at the keyboard, or the machine, said about a robot.
+    """The answers of the person at the keyboard, or of the machine, about a robot.
 
     Attributes:
         robot_type: The base: ``create``, ``create2`` or ``roomba``.

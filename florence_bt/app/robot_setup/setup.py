@@ -55,7 +55,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What was said on the command line; None: to be asked, or found out."""
+    """The options of the command line; None: to be asked, or found out."""
 
     robot_type: str | None = None
     base: str | None = None

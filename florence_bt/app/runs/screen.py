@@ -66,7 +66,7 @@ def read_status(text: str) -> ShownStatus:
 
 
 class Detail(enum.IntEnum):
-    """How much of a tree is shown."""
+    """A level of detail in which a tree is shown."""
 
     FOLDED = 0
     """What is done is one line, what was not reached none."""
@@ -208,7 +208,7 @@ class Failures:
 
 @dataclass(frozen=True, slots=True)
 class ScreenView:
-    """What the person at the keyboard wants to see.
+    """The view that the person at the keyboard wants.
 
     Attributes:
         detail: How much; None shows as much as there is room for.

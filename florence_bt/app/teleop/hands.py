@@ -54,7 +54,7 @@ STEPS = {
 
 @dataclass(frozen=True, slots=True)
 class TeleopParameters(CheckedParameters):
-    """How a hand drives.
+    """The parameters of driving by hand.
 
     Attributes:
         speed: Forward speed at the start, m/s.
@@ -70,7 +70,7 @@ class TeleopParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class GamepadLayout(CheckedParameters):
-    """Which axes and buttons of ``sensor_msgs/Joy`` drive; the defaults fit PlayStation and Xbox pads.
+    """The axes and buttons of ``sensor_msgs/Joy`` that drive; the defaults fit PlayStation and Xbox pads.
 
     Attributes:
         axis_linear: Axis for forward and backward: the left stick, up and down.

@@ -17,7 +17,7 @@ KEYS = (
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is known of the robot.
+    """The state of the robot and of the hand, as far as it is known.
 
     Attributes:
         speeds: What a full push gives: m/s and rad/s.

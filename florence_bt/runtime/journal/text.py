@@ -50,7 +50,7 @@ def _input_kinds(events: Iterable[JournaledEvent]) -> dict[str, Kind]:
 
 @dataclass(frozen=True, slots=True)
 class TimelineRow:
-    """What happened in a run at a time.
+    """A row of the timeline of a run.
 
     Attributes:
         at: Seconds since the first event of the run.

@@ -201,7 +201,7 @@ def load_flat(file: Path | None = None) -> Flat:
         if model not in entries.models:
             raise source.unknown(("places", model), "model", model, list(entries.models))
     flat = build_flat(entries)
-    _check_places(source, entries, flat)
+    _check_places(source, flat)
     return flat
 
 
@@ -367,7 +367,7 @@ def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
             raise source.error(("hotspots", label), f"{label!r} is a room already")
 
 
-def _check_places(source: PositionedYaml, entries: FlatFile, flat: Flat) -> None:
+def _check_places(source: PositionedYaml, flat: Flat) -> None:
     """Check that hotspots, seats and the start lie where they claim to lie."""
     names = [room.name for room in flat.rooms]
     for room in flat.rooms:

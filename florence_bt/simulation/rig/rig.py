@@ -145,6 +145,7 @@ class Rig:
             },
             self.topics,
             self.clock,
+            setting.seed,
         )
         self.topics[SPEED_LIMIT].subscribe(self._base.limit_speed)
         self.charge_fraction = 1.0
@@ -426,7 +427,7 @@ class _PeopleSkills:
         self._known = KnownObstacles(grid)
 
     def start_tracker(self) -> Result:
-        self._tracker.start(self._clock.now())
+        self._tracker.start()
         return success()
 
     def stop_tracker(self) -> Result:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, MutableMapping
 from functools import partial
+from random import Random
 from types import SimpleNamespace
 from typing import Any
 
@@ -133,7 +134,7 @@ class RigVoice:
 
 
 def rig_skills(
-    components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+    components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock, seed: int = 0
 ) -> dict[str, Skill]:
     """Make every shipped skill by name.
 
@@ -141,15 +142,21 @@ def rig_skills(
         components: Those that the tables of the skills name.
         topics: Receives the topics that the tables name, by name.
         clock: Says how old messages are.
+        seed: Where chance comes from.
     """
-    return {served.skill: _in_rig(served, components, topics, clock) for served in BINDINGS}
+    chance = Random(seed)
+    return {served.skill: _in_rig(served, components, topics, clock, chance) for served in BINDINGS}
 
 
 def _in_rig(
-    served: SkillBinding, components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+    served: SkillBinding,
+    components: Mapping[str, Any],
+    topics: MutableMapping[str, RigTopic],
+    clock: Clock,
+    chance: Random,
 ) -> Skill:
     if isinstance(served, AnswerBinding):
-        return InstantSkill(served.answer)
+        return InstantSkill(lambda inputs: served.answer(inputs, chance))
     if isinstance(served, ClockBinding):
         return served.make(clock, clock.now)
     if isinstance(served, NodeBinding):

@@ -59,6 +59,7 @@ class SpeechNode(FlorenceNode):
         self._voice: Voice = ProgramVoice(self.steady, command) if command else SilentVoice(self.timebase)
         self._say = self.create_publisher(String, "say", RELIABLE)
         self._speaking = self.create_publisher(String, "speaking", LATCHED)
+        self._speaking.publish(String())  # one that died may have left a sentence
         self._server = SingleGoalServer(
             self, Speak, "speak", on_goal=self._on_goal, on_cancel=self._on_cancel
         )

@@ -15,6 +15,9 @@ from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ClockBinding
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill
 
+LOOK_S = 60.0
+"""How often to look whether the date was set, as by a computer that finds the network after its start.
+Chosen: who waits for a time of day is a minute late at most."""
 _TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
 
@@ -56,9 +59,18 @@ class TimeReached:
         return FinishedRun(success() if left <= 0.0 else failure("too_early", f"there are {left:.0f} s left"))
 
     def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call back when the moment has come."""
-        left = max(0.0, inputs["date"] - self._date())
-        return self._clock.call_at(self._clock.now() + left, callback).cancel
+        """Call back when the moment has come, also by a clock that was set meanwhile."""
+
+        def look() -> None:
+            left = inputs["date"] - self._date()
+            if left <= 0.0:
+                callback()
+            else:
+                timers.append(self._clock.call_at(self._clock.now() + min(left, LOOK_S), look))
+                del timers[:-1]
+
+        timers = [self._clock.call_at(self._clock.now(), look)]
+        return lambda: timers[-1].cancel()
 
 
 def _look_up(clock: Clock, date: Callable[[], float]) -> InstantSkill:

@@ -64,7 +64,7 @@ def _can_succeed(node: Node, outcomes: NodeOutcomes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class PossibleOutcomes:
-    """What can come of a mission, for those who hold expectations against it.
+    """The possible ends of a mission, for those who hold expectations against them.
 
     Attributes:
         kinds: The kinds of its inputs and keys, as far as they are known.

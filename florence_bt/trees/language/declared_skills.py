@@ -37,6 +37,7 @@ from florence_bt.trees.language.message_mappings import MAPPING_KEYS, WAYS, Mess
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
+from florence_bt.trees.language.third_party import installed
 from florence_bt.trees.language.vocabulary import RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
 
 ENDING = ".skills.yaml"
@@ -101,11 +102,11 @@ def read_skills_file(path: Path) -> DeclaredSkills:
     Raises:
         ConfigError: The file cannot be read or is not YAML of the plain kind.
     """
-    return _skills_of(read_bytes(path), path)
+    return _skills_of(read_bytes(path), path, installed())
 
 
 @lru_cache(maxsize=64)
-def _skills_of(data: bytes, path: Path) -> DeclaredSkills:
+def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
     reader, source = Reader(path), parse_yaml(data, path)
     skills = source.get("skills") if isinstance(source, YamlMapping) else None
     if not isinstance(source, YamlMapping) or not isinstance(skills, YamlMapping):

@@ -194,7 +194,10 @@ class MessageMapping:
     def _words(self, message: Any) -> str:
         if not self.reason:
             return ""
-        text = str(get(message, self.reason, Kind.TEXT))
+        try:
+            text = get(message, self.reason, Kind.TEXT)
+        except ConfigError:  # an item of an array that is shorter
+            return ""
         return f"{self.name}: {text}" if text else ""
 
     def _read_outputs(self, message: Any) -> tuple[dict[str, Any], str]:

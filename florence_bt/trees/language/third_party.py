@@ -82,13 +82,17 @@ class ThirdParty:
 
 def _points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return the entry points of a group, each once, in a fixed order."""
-    places = tuple((place, _changed(place)) for place in sys.path)
-    found = {(point.name, point.value): point for point in _installed(group, places)}
+    found = {(point.name, point.value): point for point in _points_of(group, installed())}
     return [found[key] for key in sorted(found)]
 
 
+def installed() -> tuple[tuple[str, int], ...]:
+    """Return what is another one when something was installed: for what is remembered until then."""
+    return tuple((place, _changed(place)) for place in sys.path)
+
+
 @lru_cache(maxsize=8)  # all installed packages are looked through for them
-def _installed(group: str, places: tuple[tuple[str, int], ...]) -> importlib.metadata.EntryPoints:
+def _points_of(group: str, places: tuple[tuple[str, int], ...]) -> importlib.metadata.EntryPoints:
     return importlib.metadata.entry_points(group=group)
 
 

@@ -102,6 +102,9 @@ def test_a_node_goes_behind_the_whole_item_of_the_cursor():
     assert insertion(text, 3, "- wait: 2 s") == (4, "    - wait: 2 s")
     assert insertion(text, 2, "- wait: 2 s") == (2, "    - wait: 2 s")
     assert insertion("tree:\n  sequence:", 2, "- wait: 2 s") == (2, "    - wait: 2 s")
+    spaced = "tree:\n  sequence:\n    - if: $a\n      then:\n\n        wait: 1 s\n\n    - wait: 1 s\n\n"
+    assert insertion(spaced, 3, "- wait: 2 s") == (6, "    - wait: 2 s")
+    assert insertion(spaced, 8, "- wait: 2 s") == (8, "    - wait: 2 s")
 
 
 @pytest.mark.parametrize(

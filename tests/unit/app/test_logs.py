@@ -68,6 +68,13 @@ def test_a_traceback_belongs_to_the_line_before_and_makes_it_an_error(folder):
     ]
 
 
+def test_what_is_no_time_is_a_line_like_others(folder):
+    with (folder / "logs" / "hardware.log").open("a") as log:
+        log.write("[INFO] [1764328145000000000.5] [other]: nanoseconds\n")
+    done = CliRunner().invoke(app, ["logs", "--out", str(folder)])
+    assert done.exit_code == 0 and "nanoseconds" in done.output
+
+
 def test_a_process_or_a_node_can_be_chosen(folder):
     assert {process for _, process, _ in read(folder, "hardware")} == {"hardware"}
     assert [text for _, _, text in read(folder, "navigate")] == ["no path", "a callback failed:"]

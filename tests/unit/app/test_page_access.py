@@ -12,6 +12,7 @@ from florence_bt.app.page.access import (
     COOKIE,
     MOST_MESSAGES,
     MOST_PAGES,
+    MOST_WORDS,
     ROLE,
     Access,
     Guard,
@@ -38,7 +39,7 @@ def ask(access, headers=(), query="", kind="http", path="/"):
         "type": kind,
         "path": path,
         "query_string": query.encode(),
-        "headers": [(name.encode(), value.encode()) for name, value in headers],
+        "headers": [(name.encode(), value.encode("latin-1")) for name, value in headers],
     }
     asyncio.run(Guard(app, access)(scope, None, send))
     answer = dict(sent[0].get("headers", ())) if sent else {}
@@ -69,6 +70,8 @@ def test_on_this_machine_everything_is_allowed_without_a_token():
         [HERE, ("origin", "null")],
         [("host", "evil.example")],
         [("host", "evil.example"), ("origin", "http://evil.example")],
+        [HERE, ("origin", "http://[")],
+        [("host", "[")],
         [],
     ],
 )
@@ -77,7 +80,7 @@ def test_pages_of_another_origin_and_other_names_get_nothing(kind, headers):
     assert role is None and status == (403 if kind == "http" else 1008)
 
 
-@pytest.mark.parametrize("length", ["2000000", "-1", "many"])
+@pytest.mark.parametrize("length", ["2000000", "-1", "many", "\u00b2", "9" * 5000])
 def test_requests_that_are_too_large_are_refused(length):
     assert ask(OPEN, [HERE, ("content-length", length)])[0] == 403
 
@@ -152,7 +155,12 @@ def test_who_opens_pages_without_end_is_told_to_wait_and_nobody_else_is(tokens):
     assert {opened("look") for _ in range(MOST_PAGES)} == {200}
     assert opened("look") == opened("look", "/edit/") == 429
     assert opened("look", "/_nicegui/static/x.js") == opened("look", "/picture/map") == 200
+    assert opened("look", "/edit/picture/map") == 200
     assert opened("edit") == 200
+    # The words that the editor asks for while somebody types are no pages, and are not without end either.
+    assert {opened("edit", "/edit/complete") for _ in range(2 * MOST_PAGES)} == {200}
+    assert opened("edit") == 200
+    assert 429 in {opened("edit", "/edit/complete") for _ in range(MOST_WORDS)}
 
 
 def test_with_tokens_everybody_needs_one(tokens):

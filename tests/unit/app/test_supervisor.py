@@ -129,6 +129,14 @@ def test_the_end_of_a_log_is_of_this_process_and_not_of_an_earlier_bring_up(tmp_
     assert "the port is gone" in message and "yesterday" not in message
 
 
+def test_a_death_is_told_also_when_somebody_has_removed_the_log(tmp_path, supervisor_of):
+    supervisor = supervisor_of({"base": OBEDIENT})
+    wait_up(tmp_path, "base")
+    (tmp_path / "logs" / "base.log").unlink()
+    os.kill(supervisor.pids()["base"], signal.SIGKILL)
+    assert "was killed by SIGKILL" in str(death_in(supervisor))
+
+
 def test_what_has_to_be_done_after_a_death_is_done_at_once_and_once(tmp_path, supervisor_of):
     dead = []
 
@@ -192,6 +200,31 @@ def test_a_process_that_is_given_up_is_not_minded_any_more(tmp_path, supervisor_
     supervisor.check()
     assert supervisor.given_up() == {"recorder"} and supervisor.waiting() == set()
     assert supervisor.stop() == []
+
+
+def test_the_others_are_watched_and_ended_when_one_cannot_be_started_again(tmp_path, supervisor_of):
+    supervisor = supervisor_of({"one": OBEDIENT, "missions": OBEDIENT, "two": OBEDIENT})
+    wait_up(tmp_path, "one", "missions", "two")
+    os.kill(supervisor.pids()["missions"], signal.SIGKILL)
+    assert death_in(supervisor).name == "missions"
+    supervisor.start_again("missions")
+    log = tmp_path / "logs" / "missions.log"
+    log.unlink()
+    log.symlink_to("/dev/full")  # the disk is
+    with pytest.raises(ConfigError, match="the log cannot be written"):
+        supervisor.check()
+    assert supervisor.silences() == {}
+    assert supervisor.stop() == [] and (tmp_path / "told").read_text().split() == ["two", "one"]
+
+
+def test_a_full_disk_holds_up_neither_a_note_nor_the_end(tmp_path, supervisor_of):
+    supervisor = supervisor_of({"one": OBEDIENT})
+    wait_up(tmp_path, "one")
+    (child,) = supervisor._children
+    child.log.close()
+    with Path("/dev/full").open("ab", buffering=0) as child.log:
+        supervisor.note("one", "has not answered for 1.0 s")
+        assert supervisor.stop() == []
 
 
 def test_companions_are_ended_and_start_again_with_the_one_that_died(tmp_path, supervisor_of):
@@ -278,11 +311,42 @@ def test_a_hung_process_can_be_killed_and_is_said_to_have_been(tmp_path, watched
     supervisor, _ = watched
     supervisor.note("hung", "not answered")
     supervisor.kill("hung", "did not answer for 5 s and was killed")
-    with pytest.raises(ProcessDied) as death:
-        supervisor.check()
-    assert death.value.what == "the process 'hung' did not answer for 5 s and was killed"
-    assert "[florence_up]: not answered" in str(death.value)
+    death = death_in(supervisor)
+    assert death.what == "the process 'hung' did not answer for 5 s and was killed"
+    assert "[florence_up]: not answered" in str(death)
     assert "hung" not in supervisor.silences()
+
+
+class Stuck:
+    """A process that is killed and not gone yet, as it closes a serial port."""
+
+    returncode = None
+    kills = 0
+
+    def __init__(self, process):
+        self.process, self.pid = process, process.pid
+
+    def kill(self):
+        self.kills += 1
+
+    def poll(self):
+        return None
+
+    def wait(self):
+        pytest.fail("the others are not watched meanwhile")
+
+
+def test_nobody_waits_for_a_process_that_was_killed_and_is_not_gone_yet(tmp_path, watched):
+    supervisor, watch = watched
+    child = supervisor._child("hung")
+    child.process = stuck = Stuck(child.process)
+    supervisor.kill("hung", "did not answer for 5 s and was killed")
+    supervisor.check()
+    assert stuck.kills == 1 and set(supervisor.silences()) == {"good", "hung"}
+    beat_comes(supervisor, watch, "good")
+    child.process = stuck.process
+    supervisor.kill("hung", "did not answer for 5 s and was killed")
+    assert death_in(supervisor).name == "hung"
 
 
 def test_the_end_does_not_wait_for_a_process_that_is_known_to_hang(tmp_path, watched):
@@ -437,6 +501,21 @@ def test_a_folder_has_one_bring_up_at_a_time(tmp_path):
     first.close()
     first.close()
     lock_folder(tmp_path / "new" / "folder").close()
+
+
+@pytest.mark.parametrize("kind", ["file", "link", "open to all"])
+def test_the_locks_of_a_domain_are_kept_only_where_nobody_else_writes(tmp_path, monkeypatch, kind):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    folder = tmp_path / f"florence-{os.getuid()}"
+    if kind == "file":
+        folder.write_text("")
+    elif kind == "link":
+        folder.symlink_to(tmp_path)
+    else:
+        folder.mkdir()
+        folder.chmod(0o777)
+    with pytest.raises(ConfigError, match="only this user may write to"):
+        lock_domain(tmp_path)
 
 
 def test_children_that_were_left_over_keep_the_folder(tmp_path, supervisor_of):

@@ -42,6 +42,17 @@ def test_what_finds_out_silence_has_the_real_time_of_the_robot(tmp_path, group, 
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize(("written", "expected"), [("1", 4.0), ("null", 1.0)])
+def test_so_has_it_when_it_is_a_whole_number_or_left_out(tmp_path, written, expected):
+    pytest.importorskip("rclpy")
+    file = tmp_path / "robot.yaml"
+    file.write_text(f"navigate: {{scan_timeout: {written}}}\n")
+    options = BringUp(folder=str(tmp_path), speed=4.0, config_file=str(file))
+    (made,) = (part for part in factories("navigation", options) if part.func.__name__ == "NavigationNode")
+    assert made.keywords["parameters"]["scan_timeout"] == expected
+
+
+@pytest.mark.ros
 @pytest.mark.parametrize("rehearsal", [True, False])
 def test_a_silent_laser_in_a_rehearsal_comes_with_advice(tmp_path, rehearsal):
     pytest.importorskip("rclpy")

@@ -146,6 +146,14 @@ def test_proposals_look_at_the_costmap():
     assert full.code == "pose_occupied"
 
 
+def test_what_is_left_to_chance_is_the_same_with_the_same_seed():
+    def picks(seed):
+        pick = rig_skills(dict.fromkeys(COMPONENTS), {}, ManualClock(), seed)["pick_random"]
+        return [pick.start({"items": tuple(range(9))}).poll().outputs["item"] for _ in range(20)]
+
+    assert picks(1) == picks(1) != picks(2)
+
+
 def test_conditions_judge_the_messages_of_the_topics_of_the_rig():
     topics, heard = {}, []
     battery = rig_skills(dict.fromkeys(COMPONENTS), topics, ManualClock())["battery_above"]

@@ -12,6 +12,7 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
+from florence_bt.core.sensing import Odometry
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import Rays
@@ -25,6 +26,7 @@ from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.search import Search
 from florence_bt.skills.navigation.navigate.state import CycleResult
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
@@ -472,6 +474,26 @@ def test_a_search_ends_when_the_person_is_seen_and_the_following_goes_on_with_th
     assert walk.trip.cycle() is None
     assert walk.trip.texts[-1] == "following"
     assert world.command.linear > 0.0
+
+
+def test_a_search_looks_at_everybody_who_walks_for_as_long() -> None:
+    """The time for which it has looked at one does not count for the next, to whom it turns."""
+    walk = Walk(Pose2(1.2, 2.4), lambda seconds: FIRST_ROOM)
+    assert walk.go(1.0) is None
+    navigator, world = walk.trip.navigator, walk.trip.world
+    navigator.start_search(world.now, LEADER, 0.0, 0.0)
+    search, robot = navigator._goal, world.odom
+    assert isinstance(search, Search)
+    said = []
+    for number in range(31):
+        now = world.now + 1.0 + 0.1 * number
+        before_it, beside_it = robot.apply(1.5, 0.05 * number - 0.25), robot.apply(0.8, 1.8 + 0.04 * number)
+        search.saw_legs(now, [beside_it, *([before_it] if number < 10 else [])])
+        turned = robot.bearing_to(*beside_it) if number >= 20 else 0.0
+        pose = Pose2(robot.x, robot.y, robot.yaw + turned)
+        state = navigator._state_at(now, Odometry(now, pose, Twist2()), world.pose @ robot.inverse())
+        said.append(search.step(state)[1].text)
+    assert set(said[10:]) == {"looking at who walks"}
 
 
 def test_without_anybody_to_see_it_never_moves() -> None:

@@ -35,7 +35,7 @@ class Home:
 
     def __init__(self) -> None:
         self.tracker = UserTracker()
-        self.tracker.start(0.0)
+        self.tracker.start()
         self.now = 0.0
         self.users: tuple[TrackedUser, ...] = ()
         self.by_laser: dict[int, Point2] = {}

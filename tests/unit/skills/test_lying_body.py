@@ -111,35 +111,35 @@ def test_it_moves_with_the_frame() -> None:
 
 def test_who_is_seen_near_where_somebody_lies_is_they_and_further_away_it_is_somebody_else() -> None:
     places = LyingBodies()
-    first = places.near(lying(2.0))
+    first = places.near(lying(2.0), 0.0)
     first.take(lying(2.0))
-    assert places.near(lying(2.45)) is first
+    assert places.near(lying(2.45), 0.0) is first
     beside = lying(2.0, y=1.4, shown=outline(0.6, 2.2))
-    other = places.near(beside)
+    other = places.near(beside, 0.0)
     other.take(beside)
     assert other is not first and other.place == pytest.approx((2.0, 1.4))
-    assert places.near(lying(2.0)) is first
+    assert places.near(lying(2.0), 0.0) is first
 
 
 def test_a_part_of_somebody_is_not_somebody_else_whatever_middle_it_says() -> None:
     places = LyingBodies()
-    first = places.near(lying(2.0, height=ON_THE_FLOOR))
+    first = places.near(lying(2.0, height=ON_THE_FLOOR), 0.0)
     for _ in range(2):
         first.take(lying(2.0, height=ON_THE_FLOOR))
     head = lying(2.0, 0.6, outline(0.3, 0.8, cut_at=0.3), ON_THE_FLOOR)
     for _ in range(9):
-        part = places.near(head)
+        part = places.near(head, 0.0)
         part.take(head)
     assert part is first and part.place == pytest.approx((2.0, 0.0), abs=0.05)
-    assert places.near(lying(2.0, 0.6, shown=None)) is not first
+    assert places.near(lying(2.0, 0.6, shown=None), 0.0) is not first
 
 
 def test_a_body_with_two_middles_is_where_the_whole_was_seen() -> None:
     tracker = UserTracker()
-    tracker.start(0.0)
+    tracker.start()
     for k in range(6):
         tracker.update(0.2 * k, [lying(2.0)])
-    tracker.start(1.2)
+    tracker.start()
     for k in range(6, 12):
         users = tracker.update(0.2 * k, [lying(2.45, shown=CUT), lying(1.95, shown=CUT)])
     assert [user.x for user in users] == pytest.approx([2.0, 2.0], abs=0.1)
@@ -147,7 +147,7 @@ def test_a_body_with_two_middles_is_where_the_whole_was_seen() -> None:
 
 def test_the_tracker_tells_the_better_place_and_of_who_stands_up_the_newest() -> None:
     tracker = UserTracker()
-    tracker.start(0.0)
+    tracker.start()
     views = [*[lying(2.0)] * 6, *[lying(2.2, shown=CUT)] * 6]
     for k, view in enumerate(views):
         users = tracker.update(0.2 * k, [view])
@@ -155,3 +155,12 @@ def test_the_tracker_tells_the_better_place_and_of_who_stands_up_the_newest() ->
     for k in range(12, 24):
         users = tracker.update(0.2 * k, [replace(lying(2.3), posture="standing")])
     assert users[0].x == pytest.approx(2.3, abs=0.05)
+
+
+def test_who_lay_there_an_hour_ago_does_not_move_who_lies_there_now() -> None:
+    tracker = UserTracker()
+    for begin, x, pictures in ((0.0, 2.0, 60), (3600.0, 2.4, 8)):
+        tracker.start()
+        for k in range(pictures):
+            users = tracker.update(begin + 0.2 * k, [lying(x)])
+    assert [user.x for user in users] == pytest.approx([2.4], abs=0.05)

@@ -53,7 +53,7 @@ class Run:
     def __init__(self, tracker: UserTracker) -> None:
         self.tracker = tracker
         self.now = 100.0
-        tracker.start(self.now)
+        tracker.start()
 
     def __call__(self, *people: Detection, times: int = 1) -> tuple[TrackedUser, ...]:
         users: tuple[TrackedUser, ...] = ()
@@ -141,7 +141,7 @@ def test_two_who_cross_keep_their_ids_though_one_hides_the_other(hidden: int, an
     for seed in range(20):
         rng = np.random.default_rng(seed)
         tracker = UserTracker()
-        tracker.start(0.0)
+        tracker.start()
         for k in range(-10, 11):
             walked = 0.2 * k
             ahead = walked + 0.5
@@ -323,6 +323,13 @@ def test_who_is_seen_without_colours_first_is_recognised_when_they_are_seen(run:
     assert ids(run(seen(1, 0, colours(3)))) == [(2, 2), (1, 3)]
 
 
+def test_who_was_forgotten_for_somebody_else_comes_back_with_colours_and_keeps_the_ids() -> None:
+    run = Run(UserTracker(TrackerParameters(remembered_people=1)))
+    run(seen(2, 0), times=4)
+    run(seen(1, 2.5, colours(3)), times=4)
+    assert ids(run(seen(2, 0, colours(9)), seen(1, 2.5, colours(3)))) == [(1, 1), (2, 2)]
+
+
 def test_who_is_believed_in_is_not_in_the_picture(run: Run) -> None:
     run(seen(2, 0), seen(2, 1.5), times=5)
     assert run.tracker.in_view == [1, 2]
@@ -340,7 +347,7 @@ def test_start_forgets_the_tracks_and_counts_devices_from_one(run: Run) -> None:
     run.tracker.stop()
     assert not run.tracker.running
     assert run(seen(2, 0, colours(3)), times=5) == ()
-    run.tracker.start(run.now)
+    run.tracker.start()
     assert run.tracker.running
     assert run() == ()
     assert ids(run(seen(2, 0, colours(3)), times=3)) == [(1, 1)], "the colours are remembered"
@@ -484,7 +491,7 @@ def test_who_may_be_a_person_is_looked_at_until_the_end_of_the_window(look: Look
 
 def test_a_tracker_is_undecided_while_somebody_is_not_confirmed() -> None:
     tracker = UserTracker()
-    tracker.start(0.0)
+    tracker.start()
     decided = []
     for k, people in enumerate(([], [seen(2.0, 0.0)], [], [seen(2.0, 0.0)], [seen(2.0, 0.0)])):
         tracker.update(0.1 * k, people)
@@ -508,7 +515,7 @@ def test_too_few_pictures_do_not_say_that_nobody_is_there(look: LookForUser, pic
 def test_enough_pictures_are_those_in_which_somebody_in_view_is_seen() -> None:
     """What the tracker takes to confirm a person and the look to count it."""
     tracker, look = UserTracker(), LookForUser()
-    tracker.start(0.0)
+    tracker.start()
     look.start(0.0, 5.0)
     pictures = 0
     while not look.users_seen or not (result := look.result(5.0)) or not result.succeeded:

@@ -36,7 +36,7 @@ class Watch:
         confidence: float = 0.8,
     ) -> int:
         """Look anew; how many people there are in the end."""
-        self.tracker.start(self.now)
+        self.tracker.start()
         users: tuple[object, ...] = ()
         for _ in range(times):
             self.now += 0.1
@@ -118,7 +118,7 @@ def test_who_is_seen_better_than_the_thing_ever_was_stands_at_its_place(watch: W
 
 def walk(watch: Watch, places: list[tuple[float, float]]) -> int:
     """Somebody goes from place to place, seen from far away; how many people there are in the end."""
-    watch.tracker.start(watch.now)
+    watch.tracker.start()
     users: tuple[object, ...] = ()
     for x, y in places:
         watch.now += 0.1

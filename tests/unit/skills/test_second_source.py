@@ -28,7 +28,7 @@ class Run:
     def __init__(self) -> None:
         self.tracker = UserTracker(verifier=True)
         self.now = 100.0
-        self.tracker.start(self.now)
+        self.tracker.start()
 
     def __call__(self, *people: Detection, says: Verdict | None = None) -> tuple[TrackedUser, ...]:
         self.now += PERIOD
@@ -50,7 +50,7 @@ def test_whom_the_second_source_takes_for_a_person_counts_from_the_second_pictur
 
 def test_without_a_second_source_the_third_picture_counts_as_ever() -> None:
     tracker = UserTracker()
-    tracker.start(0.0)
+    tracker.start()
     users = [tracker.update(k * PERIOD, [seen(2, 0)]) for k in range(3)]
     assert [len(each) for each in users] == [0, 0, 1]
 
@@ -122,7 +122,7 @@ def test_at_most_so_many_are_asked_about(run: Run) -> None:
 def test_an_opinion_about_somebody_who_is_gone_does_not_matter(run: Run) -> None:
     run(seen(2, 0))
     (gone,) = run.tracker.candidates(9)
-    run.tracker.start(run.now)
+    run.tracker.start()
     run(seen(2, 0))
     run.tracker.take_verdict(gone.number, Verdict.PERSON, run.now)
     assert run(seen(2, 0)) == ()

@@ -217,6 +217,21 @@ def test_what_is_no_drive_is_refused(tmp_path: Path, data: bytes) -> None:
         load_drive(tmp_path / "none.drive")
 
 
+def test_a_drive_that_is_damaged_anywhere_is_refused_or_read(tmp_path: Path) -> None:
+    slam, world = Slam(), World(START, boxes=list(RING), seed=3)
+    go(slam, world, [Pose2(STEP_M)] * 4)
+    file = tmp_path / "home.drive"
+    save_drive(file, slam.drive)
+    whole, refused = file.read_bytes(), 0
+    for place in range(0, len(whole), max(1, len(whole) // 400)):
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 0x55]) + whole[place + 1 :])
+        try:
+            load_drive(file)
+        except ConfigError:
+            refused += 1
+    assert refused > 200
+
+
 def test_a_robot_whose_odometry_starts_anew_is_where_it_was() -> None:
     slam, world = Slam(), World(START, boxes=list(RING), seed=3)
     moves = list(laps(1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ pytest.importorskip("nav2_msgs")
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import Spin
-from sensor_msgs.msg import Temperature
+from rcl_interfaces.srv import SetParameters
+from sensor_msgs.msg import Imu, Temperature
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -21,7 +23,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.interfaces import fill, get, load_interface, part_of, put
+from florence_bt.core.interfaces import field_type, fill, get, holds, load_interface, part_of, put
 from florence_bt.core.message_skills import MessageCondition
 from florence_bt.core.outcome import Outcome
 from florence_bt.core.serving import WaitBinding
@@ -129,13 +131,12 @@ def test_a_service_a_condition_and_a_wait(read: Any) -> None:
         ),
         ("geometry_msgs/msg/Twist", "linear.x", 1, Kind.NUMBER, "linear.x"),
         ("sensor_msgs/msg/JointState", "name", ("a", "b"), Kind.LIST_OF_TEXT, "name[1]"),
+        ("sensor_msgs/msg/Imu", "orientation_covariance", (0.5,) * 9, Kind.LIST_OF_NUMBER, "orientation"),
     ],
 )
 def test_values_go_into_fields_and_come_back(
     interface: str, path: str, value: Any, kind: Kind, shown: str
 ) -> None:
-    from florence_bt.core.interfaces import field_type, holds
-
     message = load_interface(interface)()
     assert holds(kind, field_type(type(message), path))
     put(message, path, value, STAMP)
@@ -261,6 +262,24 @@ def test_a_type_that_does_not_fit_or_is_not_there(read: Any, interface: str, sev
     assert (finding.severity, finding.line) == (severity, 4)
 
 
+def test_an_interface_that_is_installed_meanwhile_is_found(
+    read: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / "site-packages"
+    site.mkdir()
+    monkeypatch.syspath_prepend(str(site))
+    text = "  s:\n    publish: lights\n    type: late_msgs/msg/Light\n"
+    (finding,) = read(text).findings
+    assert finding.severity == "warning" and "not installed" in finding.message
+    (site / "late_msgs" / "msg").mkdir(parents=True)
+    (site / "late_msgs" / "msg" / "__init__.py").write_text("class Light:\n    pass\n")
+    try:
+        assert not read(text).findings
+    finally:
+        for name in ("late_msgs.msg", "late_msgs"):
+            sys.modules.pop(name, None)
+
+
 def test_a_value_that_a_field_cannot_hold_is_told_by_the_run(read: Any) -> None:
     found = read(
         "  blink:\n    publish: lights\n    type: std_msgs/msg/UInt8\n"
@@ -269,6 +288,34 @@ def test_a_value_that_a_field_cannot_hold_is_told_by_the_run(read: Any) -> None:
     assert message_of(found.mappings["blink"], {"times": 3}).data == 3
     with pytest.raises(ValueError, match="data"):
         message_of(found.mappings["blink"], {"times": 300})
+
+
+@pytest.mark.parametrize("count", [0, 8, 10])
+def test_an_array_of_a_fixed_length_takes_no_other(count: int) -> None:
+    with pytest.raises(ValueError, match="orientation_covariance"):
+        put(Imu(), "orientation_covariance", (1.0,) * count, STAMP)
+    assert field_type(Imu, "orientation_covariance[8]") == "double"
+    with pytest.raises(ConfigError, match="no item 9"):
+        field_type(Imu, "orientation_covariance[9]")
+
+
+def test_what_no_value_is_comes_as_such() -> None:
+    message = Imu()
+    message.linear_acceleration.x, message.orientation.x = math.inf, math.nan
+    for path, kind in (("linear_acceleration.x", Kind.INTEGER), ("orientation", Kind.ANGLE)):
+        with pytest.raises(ConfigError, match=path):
+            get(message, path, kind)
+
+
+def test_words_of_a_server_that_are_not_there_are_left_out(read: Any) -> None:
+    found = read(
+        "  limit:\n    service: x/set_parameters\n    type: rcl_interfaces/srv/SetParameters\n"
+        '    reason: "results[0].reason"\n'
+        '    outputs: {done: {type: boolean, from: "results[0].successful"}}\n'
+    )
+    assert not found.findings
+    answered = found.mappings["limit"].result(SetParameters.Response())
+    assert answered.code == "bad_output" and "results has 0 items" in answered.reason
 
 
 def test_the_check_does_not_miss_a_skill_that_a_file_serves(read: Any, tmp_path: Path) -> None:

@@ -89,7 +89,7 @@ def _is_corrected(path: Path) -> bool:
 
 
 class _Log:
-    """What is known at a line of a log."""
+    """The knowledge of a log between two of its lines."""
 
     def __init__(self, path: Path, mount: Transform3 | None) -> None:
         self._path, self._mount = path, mount

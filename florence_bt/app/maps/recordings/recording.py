@@ -20,7 +20,7 @@ _MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """What is chosen where a recording offers more, or less, than is needed.
+    """The choices where a recording offers more, or less, than is needed.
 
     Attributes:
         scan: The topic of the laser; None for the only one.

@@ -81,7 +81,7 @@ export default {
       if (!this.path) this.see(Object.fromEntries(Object.entries({ scene, plan, goal }).filter(([, part]) => part !== undefined)));
       if (parts.map) {
         const image = new Image();
-        image.onload = () => { this.image = image; this.has_map = true; if (!this.view || this.path) this.fit(); this.draw_soon(); };
+        image.onload = () => { this.image = { ...parts.map, image }; this.has_map = true; if (!this.view || this.path) this.fit(); this.draw_soon(); };
         image.src = `picture/map?v=${parts.map.version.join("-")}`;
       }
       this.draw_soon();
@@ -89,6 +89,7 @@ export default {
     see(parts) {
       Object.assign(this.parts, parts);
       const pose = parts.scene && parts.scene.pose;
+      if (this.plain && parts.scene && !pose) this.trail = []; // the next robot in the rig begins elsewhere
       if (!pose) return;
       const last = this.trail[this.trail.length - 1];
       if (!last || Math.hypot(last[0] - pose[0], last[1] - pose[1]) > 0.05) this.trail.push(pose);
@@ -184,11 +185,11 @@ export default {
       const c = canvas.getContext("2d");
       c.setTransform(ratio, 0, 0, ratio, 0, 0); c.fillStyle = "#d6d6d6"; c.fillRect(0, 0, width, height);
       if (!this.view) return;
-      const { map, scene = {}, plan, goal, zones, places } = this.parts;
+      const { scene = {}, plan, goal, zones, places } = this.parts;
       if (this.following && scene.pose) [this.view.x, this.view.y] = scene.pose;
       const { scale } = this.view, px = 1 / scale;
       c.translate(width / 2, height / 2); c.scale(scale, -scale); c.translate(-this.view.x, -this.view.y);
-      if (map && this.image) this.grid(c, map, this.image);
+      if (this.image) this.grid(c, this.image, this.image.image);
       for (const name of ["global_costmap", "local_costmap"]) {
         if (this.layers[name]) this.grid(c, this.layers[name], this.layers[name].image);
       }

@@ -367,8 +367,10 @@ def insertion(text: str, line: int, snippet: str) -> tuple[int, str]:
     lines = text.split("\n")
     line = max(1, min(line, len(lines)))
     indent, after = _item_at(lines, line)
-    while after < len(lines) and lines[after].strip() and _indent(lines[after]) > indent:
-        after += 1
+    for number, below in enumerate(lines[after:], start=after + 1):
+        if below.strip() and _indent(below) <= indent:
+            break
+        after = number if below.strip() else after
     return after, "\n".join(" " * indent + each for each in snippet.split("\n"))
 
 

@@ -27,7 +27,7 @@ TELL_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Home:
-    """Where missions are read and kept, as it is now.
+    """The missions and places of the home, as they are now.
 
     Attributes:
         shelf: The missions.

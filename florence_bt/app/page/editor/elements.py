@@ -14,7 +14,7 @@ from florence_bt.core.text_files import MAX_MISSION_BYTES
 
 
 class MissionText(Element, component="components/mission_text.js"):
-    """The text of a mission. Emits ``text`` (None when too long), ``line`` of the cursor, and ``save``."""
+    """The text of a mission. Emits ``text`` (cut when too long), ``line`` of the cursor, and ``save``."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -29,7 +29,7 @@ _DATED = re.compile(r"\d{8}-\d{6}-\d{6}")
 
 
 class ChangedMeanwhile(FlorenceError):
-    """Somebody else has changed the file since it was opened."""
+    """The file has another text than the writer knows: somebody else has written it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,8 @@ class Shelf:
         text = _whole(text, file)
         before = _read(file) if file.is_file() else None
         if before is not None and before != text and _print(before) != known:
-            raise ChangedMeanwhile(f"{file} was changed since it was opened here")
+            what = "was changed since it was opened here" if known else "is there already, with another text"
+            raise ChangedMeanwhile(f"{file} {what}")
         draft = self._keep_draft(name, text)
         kept = self._keep(name, before) if before is not None and before != text else None
         write_output(file, text, make_folder=True)

@@ -24,8 +24,10 @@ from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.parts import ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import map_picture
 from florence_bt.app.runs.journal_view import run_text
+from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.transforms import Transform3
 from florence_bt.runtime.run import MissionRequest, MissionRun
 from florence_bt.runtime.status import RUN_STATES
 from florence_bt.runtime.viewers.snapshot import STATUS, snapshot_of, statuses
@@ -162,14 +164,9 @@ class Trial:
         scan = self.rig.scan
         if scan is None:
             return []
-        valid = scan.valid()
-        flat = (scan.directions()[valid] * scan.ranges[valid][:, None])[::SCAN_STEP]
-        points = np.column_stack([flat, np.zeros(len(flat))])
-        sensor = self.rig.robot.frames.lookup(BASE_FRAME, scan.frame_id)
-        base = sensor.apply(points)[:, :2]
-        cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
-        turned = base @ np.array([[cos, sin], [-sin, cos]]) + [pose.x, pose.y]
-        return [float(each) for each in np.round(turned, 2).ravel()]
+        sensor = Transform3.from_pose2(pose) @ self.rig.robot.frames.lookup(BASE_FRAME, scan.frame_id)
+        ends: list[float] = np.round(beam_ends(scan, sensor, scan.range_min)[::SCAN_STEP], 2).ravel().tolist()
+        return ends
 
     def _tree_parts(self) -> dict[str, Any]:
         tree = self._tree

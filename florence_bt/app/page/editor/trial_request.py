@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class TrialRequest:
-    """What to try.
+    """A mission to try, and the circumstances.
 
     Attributes:
         name: The mission.

@@ -21,7 +21,6 @@ from florence_bt.app.page.editor.trial_panel import TrialPanel
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.app.page.editor.words import TEMPLATES
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.text_files import MAX_MISSION_BYTES
 
 _NAME = re.compile(r"^mission:[ ]*([a-z][a-z0-9_]*)[ ]*(?:#.*)?$", re.MULTILINE)
 _SHORT = """
@@ -199,7 +198,6 @@ class EditorPage:
 
     async def _on_text(self, text: Any) -> None:
         if not isinstance(text, str):
-            self._editor.show([], f"this is too long: a mission has at most {MAX_MISSION_BYTES} bytes")
             return
         self._text = text
         self._show_state()
@@ -289,6 +287,7 @@ class EditorPage:
                 )
                 ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
         given = await dialog
+        dialog.delete()
         if given is None:
             return
         try:
@@ -370,6 +369,7 @@ class EditorPage:
                     )
             ui.button("Close", on_click=dialog.close).props("flat no-caps")
         date = await dialog
+        dialog.delete()
         text = self._actor.attempt(lambda: shelf.version(self._name, date)) if date else None
         if text is not None:
             self._editor.run_method("set_text", text)
@@ -407,9 +407,9 @@ class EditorPage:
             with ui.row():
                 ui.button("Run", on_click=lambda: dialog.submit(True)).props("no-caps").mark("go")
                 ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
-        if not await dialog:
-            return
-        if await self._actor.start(self._name, form.values):
+        agreed, inputs = await dialog, form.values
+        dialog.delete()
+        if agreed and await self._actor.start(self._name, inputs):
             ui.navigate.to("/")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,11 +89,10 @@ def load_drive(path: Path) -> MappedDrive:
     Raises:
         ConfigError: It cannot be read.
     """
+    # Older files have no touches.
+    arrays: dict[str, Any] = {"touched": np.zeros(0, np.int32), "touches": np.zeros((0, 3))}
     try:
-        with np.load(path, allow_pickle=False) as saved:
-            # Older files have no touches.
-            arrays: dict[str, Any] = {"touched": np.zeros(0, np.int32), "touches": np.zeros((0, 3))}
-            arrays |= {name: saved[name] for name in saved.files}
+        arrays |= _arrays_in(path)
         if int(arrays["version"]) != VERSION:
             raise ValueError(f"it is of version {int(arrays['version'])}, not {VERSION}")
         return _drive(arrays)
@@ -103,11 +101,23 @@ def load_drive(path: Path) -> MappedDrive:
         raise ConfigError(
             problem, file=path, valid=[f"a file *{SUFFIX} beside a map that was built"]
         ) from error
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError) as error:
         problem = f"it holds no drive, or is damaged: {error}"
         raise ConfigError(
             problem, file=path, valid=[f"a file *{SUFFIX} beside a map that was built"]
         ) from error
+
+
+def _arrays_in(path: Path) -> dict[str, Any]:
+    """Read a file of arrays; raises ValueError when it is damaged."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as saved:
+            return {name: saved[name] for name in saved.files}
+    except OSError:
+        raise
+    except Exception as error:
+        # Those of zipfile, zlib, tokenize and more: a damaged byte may be anywhere.
+        raise ValueError(str(error)) from error
 
 
 def _drive(arrays: dict[str, Any]) -> MappedDrive:

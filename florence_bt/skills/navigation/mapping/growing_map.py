@@ -21,7 +21,7 @@ _HALF_RAD = math.radians(45.0)
 
 
 class MapMaker(Protocol):
-    """What makes the map (:class:`~florence_bt.skills.navigation.mapping.slam.Slam`)."""
+    """The maker of the map (:class:`~florence_bt.skills.navigation.mapping.slam.Slam`)."""
 
     @property
     def pose(self) -> Pose2:
@@ -54,7 +54,7 @@ class MapMaker(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class GrowingMapParameters(CheckedParameters):
-    """When a newer map is published.
+    """The parameters of publishing a map that grows.
 
     Attributes:
         map_update_period: Seconds from one to the next at least; none comes while the robot sees nothing new.
@@ -65,7 +65,7 @@ class GrowingMapParameters(CheckedParameters):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far the map is.
+    """The progress of a map.
 
     Attributes:
         area: Floor that is known to be free, m^2.

@@ -85,7 +85,7 @@ class _Work:
 
 @dataclass(frozen=True, slots=True)
 class _Touch:
-    """What a bumper has met, for the thread."""
+    """A touch of a bumper, for the thread."""
 
     odom_pose: Pose2
     left: bool

@@ -35,8 +35,6 @@ _END_CELLS, _OPEN = 2, 0.75
 gap shows free floor."""
 _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
-_FROM_M = 5.0
-"""The robot looks at a gap from so far away at most."""
 _OFFSETS_M = (0.0, -0.025, 0.025, -0.05, 0.05)
 """Where in its cell, or beside it, a gap may lie."""
 _NOT_IN_IT_M = 0.05
@@ -286,7 +284,7 @@ def _side(
 
 
 class _Felt(NamedTuple):
-    """What a bumper met: where, along and across, and how much of the robot's heading is across, -1..1."""
+    """A touch of a bumper: where, along and across, and how much of the heading is across, -1..1."""
 
     place: Point2
     across: float

@@ -27,7 +27,7 @@ _TIE_M = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Tie:
-    """What is known of two poses.
+    """A constraint between two poses.
 
     Attributes:
         first: Number of the one.

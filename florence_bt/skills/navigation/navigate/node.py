@@ -36,7 +36,7 @@ from florence_bt.core.geometry import STANDSTILL, Point2, Pose2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.core.transforms import KEEP_S, TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.conversions import (
@@ -493,12 +493,12 @@ class NavigationNode(FlorenceNode):
 
     def _see_people(self, navigator: Navigator) -> None:
         """Tell where people were seen: the frames of the user tracker say it."""
-        buffer = self._frames.buffer
+        buffer, oldest = self._frames.buffer, self.timebase.now() - KEEP_S
         seen: list[tuple[float, Point2]] = []
         for frame in buffer.frames():
             user_id, stamp = frame.removeprefix(_USER_FRAME), buffer.latest_stamp(frame)
-            if user_id == frame or not user_id.isdecimal() or stamp is None:
-                continue
+            if user_id == frame or not user_id.isdecimal() or stamp is None or stamp < oldest:
+                continue  # of all who were ever seen there are frames
             try:
                 place = buffer.lookup_pose(self._p.odom_frame, frame, stamp)
             except TransformUnavailable:

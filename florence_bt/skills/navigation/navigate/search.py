@@ -19,6 +19,8 @@ _FAR_M, _RECENT_S = 3.5, 0.3
 """It turns to legs that walk, no further away, and in a scan no older than this."""
 _VIEW_RAD, _UNCLEAR_S = 0.35, 1.5
 """Whom the camera does not know so near to the middle of its picture for so long is somebody else."""
+_SAME_M = 0.3
+"""Legs that are so far from those of the cycle before are those of another one."""
 _WORTH_LOOKING = 0.03, 0.06, 0.12
 """It turns to look when so much of what is likely would get into the picture, at the first look, the second
 and so on; else, and after so many looks from one place, it drives on."""
@@ -42,6 +44,7 @@ class Search(PersonGoal):
         self._legs: list[Point2] = []
         self._walking = WalkingLegs()
         self._scanned = -math.inf
+        self._looks_at: Point2 = (math.inf, math.inf)
         self._looks_at_since: float | None = None
 
     def saw_legs(self, stamp: float, legs: list[Point2]) -> None:
@@ -77,6 +80,9 @@ class Search(PersonGoal):
             return None
         nearest = min(legs, key=lambda each: math.dist(each, here))
         bearing = state.pose.bearing_to(*nearest)
+        if math.dist(nearest, self._looks_at) > _SAME_M:
+            self._looks_at_since = None
+        self._looks_at = nearest
         if abs(bearing) < _VIEW_RAD:
             self._looks_at_since = self._looks_at_since or state.now
             if state.now - self._looks_at_since > _UNCLEAR_S:

@@ -82,7 +82,8 @@ class Gallery:
         Returns:
             The id of somebody who has these colours and is known well; else that which they have.
         """
-        apart = distance_if_known(histogram, self._known[user_id].histogram)
+        known = self._known.get(user_id)  # None: forgotten for others
+        apart = distance_if_known(histogram, known.histogram) if known is not None else None
         if apart is not None and apart < self._params.match_distance:
             return user_id
         best = self._by_colours(self._absent(now, present), histogram, came)

@@ -23,7 +23,9 @@ _MOVED_M = 0.5
 seen is a part of the same body."""
 _KNOWN_SHARE = 0.5
 """What has that much of its outline where somebody is known to lie is they, whatever its middle."""
-_MOST = 20
+_MOST, _KEPT_S = 20, 600.0
+"""So many bodies are remembered, and one for so long after it was seen last: they may lie otherwise then, and
+the odometry has drifted. Chosen."""
 _CELL_M, _SIGHTINGS = 0.05, 2
 """A place of this size belongs to a body that so many pictures show there."""
 _STRAY_PERCENT = 1.0
@@ -41,9 +43,14 @@ Cell = tuple[int, int]
 
 
 class LyingBody:
-    """A lying body, as pictures have shown it."""
+    """A lying body, as pictures have shown it.
+
+    Attributes:
+        seen: When it was seen last, seconds.
+    """
 
     def __init__(self) -> None:
+        self.seen = 0.0
         self._weight = 0.0
         self._mean = 0.0, 0.0
         self._inside: Counter[Cell] = Counter()
@@ -121,13 +128,15 @@ class LyingBodies:
     def __init__(self) -> None:
         self._places: list[LyingBody] = []
 
-    def near(self, detection: Detection) -> LyingBody:
-        """Return the place where somebody was seen lying who may be meant, or a new one."""
-        for each in self._places:
-            if each.shows(detection):
-                return each
-        self._places = [*self._places[1 - _MOST :], LyingBody()]
-        return self._places[-1]
+    def near(self, detection: Detection, now: float) -> LyingBody:
+        """Return the body of somebody who was seen lying and may be meant, or a new one; seconds."""
+        self._places = [each for each in self._places if now - each.seen <= _KEPT_S]
+        body = next((each for each in self._places if each.shows(detection)), None)
+        if body is None:
+            body = LyingBody()
+            self._places = [*self._places[1 - _MOST :], body]
+        body.seen = now
+        return body
 
 
 def _cells(points: NDArray[np.float32]) -> set[Cell]:

@@ -183,7 +183,7 @@ class UserTrackerNode(FlorenceNode):
         return response
 
     def _start(self) -> None:
-        self._tracker.start(self.timebase.now())
+        self._tracker.start()
         if self._forget_timer is not None:
             self._forget_timer.cancel()
             self._forget_timer = None

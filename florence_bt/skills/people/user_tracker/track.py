@@ -66,7 +66,7 @@ class Track:
         self.looks = deque([detection], maxlen=params.posture_window)
         self._resting = resting
         self._lies_at: LyingBody | None = None
-        self._lie(detection)
+        self._lie(detection, now)
         self.seen = self.noticed = self.predicted = now
         self.place: Point2 = (detection.x, detection.y)
         self.lost, self.followed = False, True
@@ -93,7 +93,7 @@ class Track:
         self._notice((detection.x, detection.y), self._params.position_sigma, now)
         self.hits.append(True)
         self.looks.append(detection)
-        self._lie(detection)
+        self._lie(detection, now)
         self.distance, self.seen, self.lost = detection.distance, now, False
         if detection.histogram is not None:
             old = self.histogram
@@ -111,9 +111,9 @@ class Track:
         self.filter.update(np.array(place), sigma)
         self.place, self.noticed, self.followed = place, now, True
 
-    def _lie(self, detection: Detection) -> None:
+    def _lie(self, detection: Detection, now: float) -> None:
         if detection.posture == "lying":
-            self._lies_at = self._resting.near(detection)
+            self._lies_at = self._resting.near(detection, now)
             self._lies_at.take(detection)
 
     def take_verdict(self, verdict: Verdict, now: float) -> None:

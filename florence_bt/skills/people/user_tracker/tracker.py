@@ -58,7 +58,7 @@ class UserTracker:
         self.running = False
         """Whether pictures are wanted."""
 
-    def start(self, now: float) -> None:
+    def start(self) -> None:
         """Begin with no people and device ids from 1. The colours of people known before are kept, and the
         places where none was.
         """

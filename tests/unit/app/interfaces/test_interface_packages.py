@@ -60,6 +60,13 @@ def test_a_definition_that_is_wrong_is_told_with_its_line(tmp_path, files, line,
     assert about in error.problem
 
 
+def test_a_definition_in_another_encoding_is_told_with_its_line(tmp_path):
+    source = package(tmp_path, msg_Finger="float64 force\n")
+    Path(source, "msg", "Finger.msg").write_bytes("# eine Zahl\nfloat64 force # Größe\n".encode("latin-1"))
+    error = refused(source, tmp_path)
+    assert (error.line, error.column) == (2, 19) and "UTF-8" in f"{error.problem} {error.valid}"
+
+
 def test_a_package_that_is_needed_and_not_there_says_how_to_add_it(tmp_path):
     error = refused(package(tmp_path, msg_Finger="other_msgs/Thing thing\n"), tmp_path)
     assert "florence interfaces add FOLDER_OF_other_msgs" in error.valid

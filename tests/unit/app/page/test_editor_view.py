@@ -101,3 +101,20 @@ def test_a_mission_is_run_only_by_a_robot_that_reads_it(tmp_path, name, reads_ow
         assert button.enabled is offered
 
     edit(tmp_path, do, name=name, there=True, told=True, reads_own=reads_own)
+
+
+@pytest.mark.parametrize(
+    ("opens", "closes"),
+    [({"content": "Old versions"}, "Close"), ({"marker": "new"}, "Cancel"), ({"marker": "run"}, "Cancel")],
+)
+def test_a_dialog_that_is_over_leaves_nothing_on_the_page(tmp_path, opens, closes):
+    (tmp_path / "tea.yaml").write_text(TEXT)
+
+    async def do(user, page):
+        await user.should_see("run", retries=50)
+        before = len(page._toggle.client.elements)
+        user.find(kind=ui.button, **opens).click()
+        await click(user, closes)
+        await until(lambda: len(page._toggle.client.elements) == before)
+
+    edit(tmp_path, do, there=True, told=True, reads_own=True)

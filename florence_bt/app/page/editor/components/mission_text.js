@@ -121,8 +121,8 @@ export default {
     tell() {
       clearTimeout(this.due);
       this.due = 0;
-      const text = this.editor.state.doc.toString();
-      this.$emit("text", { text: text.length > this.most ? null : text });
+      // Of one that is too long enough to be refused: it is no mission, and is not to be lost for one.
+      this.$emit("text", { text: this.editor.state.doc.toString().slice(0, this.most + 1) });
     },
     moved() {
       const line = this.editor.state.doc.lineAt(this.editor.state.selection.main.head).number;
