@@ -213,11 +213,11 @@ def test_a_skill_that_is_only_declared_in_scenarios(waving):
 
 def test_a_mock_of_a_mission_gives_what_its_caller_takes_and_no_more(tmp_path):
     (tmp_path / "caller.yaml").write_text(
-        "mission: caller\ntree:\n  sequence:\n    - run: goto_user\n"
+        "mission: caller\ntree:\n  sequence:\n    - run: follow_me\n"
         "    - run: find_user\n      out: {room: room}\n    - say: {text: $room}\n"
     )
     file = tmp_path / "some.yaml"
-    head = "mission: caller.yaml\ngiven:\n  skills: {goto_user: SUCCESS, find_user: @, say: SUCCESS}\n"
+    head = "mission: caller.yaml\ngiven:\n  skills: {follow_me: SUCCESS, find_user: @, say: SUCCESS}\n"
     scenario = "scenarios:\n  - name: a\n    then: {status: SUCCEEDED, calls: [say: {text: hall}]}\n"
     file.write_text(head.replace("@", "SUCCESS (room=hall)") + scenario)
     found = read_scenarios(file, Libraries())
@@ -225,7 +225,7 @@ def test_a_mock_of_a_mission_gives_what_its_caller_takes_and_no_more(tmp_path):
     file.write_text(head.replace("@", "SUCCESS") + scenario)
     (finding,) = read_scenarios(file, Libraries()).findings
     assert finding.valid == ("SUCCESS (room=kitchen)",)
-    failing = head.replace("goto_user: SUCCESS", "goto_user: FAILURE not_found").replace("@", "FAILURE")
+    failing = head.replace("follow_me: SUCCESS", "follow_me: FAILURE not_found").replace("@", "FAILURE")
     file.write_text(failing + scenario)
     (finding, *_) = read_scenarios(file, Libraries()).findings
     assert finding.valid == ("no_user_seen",)
