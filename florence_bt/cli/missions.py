@@ -41,7 +41,8 @@ def missions(
 )
 def check(
     files: Annotated[
-        list[Path], typer.Argument(help="Mission files, folders of them, or - for the standard input.")
+        list[Path],
+        typer.Argument(help="Mission files, files of skills, folders of them, or - for the standard input."),
     ],
     folders: FolderOption = None,
     hotspots: Annotated[

@@ -15,7 +15,7 @@ from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Literal, Mission, Node, PolicyKind
 from florence_bt.trees.language.outcomes import COUNT, PAUSE
-from florence_bt.trees.language.quantities import example_of, with_article
+from florence_bt.trees.language.quantities import NUMERIC_KINDS, example_of, with_article
 from florence_bt.trees.language.values import fits
 from florence_bt.trees.language.vocabulary import NODE_KINDS
 
@@ -103,6 +103,8 @@ class NameChecks:
             what = with_article(kind) if kind is not None else "of no known kind"
             message = f"append: ${key.text} is {what}, and only a text or a list can be added to"
             valid = [f'keys: {{{key.text}: {{type: text, default: ""}}}}', f"set: {{{key.text}: ...}}"]
+            if kind in NUMERIC_KINDS:
+                valid.insert(0, f'set: {{{key.text}: "${{${key.text} + {model.show(value)}}}"}}')
             self._findings.error(key.position, message, valid)
 
     def _check_list(self, items: model.Value) -> None:

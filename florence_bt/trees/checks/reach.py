@@ -28,6 +28,10 @@ RENAMED_CODES = {
 """Failure codes as missions may still name them, and what they are called now."""
 
 
+_OTHERS = ("else", "default", "other", "others", "otherwise", "all", "rest", "every", "error", "failure")
+"""What people call ``any``."""
+
+
 class ReachChecks:
     """Looks for what cannot be intended, because it never has an effect.
 
@@ -243,6 +247,8 @@ class ReachChecks:
             elif code.text != ANY and not self._can_be(code.text, below.outcomes.codes):
                 message = f"on_failure: {title!r} cannot fail with {self._in_words(code.text)}"
                 valid = (*self._most_likely(code.text, below.outcomes.codes), ANY)
+                if code.text in _OTHERS:
+                    valid = (ANY,)
                 self._findings.in_vain(code.position, message, valid)
 
     def _check_until(self, node: model.Until) -> None:

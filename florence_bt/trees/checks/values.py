@@ -16,7 +16,7 @@ from florence_bt.trees.language.quantities import format_value, out_of_range, wi
 from florence_bt.trees.language.values import as_expression, fits, kind_of, port_value, tree_value
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
-_JOINED = re.compile(r"\s*(?:;|\||\band\b|\bor\b)\s*")
+_JOINED = re.compile(r";|\||\band\b|\bor\b")
 """What people write between the items of a list in a text."""
 _IN_BRACES = re.compile(r"\{\{?\s*(?P<key>[a-z][a-z0-9_]*)\s*\}?\}")
 """A key in a text as other languages write it: ``{room}`` or ``{{ room }}``."""
@@ -121,7 +121,7 @@ class ValueChecks:
         """Warn of a list that is one text, ``kitchen and hall``; quotes say that it is meant."""
         if isinstance(value, model.Literal) and not value.quoted and _JOINED.search(value.text):
             message = f"{what}: {value.text!r} is one item"
-            items = ", ".join(_JOINED.split(value.text))
+            items = ", ".join(part.strip() for part in _JOINED.split(value.text))
             self._findings.warning(value.position, message, [f"[{items}]", f'["{value.text}"]'])
 
     def unclear(self, value: model.Value, what: str) -> None:

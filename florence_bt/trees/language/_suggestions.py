@@ -16,6 +16,7 @@ from florence_bt.trees.language.vocabulary import (
     ANYWHERE,
     FOREVER,
     IDENTIFIER,
+    MISSION_KEYS,
     MODIFIERS,
     NODE_KINDS,
     POLICIES,
@@ -158,6 +159,8 @@ def for_not_a_node(source: YamlNode) -> tuple[str, tuple[str, ...]]:
         return "one node is needed here, not a list", ("sequence: with the list below it",)
     if not isinstance(source, YamlScalar) or source.empty:
         return "a node is missing here", ("wait: 1 s", "the name of a skill and a colon")
+    if is_duration(source.text):
+        return f"{source.text!r} is not a node", (f"{{wait: {source.text.strip()}}}",)
     match = _FIRST_WORD.fullmatch(source.text.strip())
     message = f"{source.text!r} is not a node: a node is a name, a colon and a space"
     if match is None:
@@ -212,6 +215,8 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
     if second.text in _ELSE_IF and first.text == "if":
         asked = value.text if isinstance(value, YamlScalar) and not value.empty else "..."
         return (f"else: {{if: {asked}, then: ...}}",)
+    if second.text in MISSION_KEYS:
+        return (f"{second.text} at the left edge of the file",)
     if second.text in ("on_success", "next", "after"):
         return ("sequence: [the node, what follows when it succeeds]",)
     if second.text not in NODE_KINDS and first.text == "run" and isinstance(value, YamlScalar):
@@ -298,6 +303,8 @@ def for_condition(what: str, source: YamlNode) -> tuple[str, ...]:
         what: The modifier or kind that has it.
         source: Its value.
     """
+    if isinstance(source, YamlSequence) and any(isinstance(item, YamlMapping) for item in source.items):
+        return ("sequence: with the list below it", "parallel: with the list below it, and policy: any")
     if not isinstance(source, YamlMapping) or not source.entries:
         return ()
     skill = source.entries[0][0].text

@@ -126,9 +126,8 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
         item = _extended(reader, key.text, item, above)
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
-            reader.error(
-                name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
-            )
+            message = f"a skill cannot be called {name.text!r}: that is a word of the language"
+            reader.error(name.position, message, [f"my_{name.text}"])
         elif name is not None:
             positions[name.text] = name.position
             declared[name.text], mapping = _skill(reader, name.text, item, source, stock=path == STOCK)

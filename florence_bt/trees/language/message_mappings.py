@@ -320,8 +320,13 @@ class _Mapping:
         )
 
     def _warn_of_unused(self, conditions: Mapping[str, YamlNode]) -> None:
-        """Warn of inputs that go nowhere: they are not sent, and nothing is judged by them."""
+        """Warn of inputs that go nowhere (nothing is sent or judged by them), and of empty messages."""
         texts = [text for each in (self._table.get("send"), *conditions.values()) for text in texts_in(each)]
+        if self._way_name == "publish" and self._interface is not None and self._table.get("send") is None:
+            fields = list(part_of(self._interface, "").get_fields_and_field_types())
+            if fields:
+                message = "nothing is sent: the message is empty"
+                self._reader.warning(self._table.position, message, [f"send: {{{fields[0]}: ...}}"])
         table = self._table.get("inputs")
         for key, _ in table.entries if isinstance(table, YamlMapping) else ():
             if not any(re.search(rf"\b{re.escape(key.text)}\b", text) for text in texts):

@@ -26,7 +26,7 @@ _EXAMPLES = {
     Kind.POSE: "{x: 1 m, y: 2 m, yaw: 90 deg}",
 }
 _PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
-_COMMENT = re.compile(r"\s*(?:#|//)\s*")
+_COMMENT = re.compile("#|//")
 """The beginning of a comment without the space that it needs, or of another language."""
 _HOURS = re.compile(r"(\d{1,2}) ?h ?(\d{1,2})")
 _CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
@@ -148,7 +148,7 @@ def _suggestion(text: str, kind: Kind) -> str:
     units = UNITS.get(kind, {})
     if kind is Kind.DURATION and text.lower() in ("never", "forever", "infinite", "none"):
         return "the node without it"
-    value, *comment = _COMMENT.split(text, maxsplit=1)
+    value, *comment = (part.strip() for part in _COMMENT.split(text, maxsplit=1))
     if comment:
         return f"{value if QUANTITY.fullmatch(value) else _suggestion(value, kind)} # {comment[0]}"
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")

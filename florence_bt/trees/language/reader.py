@@ -26,7 +26,7 @@ from florence_bt.trees.language.model import (
     Value,
 )
 from florence_bt.trees.language.quantities import read_value
-from florence_bt.trees.language.vocabulary import IDENTIFIER, OTHER_YAWS
+from florence_bt.trees.language.vocabulary import IDENTIFIER, NEVER_INPUTS, OTHER_YAWS
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 _NAME = re.compile(r"[A-Za-z_À-ɏ][A-Za-z0-9_À-ɏ]*")
@@ -137,6 +137,11 @@ class Reader(WordReader):
             if glued is not None and not key.quoted:
                 valid = [f"{glued['name']}: {glued['value']}"]
                 self.error(key.position, f"{what}: a space is missing behind the colon", valid)
+                continue
+            if what == "with" and key.text in NEVER_INPUTS:
+                self.error(
+                    key.position, f"{key.text!r} stands among the inputs", [f"{key.text} indented like with"]
+                )
                 continue
             name = self.identifier(key, f"a name in {what}")
             if key in fallen_apart:
@@ -263,6 +268,11 @@ class Reader(WordReader):
         self.error(source.position, f"the expression {written} must stand alone, not inside text", valid)
 
     def _pose(self, mapping: YamlMapping, what: str) -> PoseParts | None:
+        names = [key.text for key, _ in mapping.entries]
+        if names and not {"x", "y", "yaw", *OTHER_YAWS} & {*names}:
+            valid = [f"[{', '.join(names)}]", "a single value", _POSE]
+            self.error(mapping.position, f"{what}: a value is needed, not a table", valid)
+            return None
         parts: dict[str, Value] = {}
         for key, item in mapping.entries:
             if key.text in OTHER_YAWS and mapping.key("yaw") is None:

@@ -203,6 +203,7 @@ def test_mistakes_are_told_at_their_place(
             (3, 14),
             "send: {FIELD: $lit}",
         ),
+        ("    publish: shout\n    type: std_msgs/msg/String\n", (3, 5), "send: {data: ...}"),
     ],
 )
 def test_a_mistake_is_told_with_its_remedy(read: Any, text: str, place: tuple[int, int], remedy: str) -> None:

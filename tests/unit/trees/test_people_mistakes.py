@@ -704,6 +704,33 @@ REMEDIES = {
         'say: {text: "${$seen[0]}"}',
     ),
     "a unit in an expression": (COUNTED + "  wait: ${$n s}\n", "4:14", "$n * 1 s"),
+    "a pause as a node": (
+        HEAD + "  retry: 3\n  do: {look_for_user: {}}\n  between: 10 s\n",
+        "5:12",
+        "{wait: 10 s}",
+    ),
+    "a list of conditions below until": (
+        HEAD + "  repeat: 3\n  do: {wait: 1 s}\n  until:\n    - user_lying:\n",
+        "6:5",
+        "sequence: with the list below it",
+    ),
+    "choices as a table": (HEAD + "  wait_for_answer: {choices: {tea: 1, milk: 2}}\n", "3:30", "[tea, milk]"),
+    "out among the inputs of a mission": (
+        HEAD + "  run: find_user\n  with:\n    rooms: [hall]\n    out: {user: u}\n",
+        "6:5",
+        "out indented like with",
+    ),
+    "a number that is appended": (COUNTED + "  append: {n: 1}\n", "4:12", 'set: {n: "${$n + 1}"}'),
+    "a handler for all others": (
+        HEAD + "  look_for_user: {}\n  on_failure:\n    default: {wait: 1 s}\n",
+        "5:5",
+        "any",
+    ),
+    "on_restart at a node": (
+        HEAD + "  wait: 1 s\n  on_restart: resume\n",
+        "4:3",
+        "on_restart at the left edge of the file",
+    ),
     "a policy after parallel": (
         HEAD + "  parallel: any\n  name: two\n",
         "3:13",
