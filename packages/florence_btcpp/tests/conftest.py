@@ -28,6 +28,7 @@ SAMPLES = {
     Kind.SPEED: [0.1, 0.3],
     Kind.POSE: [Pose2(1.0, 2.0, 0.5), Pose2(0.0, 0.0, 0.0)],
     Kind.LIST_OF_TEXT: [(), ("kitchen",), ("kitchen", "hall")],
+    Kind.LIST_OF_POSE: [(), (Pose2(1.0, 2.0, 0.5),), (Pose2(0.0, 0.0, 0.0), Pose2(3.0, 1.0, 1.5))],
 }
 
 
@@ -195,10 +196,12 @@ def run_tree(exchange_with):
         declarations = dict(library.declarations)
         context = make_context(clock, outcomes.skills(declarations, clock), declarations)
         tree = compile_mission(library.get("t"), library, inputs or {}, context)
-        while tree.root.status.value not in ("SUCCESS", "FAILURE"):
+        while True:
             context.wake.take()
             context.tick_beside()
             tree.root.tick_once()
+            if tree.root.status.value in ("SUCCESS", "FAILURE"):
+                break
             while not context.wake.asked and (clock.next_time() or limit_s) < limit_s and clock.run_next():
                 pass
             if not context.wake.asked:

@@ -263,6 +263,14 @@ def test_a_type_that_does_not_fit_or_is_not_there(read: Any, interface: str, sev
     assert (finding.severity, finding.line) == (severity, 4)
 
 
+LATE = """\
+class Light:
+    @classmethod
+    def get_fields_and_field_types(cls):
+        return {}
+"""
+
+
 def test_an_interface_that_is_installed_meanwhile_is_found(
     read: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -273,7 +281,7 @@ def test_an_interface_that_is_installed_meanwhile_is_found(
     (finding,) = read(text).findings
     assert finding.severity == "warning" and "not installed" in finding.message
     (site / "late_msgs" / "msg").mkdir(parents=True)
-    (site / "late_msgs" / "msg" / "__init__.py").write_text("class Light:\n    pass\n")
+    (site / "late_msgs" / "msg" / "__init__.py").write_text(LATE)
     try:
         assert not read(text).findings
     finally:
