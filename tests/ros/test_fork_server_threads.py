@@ -11,7 +11,7 @@ pytest.importorskip("rclpy")
 
 from florence_bt.app.bringup.fork_server import ForkServer
 from florence_bt.app.bringup.options import BringUp
-from florence_bt.app.bringup.topology import modules_of, processes
+from florence_bt.app.bringup.topology import loaded_for, processes
 
 
 def threads_of(pid: int) -> int:
@@ -24,6 +24,6 @@ def test_what_the_processes_of_a_bring_up_import_starts_no_thread(tmp_path: Path
         server.load(["rclpy"])  # whose tracing library has two, which wait for a tracing daemon
         with_rclpy = threads_of(server.pid)
         for group in processes(options):
-            server.load(modules_of(group, options))
+            server.load(loaded_for(group, options))
             assert threads_of(server.pid) == with_rclpy, group
         assert with_rclpy <= 3

@@ -1,12 +1,12 @@
 """Starts the processes of a bring-up as forks of one process that has imported what they need.
 
 A fresh interpreter imports for a second before it can do anything, and each has its own copy of what it
-imported. The fork server (:mod:`florence_bt.app.bringup.fork_server_main`) imports once; its forks begin at once and
-share its memory. The idea is that of multiprocessing's ``forkserver``, whose processes are children of the
-server: ours are children of the supervisor, as processes that it starts itself would be. Each is forked by a
-process in between that ends at once, and the kernel gives it to the nearest subreaper (prctl(2)), which the
-supervisor is meanwhile. So the supervisor waits for them and they end with it; nobody needs the server once
-they run.
+imported. The fork server (:mod:`florence_bt.app.bringup.fork_server_main`) imports once; its forks begin at
+once and share its memory. The idea is that of multiprocessing's ``forkserver``, whose processes are children
+of the server: ours are children of the supervisor, as processes that it starts itself would be. Each is
+forked by a process in between that ends at once, and the kernel gives it to the nearest subreaper (prctl(2)),
+which the supervisor is meanwhile. So the supervisor waits for them and they end with it; nobody needs the
+server once they run.
 
 Only the standard library is imported here: the server is started before the rest is imported.
 """
@@ -100,14 +100,17 @@ class ForkServer:
         """The process id of the server."""
         return self._process.pid
 
-    def load(self, modules: Sequence[str]) -> None:
-        """Import modules in the server, and wait until that is done.
+    def load(self, what: Sequence[str]) -> None:
+        """Do in the server what its forks need not do any more, and wait until that is done.
 
-        What cannot be imported is left to the forks that need it, which say so. A server that has ended is
-        not started again for this: the next :meth:`fork` does.
+        What fails is left to the forks that need it, which say so. A server that has ended is not started
+        again for this: the next :meth:`fork` does.
+
+        Args:
+            what: Modules to import, and functions to call, as ``module:function``.
         """
         self._socket.settimeout(None)
-        self._ask({"load": list(modules)})
+        self._ask({"load": list(what)})
 
     def fork(
         self,

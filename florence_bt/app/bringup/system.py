@@ -27,7 +27,7 @@ from florence_bt.app.bringup.topology import (
     MISSIONS,
     companions,
     ended_together,
-    modules_of,
+    loaded_for,
     observers,
     own_bindings,
     process_of,
@@ -109,7 +109,7 @@ class System:
             if not self.options.missions_only:
                 ensure_compiled(self._report)
             for group in processes(self.options):
-                self._fork_server.load(modules_of(group, self.options))
+                self._fork_server.load(loaded_for(group, self.options))
                 self._supervisor.start([group])
         except BaseException:
             self._down()

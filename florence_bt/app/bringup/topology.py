@@ -80,16 +80,22 @@ NODE_CLASSES = {
 }
 """Node -> module (below ``florence_bt``) and class."""
 
+START_NUMBA = "florence_bt.app.bringup.numba_start:start_numba"
 MADE_WITH = {
+    **dict.fromkeys(
+        ("simulator", "laser_filter", "localiser", "mapping", "user_tracker_ni_node"), (START_NUMBA,)
+    ),
     "robot_description": ("xacro",),
     "florence_bt": (
         "florence_bt.app.bringup.make_safe",
         "florence_bt.app.bringup.skills_ros",
         "florence_bt.app.demo.pictures",
         "florence_bt.ros.topic_skill",
+        "florence_bt.trees.language.declarations:own_declarations",
     ),
 }
-"""Node -> modules that are imported only when it is made."""
+"""Node -> modules that are imported, and functions that are called, only when it is made
+(``ForkServer.load``)."""
 
 SIMULATED_WITH = {
     "simulator": ("florence_bt.app.bringup.simulated", "florence_bt.simulation.home.generate"),
@@ -134,8 +140,8 @@ def node_class(name: str) -> type[FlorenceNode]:
     return found
 
 
-def modules_of(process: str, options: BringUp) -> list[str]:
-    """Return the modules that a process imports: those of its nodes, and what makes these."""
+def loaded_for(process: str, options: BringUp) -> list[str]:
+    """Return what the fork server loads for a process: the modules of its nodes, and what makes these."""
     nodes = processes(options)[process]
     tables = (MADE_WITH, SIMULATED_WITH) if options.in_flat else (MADE_WITH,)
     return [

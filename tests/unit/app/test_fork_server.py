@@ -138,7 +138,7 @@ def test_what_cannot_be_imported_is_left_to_the_forks(tmp_path, capfd):
     bench = Bench(tmp_path)
     try:
         bench.server.load(["json", "florence_bt.no_such_module", "colorsys"])
-        assert "could not import florence_bt.no_such_module" in capfd.readouterr().err
+        assert "could not load florence_bt.no_such_module" in capfd.readouterr().err
         assert bench.fork("waits")[0].poll() is None
     finally:
         bench.close()
