@@ -8,7 +8,7 @@ import enum
 import functools
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,7 +31,7 @@ def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = 
     Raises:
         ConfigError: A value does not fit its field, or is missing; the message names the parameter.
     """
-    hints = _type_hints(cls)
+    hints = _type_hints(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
         name, kind, default = prefix + field.name, hints[field.name], _default(field)
@@ -52,7 +52,7 @@ def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = 
 
 
 @functools.cache  # they are texts, which Python evaluates anew each time
-def _type_hints(cls: Any) -> dict[str, Any]:
+def _type_hints(cls: Hashable) -> dict[str, Any]:
     return typing.get_type_hints(cls)
 
 
