@@ -77,7 +77,7 @@ class MissionClient(Closing):
         self._context = rclpy.Context()
         self._neighbours = DomainNeighbours()
         reach = start_ros(self._context)
-        self.node = FlorenceNode(name, context=self._context)
+        self.node = FlorenceNode(name, context=self._context, of_a_command=True)
         self._neighbours.started(reach)
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
