@@ -93,9 +93,8 @@ class FlorenceNode(Node):
             parameters: Values of parameters by name, ``use_sim_time`` among them; None values are left out.
             namespace: Goes before the node's name and its relative topics.
             context: The ROS context; the process's own one when not given.
-            of_a_command: Whether it goes with a command that was typed: nobody sets its parameters or reads
-                its log elsewhere, so it has no services for them and no ``/rosout``, and is made in a tenth of
-                the time.
+            of_a_command: Whether it goes with a command that was typed. Nobody sets its parameters, or reads
+                its log elsewhere: it has no services for them and no ``/rosout``, which takes 80 ms less.
         """
         self.failures: deque[Exception] = deque()
         self.before_long_work: Callable[[], None] = lambda: None
