@@ -84,6 +84,7 @@ class FlorenceNode(Node):
         parameters: Mapping[str, Any] | None = None,
         namespace: str = "",
         context: Context | None = None,
+        of_a_command: bool = False,
     ) -> None:
         """Make the node.
 
@@ -92,6 +93,8 @@ class FlorenceNode(Node):
             parameters: Values of parameters by name, ``use_sim_time`` among them; None values are left out.
             namespace: Goes before the node's name and its relative topics.
             context: The ROS context; the process's own one when not given.
+            of_a_command: Whether it goes with a command that was typed. Nobody sets its parameters, or reads
+                its log elsewhere: it has no services for them and no ``/rosout``, which takes 80 ms less.
         """
         self.failures: deque[Exception] = deque()
         self.before_long_work: Callable[[], None] = lambda: None
@@ -106,7 +109,16 @@ class FlorenceNode(Node):
             key: to_parameter(value) for key, value in (parameters or {}).items() if value is not None
         }
         overrides = [Parameter(key, value=value) for key, value in self._given.items()]
-        super().__init__(name, namespace=namespace, parameter_overrides=overrides, context=context)
+        if of_a_command:
+            overrides.append(Parameter("start_type_description_service", value=False))
+        super().__init__(
+            name,
+            namespace=namespace,
+            parameter_overrides=overrides,
+            context=context,
+            start_parameter_services=not of_a_command,
+            enable_rosout=not of_a_command,
+        )
         self.add_on_set_parameters_callback(self._refuse_another_time)
         self.ros_timebase = RosClock(self, self.call_soon)
         self.timebase = self.ros_timebase
