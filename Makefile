@@ -8,7 +8,7 @@ WORKERS ?= 2
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test unit ros check format manual trials bench colour lock clean
+.PHONY: help setup demo test unit ros check format manual trials bench figures colour lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -43,11 +43,14 @@ manual: setup ## build the manual as a site in build/manual; broken links fail
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet $(ARGS)
 	@echo "open build/manual/index.html"
 
-trials: setup ## run goto_user in the rig, 10 seeds for each class of person, and write docs/notes/trials.md
-	$(BIN)/python tools/trials.py --runs 10 --out docs/notes/trials.md $(ARGS)
+trials: setup ## run goto_user in the rig, 10 seeds for each class of person
+	$(BIN)/python tools/trials.py --runs 10 $(ARGS)
 
 bench: setup ## run the benchmarks
 	$(PYTEST) benchmarks --benchmark-only $(ARGS)
+
+figures: setup ## list which tables of figures are old; ONLY=people (a page, a table, all) makes them again
+	$(BIN)/python -m tools.figures $(if $(ONLY),--only "$(ONLY)") $(ARGS)
 
 colour: setup ## install the network of the colour detector, 144 MB (ARGS=--photographs: what its tests look at, too)
 	$(BIN)/python tools/colour_network $(ARGS)

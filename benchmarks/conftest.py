@@ -1,142 +1,134 @@
-"""Collects the figures of the benchmarks and prints them as a table; ``--figures FILE`` writes it too."""
+"""Collects the figures of the benchmarks and prints them.
+
+``--figures FILE`` writes them into a page, ``--small`` measures as little as goes through all of the code,
+``--domain N`` chooses the ROS domain.
+"""
 
 from __future__ import annotations
 
-import os
-import platform
 import sys
-from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import pytest
+
+from benchmarks.figures_page import Figures, write_figures
+from benchmarks.measure import be_small
+
+if TYPE_CHECKING:
+    from benchmarks.running_system import Systems
 
 # The client pyroombaadapter installs a package of its own that is called tests.
 sys.modules["tests"] = ModuleType("tests")
 sys.modules["tests"].__path__ = [str(Path(__file__).parents[1] / "tests")]
 
-
-@dataclass
-class Figure:
-    """One line of the table."""
-
-    what: str
-    value: str
-    remark: str
-    missed: bool = False
-    """Whether the benchmark failed that measured it."""
-
-    @property
-    def shown(self) -> str:
-        """What was measured, marked when a limit was missed."""
-        return f"{self.value} (**missed**)" if self.missed else self.value
-
-
-class Figures:
-    """What the benchmarks of one file measured."""
-
-    def __init__(self) -> None:
-        self.lines: list[Figure] = []
-
-    def add(self, what: str, value: str, remark: str = "") -> None:
-        """Add a line."""
-        self.lines.append(Figure(what, value, remark))
-
-    def markdown(self) -> str:
-        """The table."""
-        head = ["| what | measured | remark |", "|---|---|---|"]
-        return "\n".join(head + [f"| {f.what} | {f.shown} | {f.remark} |" for f in self.lines]) + "\n"
-
-
-Sections = dict[str, Figures]
+SECTIONS = pytest.StashKey[dict[str, Figures]]()
 """By the name of the benchmark file."""
-
-
-def write_figures(file: Path, sections: Sections) -> None:
-    """Write the tables; those of benchmark files that did not run, or not as a whole, stay."""
-    tables: dict[str, str] = {}
-    if file.exists():
-        for part in file.read_text(encoding="utf-8").split("\n## ")[1:]:
-            name, _, table = part.partition("\n")
-            tables[name] = table.strip() + "\n"
-    machine = f"{os.cpu_count()} cores, Python {platform.python_version()}"
-    tables |= {name: figures.markdown() for name, figures in sections.items() if figures.lines}
-    text = (
-        '# Figures\n\nMade by `make bench ARGS="--figures docs/notes/benchmarks.md"`, one table for each '
-        "file of `benchmarks/`; medians unless said otherwise; **missed** marks what a benchmark "
-        "measured that failed its limit. "
-        f"Machine of the last run: {machine}. Compare ratios, not absolute times.\n"
-    )
-    body = "".join(f"\n## {name}\n\n{table}" for name, table in sorted(tables.items()))
-    file.write_text(text + body, encoding="utf-8")
-
-
-FIGURES = pytest.StashKey[Sections]()
-INCOMPLETE = pytest.StashKey[set[str]]()
-"""The names of the benchmark files of which something was left out, or failed before it had a figure."""
 BEFORE = pytest.StashKey[int]()
 """How many figures its file had when a benchmark began."""
+DOMAIN = 97
+"""A ROS domain that no test uses."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--figures", type=Path, help="write the figures to this Markdown file")
+    parser.addoption("--figures", type=Path, help="write the figures into this Markdown page")
+    parser.addoption("--small", action="store_true", help="measure as little as goes through all of the code")
+    parser.addoption("--domain", type=int, default=DOMAIN, help="ROS domain of the benchmarks")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.stash[FIGURES] = {}
-    config.stash[INCOMPLETE] = set()
+    config.stash[SECTIONS] = {}
+    if config.getoption("--small"):
+        be_small()
+
+
+def section_of(config: pytest.Config, path: Path) -> Figures:
+    """Return the figures of a benchmark file."""
+    return config.stash[SECTIONS].setdefault(path.stem, Figures())
 
 
 def pytest_deselected(items: Sequence[pytest.Item]) -> None:
     for item in items:
-        item.config.stash[INCOMPLETE].add(item.path.stem)
+        section_of(item.config, item.path).complete = False
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    report = yield
+    if isinstance(collector, pytest.File) and not report.passed:
+        section = section_of(collector.config, collector.path)
+        section.complete = False
+        if report.failed:
+            section.failed[collector.path.name] = why(report)
+    return report
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
-    if report.failed:
-        section = item.config.stash[FIGURES].get(item.path.stem, Figures())
+    section = section_of(item.config, item.path)
+    if report.skipped:
+        section.complete = False
+    elif report.failed:
         measured = section.lines[item.stash.get(BEFORE, len(section.lines)) :]
         for figure in measured:
             figure.missed = True
         if not measured:
-            item.config.stash[INCOMPLETE].add(item.path.stem)
+            section.complete = False
+            section.failed.setdefault(item.name, why(report))
     return report
+
+
+def why(report: pytest.CollectReport | pytest.TestReport) -> str:
+    """Return in one line why something failed, as a cell of a table."""
+    crash = getattr(report.longrepr, "reprcrash", None)
+    text = crash.message if crash is not None else str(report.longrepr)
+    lines = text.strip().splitlines() or [""]
+    return (lines[0] if crash is not None else lines[-1]).replace("|", "/")[:200]
 
 
 @pytest.fixture
 def figures(request: pytest.FixtureRequest) -> Figures:
-    section = request.config.stash[FIGURES].setdefault(request.node.path.stem, Figures())
+    section = section_of(request.config, request.node.path)
     request.node.stash[BEFORE] = len(section.lines)
     return section
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    sections = config.stash[FIGURES]
+    sections = config.stash[SECTIONS]
     lines = [figure for figures in sections.values() for figure in figures.lines]
-    if not lines:
-        return
-    terminalreporter.section("figures")
+    if lines:
+        terminalreporter.section("figures")
     for figure in lines:
         remark = f"  ({figure.remark})" if figure.remark else ""
         terminalreporter.write_line(f"{figure.what:<62} {figure.shown}{remark}")
     file = config.getoption("--figures")
     if file is not None:
-        incomplete = config.stash[INCOMPLETE]
-        write_figures(file, {name: table for name, table in sections.items() if name not in incomplete})
-        left = ", ".join(sorted(incomplete & set(sections)))
-        terminalreporter.write_line(
-            f"written to {file}" + (f", without the incomplete {left}" if left else "")
-        )
+        write_figures(file, sections)
+        terminalreporter.write_line(f"written to {file}")
 
 
-@pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def domain(request: pytest.FixtureRequest) -> Iterator[None]:
     """A ROS domain of the benchmarks, on this machine."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "97")
-    from florence_bt.ros.environment import reach_of
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(request.config.getoption("--domain")))
+        from florence_bt.ros.environment import reach_of
 
-    for name, value in reach_of({}).variables.items():
-        monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
+        for name, value in reach_of({}).variables.items():
+            patch.delenv(name, raising=False) if value is None else patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture(scope="module")
+def systems(domain: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Systems]:
+    """Whole systems, as they are asked for; the last one is ended after the file."""
+    from benchmarks.running_system import Systems
+
+    made = Systems(tmp_path_factory.mktemp("systems"))
+    yield made
+    made.close()

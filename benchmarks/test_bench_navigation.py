@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from skimage.graph import MCP_Geometric
 
-from benchmarks.measure import seconds_per_call
+from benchmarks.measure import seconds_per_call, size
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.map_server.map_file import load_map
@@ -24,6 +24,9 @@ from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path
+
+SIDES, INFLATED = size([400, 2000, 4000], [200]), size(2000, 200)
+"""Cells to a side of the maps."""
 
 
 def rooms(side: int) -> np.ndarray:
@@ -47,7 +50,7 @@ def scattered(side: int) -> np.ndarray:
     return cells
 
 
-@pytest.mark.parametrize("side", [400, 2000, 4000])
+@pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("make", [rooms, scattered])
 def test_planner(benchmark, figures, side, make):
     costmap = Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), make(side)))
@@ -81,7 +84,7 @@ def test_planner(benchmark, figures, side, make):
 @pytest.mark.parametrize("make", [rooms, scattered])
 def test_inflation(benchmark, figures, make):
     parameters = CostmapParameters()
-    grid = OccupancyGrid(0.05, Pose2(), make(2000))
+    grid = OccupancyGrid(0.05, Pose2(), make(INFLATED))
     costmap = Costmap(parameters, grid)
     marked = np.where(grid.cells == 100, LETHAL, 0).astype(np.uint8)
     reach, table = costmap._reach, costmap._table
@@ -103,7 +106,8 @@ def test_inflation(benchmark, figures, make):
     took = seconds_per_call(ours, theirs)
     cv2.setNumThreads(threads)
     benchmark.pedantic(ours, rounds=1)
-    what = f"inflation, 2000 x 2000 cells, {make.__name__}: times faster than OpenCV's distance and a table"
+    what = f"inflation, {INFLATED} x {INFLATED} cells, {make.__name__}: times faster than OpenCV's distance "
+    what += "and a table"
     figures.add(what, f"{took[1] / took[0]:.1f}", f"{1e3 * took[0]:.1f} ms and {1e3 * took[1]:.1f} ms")
 
 

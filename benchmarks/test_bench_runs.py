@@ -8,12 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.measure import size
+from benchmarks.mocks import succeeding
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import Kind, SkillDeclaration
-from florence_bt.core.geometry import Pose2
-from florence_bt.core.outcome import success
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
+from florence_bt.mission_testing.mocks.mocks import ScriptedRun
 from florence_bt.runtime.event_bus import EventLog
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
@@ -23,17 +22,19 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatu
 from florence_bt.trees.language.declarations import collect_declarations
 from tests.scripted_skill import ScriptedSkill
 
-VALUES = {Kind.POSE: Pose2(1.0, 2.0, 0.5), Kind.TEXT: "kitchen", Kind.BOOLEAN: True, Kind.INTEGER: 1}
+WARM, RUNS, MORE_RUNS = size((20, 1000, 9000), (1, 2, 2))
+"""Runs before anything is measured, those that are timed, and those after which nothing has grown."""
+WATCHED = size((50, 200), (1, 2))
+"""Runs before the gaps between skills are measured, and those in which they are."""
 
 
 class Stage:
     """An executor whose skills all succeed after a second."""
 
     def __init__(self, log: EventLog | None = None, mock: type[ScriptedSkill] = ScriptedSkill) -> None:
-        self._mock_class = mock
         self.clock = ManualClock()
         declarations = collect_declarations()
-        self.skills = {name: self._mock(each) for name, each in declarations.items()}
+        self.skills = {name: succeeding(each, self.clock, mock) for name, each in declarations.items()}
         self.executor = Executor(
             MissionFolders.of([], declarations),
             self.skills,
@@ -42,11 +43,6 @@ class Stage:
             RunIds("B"),
             log=log,
         )
-
-    def _mock(self, declaration: SkillDeclaration) -> ScriptedSkill:
-        outputs = {name: VALUES.get(port.kind, 1.0) for name, port in declaration.outputs.items()}
-        after = 0.0 if declaration.instant else 1.0
-        return self._mock_class(declaration, self.clock, [Step(success(**outputs), after=after)])
 
     def run(self, times: int) -> None:
         for _ in range(times):
@@ -64,23 +60,23 @@ def resident_mb() -> float:
 
 
 @pytest.mark.parametrize("journal", ["without a journal", "with a journal"])
-def test_a_thousand_runs(benchmark, figures, tmp_path, journal):
+def test_many_runs(benchmark, figures, tmp_path, journal):
     log = Journal(tmp_path) if journal == "with a journal" else None
     stage = Stage(log)
-    stage.run(20)
+    stage.run(WARM)
     wall, cpu = benchmark.pedantic(lambda: timed(stage), rounds=1)
     figures.add(
-        f"1,000 runs of goto_user with mocks, {journal}",
+        f"{RUNS:,} runs of goto_user with mocks, {journal}",
         f"{wall:.1f} s",
         f"{cpu:.1f} s of one core; at most 10 s",
     )
-    assert cpu < 10.0
+    figures.limit(cpu, most=10.0)
 
 
 def timed(stage: Stage) -> tuple[float, float]:
-    """Wall and processor seconds of a thousand runs."""
+    """Wall and processor seconds of :data:`RUNS` runs."""
     wall, cpu = time.perf_counter(), time.process_time()
-    stage.run(1000)
+    stage.run(RUNS)
     return time.perf_counter() - wall, time.process_time() - cpu
 
 
@@ -89,21 +85,21 @@ def test_nothing_grows(benchmark, figures, tmp_path):
     stage = Stage(Journal(tmp_path, JournalParameters(keep_runs=100)))
 
     def measure() -> tuple[float, float, float, float]:
-        stage.run(1000)
+        stage.run(RUNS)
         gc.collect()
         early, file_early = resident_mb(), size_mb(tmp_path)
-        stage.run(9000)
+        stage.run(MORE_RUNS)
         gc.collect()
         return early, resident_mb(), file_early, size_mb(tmp_path)
 
     early, late, file_early, file_late = benchmark.pedantic(measure, rounds=1)
     figures.add(
-        "memory after 1,000 and after 10,000 runs in one process",
+        f"memory after {RUNS:,} and after {RUNS + MORE_RUNS:,} runs in one process",
         f"{early:.1f} MB, {late:.1f} MB",
         f"flat; the journal with 100 runs kept: {file_early:.1f} MB, {file_late:.1f} MB",
     )
-    assert late - early < 2.0
-    assert file_late < 1.5 * file_early
+    figures.limit(late - early, most=2.0)
+    figures.limit(file_late / file_early, most=1.5)
 
 
 def size_mb(folder: Path) -> float:
@@ -157,11 +153,11 @@ def test_the_journal_costs_a_tick_little(benchmark, figures, tmp_path):
     Watched.gaps = noted = Gaps()
     stage = Stage(log, Watched)
     stage.executor.add_listener(noted.forget)
-    stage.run(50)
+    stage.run(WATCHED[0])
     gaps = noted.seconds
     gaps.clear()
-    benchmark.pedantic(lambda: stage.run(200), rounds=1)
-    assert len(gaps) >= 200
+    benchmark.pedantic(lambda: stage.run(WATCHED[1]), rounds=1)
+    assert len(gaps) >= WATCHED[1]
     log.close()
     gaps.sort()
     median, late = gaps[len(gaps) // 2] * 1e6, gaps[len(gaps) * 99 // 100] * 1e6
@@ -170,4 +166,4 @@ def test_the_journal_costs_a_tick_little(benchmark, figures, tmp_path):
         f"{median:.0f} us",
         f"99th percentile {late:.0f} us; at most 100 us",
     )
-    assert median < 100.0
+    figures.limit(median, most=100.0)

@@ -1,7 +1,6 @@
 """How well the colour detector tells people from other things in real photographs.
 
 ``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/notes/people.md``.
-What was said of each photograph is in ``build/colour.csv``.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from florence_bt.core.sensing import CameraModel, ColourImage
 from florence_bt.skills.people.user_tracker.colour_detector import Box, ColourDetector
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Region, Verdict
 from tools.colour_network.photographs import EMPTY, WITH_PEOPLE, Photograph, read
-from tools.tables import table, write_between_marks, write_runs
+from tools.tables import RowTable, command_of, table
 
 PROPOSALS = 12
 """Regions of the shape of a person that are proposed in each empty photograph."""
@@ -36,10 +35,14 @@ class Looked:
     """The opinion on one proposal.
 
     Attributes:
-        opinion: Of the detector.
+        photograph: Its name, and the package that has it.
+        people: Whether it shows people.
+        verdict: Of the detector.
         seconds: How long it took, processor time.
     """
 
+    photograph: str
+    people: bool
     verdict: Verdict
     seconds: float
 
@@ -77,12 +80,18 @@ def look(detector: ColourDetector, photograph: Photograph) -> list[Looked]:
     for region in regions:
         begin = time.process_time()
         verdict = detector.verdict(colour_image(pixels), Candidate(0, region, "standing"))
-        looked.append(Looked(verdict, time.process_time() - begin))
+        looked.append(
+            Looked(
+                f"{photograph.name} ({photograph.package})",
+                bool(photograph.people),
+                verdict,
+                time.process_time() - begin,
+            )
+        )
     return looked
 
 
 SAID = ("proposed", *(f"said: {each.value}" for each in Verdict))
-RUN = ("photograph", "people", *SAID)
 
 
 def said(looked: Sequence[Looked]) -> list[str]:
@@ -90,13 +99,13 @@ def said(looked: Sequence[Looked]) -> list[str]:
     return [str(len(looked)), *(str(sum(each.verdict is verdict for each in looked)) for verdict in Verdict)]
 
 
-def report(results: Sequence[tuple[Photograph, Sequence[Looked]]]) -> str:
+def report(looked: Sequence[Looked]) -> str:
     """Write the totals as Markdown."""
     rows = []
     for what, shows_people in (("people", True), ("nobody", False)):
-        mine = [looked for photograph, looked in results if bool(photograph.people) is shows_people]
-        rows.append((what, str(len(mine)), *said([each for looked in mine for each in looked])))
-    times = [each.seconds for _, looked in results for each in looked]
+        mine = [each for each in looked if each.people is shows_people]
+        rows.append((what, str(len({each.photograph for each in mine})), *said(mine)))
+    times = [each.seconds for each in looked]
     return "\n\n".join(
         (
             table(("what they show", "photographs", *SAID), rows),
@@ -106,25 +115,24 @@ def report(results: Sequence[tuple[Photograph, Sequence[Looked]]]) -> str:
     )
 
 
-def main() -> int:
+TABLE = RowTable("colour", Looked, report)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
     """Look at the photographs and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the totals between the marks of this page"
     )
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     try:
         detector = ColourDetector()
-        results = [(each, look(detector, each)) for each in (*WITH_PEOPLE, *EMPTY)]
+        looked = [each for photograph in (*WITH_PEOPLE, *EMPTY) for each in look(detector, photograph)]
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 1
-    rows = ((f"{each.name} ({each.package})", str(len(each.people)), *said(of)) for each, of in results)
-    text = report(results)
-    print(write_runs("colour", RUN, rows), text, sep="\n")
-    if given.write:
-        write_between_marks(given.write, "colour", text)
+    TABLE.publish(looked, given.write, command_of("tools/colour_detection.py", arguments))
     return 0
 
 

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -41,7 +42,7 @@ from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
-from tools.tables import table, write_between_marks
+from tools.tables import RowTable, command_of, table
 
 FIRST_SEED = 7000
 """Neither the training of the network nor the choice of the tracker's parameters used these people."""
@@ -114,6 +115,7 @@ class Judged:
     """The fate of the ids in one encounter.
 
     Attributes:
+        seed: Of the home and its people.
         shirts: One of ``SHIRTS``.
         turns: Whether the robot turned.
         seconds: How long it was.
@@ -123,6 +125,7 @@ class Judged:
         switches: How often a person got another id than before, or an id went to another person.
     """
 
+    seed: int
     shirts: str
     turns: bool
     seconds: float
@@ -216,7 +219,7 @@ def _shirt(hue: float, rng: Random) -> Colour:
     return red, green, blue
 
 
-def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
+def pictures(given: Encounter, seed: int, seconds: float = ENCOUNTER_S) -> Iterator[Shown]:
     """Yield what the robot sees of an encounter through the simulated Kinect, five times a second.
 
     The simulated laser scans twice as often.
@@ -228,7 +231,7 @@ def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
     laser = LaserSensor(world, laser_mount, seed + 1)
     known = KnownObstacles(laser_map(given.flat))
     rate = TURN_RADPS if given.turns else 0.0
-    for index in range(1, round(ENCOUNTER_S / PERIOD_S) + 1):
+    for index in range(1, round(seconds / PERIOD_S) + 1):
         turned = angle_difference(world.robot_pose.yaw, given.robot.yaw)
         if turned * rate > 0.0 and abs(turned) > TURN_RAD:
             rate = -rate
@@ -291,7 +294,7 @@ class Identities:
                 yield int(person), users[column].user_id
 
 
-def judge(given: Encounter, shown: Iterable[Shown]) -> Judged:
+def judge(given: Encounter, shown: Iterable[Shown], seed: int) -> Judged:
     """Track the people of an encounter and count what became of their ids."""
     tracker, identities = UserTracker(), Identities()
     tracker.start()
@@ -309,13 +312,15 @@ def judge(given: Encounter, shown: Iterable[Shown]) -> Judged:
         was_near, near = near, in_view and math.dist(*picture.truth) < NEAR_M
         meetings += near and not was_near
         side, last = new_side, picture.time
-    return Judged(given.shirts, given.turns, last, crossings, meetings, identities.seen, identities.switches)
+    return Judged(
+        seed, given.shirts, given.turns, last, crossings, meetings, identities.seen, identities.switches
+    )
 
 
-def judge_seed(seed: int) -> Judged:
-    """Judge the encounter of a seed."""
+def judge_seed(seed: int, seconds: float) -> Judged:
+    """Judge so many seconds of the encounter of a seed."""
     given = encounter(seed)
-    return judge(given, pictures(given, seed))
+    return judge(given, pictures(given, seed, seconds), seed)
 
 
 def report(judged: Sequence[Judged]) -> str:
@@ -338,23 +343,28 @@ def _cells(judged: Sequence[Judged]) -> Iterator[str]:
     yield str(sum(each.switches for each in judged))
 
 
-def main() -> int:
+TABLE = RowTable("crossing", Judged, report)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
     """Let people cross each other and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--minutes", type=int, default=60, help="simulated minutes; one for each pair of people"
+        "--minutes", type=int, default=60, help="how many pairs of people; a simulated minute of each"
+    )
+    parser.add_argument(
+        "--seconds", type=float, default=ENCOUNTER_S, help="simulated seconds in place of that minute"
     )
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help="first seed of a home and its people")
     parser.add_argument("--jobs", type=int, default=2, help="pairs at a time, each on a core")
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
     )
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
+    seeds = range(given.seed, given.seed + given.minutes)
     with ProcessPoolExecutor(given.jobs) as pool:
-        text = report(list(pool.map(judge_seed, range(given.seed, given.seed + given.minutes))))
-    print(text)
-    if given.write:
-        write_between_marks(given.write, "crossing", text)
+        judged = list(pool.map(partial(judge_seed, seconds=given.seconds), seeds))
+    TABLE.publish(judged, given.write, command_of("tools/crossing.py", arguments))
     return 0
 
 

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import statistics
 import sys
@@ -27,7 +28,7 @@ from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacle
 from florence_bt.skills.people.user_tracker.person_network import POSTURES
 from tools.person_network.pictures import Picture, pictures_of_home, posture_of
 from tools.recorded_pictures import Truth, recorded_pictures
-from tools.tables import table, write_between_marks
+from tools.tables import RowTable, command_of, table
 
 FIRST_SEED = 3000
 """Neither the training of the network nor the trials use the homes from here on."""
@@ -46,31 +47,36 @@ SMALLEST_PIXELS = 150
 """Whoever has fewer pixels when nothing is in front of them is at the very edge, and not asked for."""
 
 
+PICTURE, PERSON, NOBODY = "picture", "person", "nobody"
+
+
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """One person in one picture.
+class Line:
+    """A picture, a person in it, or a detection that is nobody.
 
     Attributes:
+        home: Its seed, or which recording it is.
+        number: Of the picture.
+        empty: Whether it is one of those without people.
+        what: ``picture``, ``person`` or ``nobody``.
         kind: What the person does.
-        distance: From the camera to the middle of the person, metres.
-        shown: Share of their pixels that nothing hides.
+        distance: From the camera to the middle of the person, or to what was taken for one, metres.
+        shown: Share of the person's pixels that nothing hides.
         error: Metres between the detection and the middle of the person; None when not found.
-        posture_right: Whether the posture was right.
+        posture: What was found.
+        posture_right: Whether it is the person's.
     """
 
-    kind: str
-    distance: float
-    shown: float
-    error: float | None
-    posture_right: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Judged:
-    """The findings in one picture: the people, and the detections that are nobody."""
-
-    people: tuple[Seen, ...]
-    wrong: int
+    home: int
+    number: int
+    empty: bool
+    what: str
+    kind: str = ""
+    distance: float | None = None
+    shown: float | None = None
+    error: float | None = None
+    posture: str = ""
+    posture_right: bool = False
 
 
 def truth_of(picture: Picture) -> Truth:
@@ -84,21 +90,27 @@ def truth_of(picture: Picture) -> Truth:
     return Truth(picture.optical_in_base.translation, people, shown)
 
 
-def judge(truth: Truth, found: Sequence[Detection]) -> Judged:
-    """Compare what was found with who was there."""
-    left = list(found)
-    people = []
+def judge(
+    truth: Truth, found: Sequence[Detection], home: int = 0, number: int = 0, *, empty: bool
+) -> list[Line]:
+    """Compare what was found in a picture with who was there."""
+    line = partial(Line, home, number, empty)
+    lines, left = [line(PICTURE)], list(found)
     for (spec, at), shown in zip(truth.people, truth.shown, strict=True):
         limit = LYING_MATCH_M if spec.posture == "lying" else MATCH_M
-        near = [(math.dist(at, (each.x, each.y)), number) for number, each in enumerate(left)]
-        error, number = min(near, default=(math.inf, -1))
-        matched = left.pop(number) if error <= limit else None
+        near = [(math.dist(at, (each.x, each.y)), place) for place, each in enumerate(left)]
+        error, place = min(near, default=(math.inf, -1))
+        matched = left.pop(place) if error <= limit else None
         if shown is None:
             continue
-        right = matched is not None and matched.posture == POSTURES[posture_of(spec)]
+        posture = matched.posture if matched else ""
+        right = matched is not None and posture == POSTURES[posture_of(spec)]
         distance = math.dist(truth.camera[:2], at)
-        people.append(Seen(kind_of(spec), distance, shown, error if matched else None, right))
-    return Judged(tuple(people), len(left))
+        lines.append(line(PERSON, kind_of(spec), distance, shown, error if matched else None, posture, right))
+    for each in left:
+        away = math.dist(truth.camera[:2], (each.x, each.y))
+        lines.append(line(NOBODY, distance=away, posture=each.posture))
+    return lines
 
 
 def kind_of(spec: PersonSpec) -> str:
@@ -114,56 +126,66 @@ def kind_of(spec: PersonSpec) -> str:
     return "child up to 1.3 m, standing" if spec.height < 1.3 else "standing"
 
 
-def judge_home(seed: int, count: int, *, empty: bool) -> list[Judged]:
+def judge_home(seed: int, count: int, *, empty: bool) -> list[Line]:
     """Judge the pictures of a home."""
     known = KnownObstacles(laser_map(generated_flat(seed)))
     pictures = pictures_of_home(seed, count, scenes=SCENES, width=320, bent=False, empty=empty)
     return [
-        judge(truth_of(each), detect_people(each.depth, each.optical_in_base, known=known, robot=each.robot))
-        for each in pictures
+        line
+        for number, each in enumerate(pictures)
+        for line in judge(
+            truth_of(each),
+            detect_people(each.depth, each.optical_in_base, known=known, robot=each.robot),
+            seed,
+            number,
+            empty=empty,
+        )
     ]
 
 
-def judge_recording(folder: Path) -> tuple[list[Judged], list[Judged]]:
-    """Judge the pictures of a recording with people, and those without.
+def judge_recording(folder: Path, home: int = 0) -> list[Line]:
+    """Judge the pictures of a recording.
 
     Raises:
         FlorenceError: The folder is not a recording, or its labels cannot be used.
     """
-    full: list[Judged] = []
-    empty: list[Judged] = []
-    for depth, mount, truth in recorded_pictures(folder):
-        (full if truth.people else empty).append(judge(truth, detect_people(depth, mount)))
-    return full, empty
+    return [
+        line
+        for number, (depth, mount, truth) in enumerate(recorded_pictures(folder))
+        for line in judge(truth, detect_people(depth, mount), home, number, empty=not truth.people)
+    ]
 
 
-def recall(people: Iterable[Seen]) -> str:
+def recall(people: Iterable[Line]) -> str:
     """Write how many of some people were found, as a cell of the table."""
     found = [each.error is not None for each in people]
     return f"{100 * sum(found) / len(found):.0f} % of {len(found)}" if found else ""
 
 
-def rows(people: Sequence[Seen]) -> Iterator[tuple[str, ...]]:
+def rows(people: Sequence[Line]) -> Iterator[tuple[str, ...]]:
     """Yield a row for each kind and hiding."""
     kinds = sorted({each.kind for each in people})
     for name, low, high in HIDDEN:
-        mine = [each for each in people if low <= each.shown < high]
+        mine = [each for each in people if low <= (each.shown or 0.0) < high]
         for kind in [*kinds, "all"]:
             of = [each for each in mine if kind in ("all", each.kind)]
-            cells = (recall(each for each in of if a <= each.distance < b) for a, b in DISTANCES)
+            cells = (recall(each for each in of if a <= (each.distance or 0.0) < b) for a, b in DISTANCES)
             yield f"{kind}, {name}", *cells
 
 
-def report(full: Sequence[Judged], empty: Sequence[Judged]) -> str:
+def report(lines: Sequence[Line]) -> str:
     """Write all results as Markdown."""
-    people = [each for judged in full for each in judged.people]
+    people = [each for each in lines if each.what == PERSON]
     errors = sorted(each.error for each in people if each.error is not None)
     right = [each.posture_right for each in people if each.error is not None]
     head = ("", *(f"{a:g} to {b:g} m" for a, b in DISTANCES))
-    wrong = sum(judged.wrong for judged in full)
+
+    def count(what: str, *, empty: bool) -> int:
+        return sum((each.what, each.empty) == (what, empty) for each in lines)
+
     text = (
-        f"Of {len(full)} pictures with people {wrong} detections were nobody; of {len(empty)} pictures "
-        f"without people {sum(judged.wrong for judged in empty)}."
+        f"Of {count(PICTURE, empty=False)} pictures with people {count(NOBODY, empty=False)} detections were "
+        f"nobody; of {count(PICTURE, empty=True)} pictures without people {count(NOBODY, empty=True)}."
     )
     if errors:
         text += (
@@ -174,26 +196,21 @@ def report(full: Sequence[Judged], empty: Sequence[Judged]) -> str:
     return f"{table(head, rows(people))}\n\n{text}"
 
 
-def of_recordings(folders: Sequence[Path]) -> str:
-    """Write the report on recordings."""
-    judged = [judge_recording(folder) for folder in folders]
-    return report(
-        [each for full, _ in judged for each in full], [each for _, empty in judged for each in empty]
-    )
+TABLE = RowTable("detection", Line, report)
 
 
-def of_homes(given: argparse.Namespace) -> str:
-    """Write the report on generated homes."""
+def of_homes(given: argparse.Namespace) -> list[Line]:
+    """Judge the pictures of generated homes."""
     seeds = range(given.first, given.first + given.homes)
     with ProcessPoolExecutor(given.jobs) as pool:
         full = pool.map(partial(judge_home, count=given.pictures, empty=False), seeds)
         empty = pool.map(
             partial(judge_home, count=given.pictures, empty=True), seeds[: round(EMPTY_SHARE * given.homes)]
         )
-        return report([each for home in full for each in home], [each for home in empty for each in home])
+        return [line for lines in itertools.chain(full, empty) for line in lines]
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Look at pictures and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--homes", type=int, default=60, help="homes with people; half as many without")
@@ -210,17 +227,22 @@ def main() -> int:
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
     )
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     if given.recorded and given.write:
         parser.error("--write is for the table of the generated homes")
     try:
-        text = of_recordings(given.recorded) if given.recorded else of_homes(given)
+        if given.recorded:
+            lines = [
+                line
+                for number, folder in enumerate(given.recorded)
+                for line in judge_recording(folder, number)
+            ]
+        else:
+            lines = of_homes(given)
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
-    print(text)
-    if given.write:
-        write_between_marks(given.write, "detection", text)
+    TABLE.publish(lines, given.write, command_of("tools/detection.py", arguments))
     return 0
 
 

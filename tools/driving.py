@@ -1,7 +1,6 @@
 """Drives to random goals among walking people, in the rig: how many are reached, and how.
 
 ``python tools/driving.py flat ../shared/data/maps/depot.yaml --goals 40 --write docs/notes/navigation.md``.
-The single drives are in ``build/driving.csv``.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from florence_bt.simulation.home.mjcf import WHEEL_SEPARATION_M
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.rig.rig import Rig
 from florence_bt.skills.navigation.map_server.map_file import load_map
-from tools.tables import table, write_between_marks, write_runs
+from tools.tables import RowTable, command_of, table
 
 NAME = "driving"
 GOAL_CLEARANCE_M, WAY_RADIUS_M, WALKER_RADIUS_M = 0.30, 0.17, 0.35
@@ -51,6 +50,9 @@ class DrivenGoal:
     """One drive and what really came of it.
 
     Attributes:
+        home: Where.
+        number: Which drive of the round there, from 0 on.
+        people: How many walked about.
         reached: Whether the mission succeeded.
         reason: Why not.
         driven: Metres.
@@ -63,6 +65,9 @@ class DrivenGoal:
         braking: The same of the slowing down.
     """
 
+    home: str
+    number: int
+    people: int
     reached: bool
     reason: str
     driven: float
@@ -87,6 +92,7 @@ class Round:
 
     def __init__(self, flat: Flat, grid_file: Path | None, people: int, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
+        self._home, self._people, self._number = flat.name, people, itertools.count()
         self._space: FreeSpace = free_space_of(flat)
         start = flat.start.x, flat.start.y
         self._goals = self._space.reachable(start, 0.22) & (self._space.clearance >= GOAL_CLEARANCE_M)
@@ -156,18 +162,30 @@ class Round:
         rig.clock.advance(1.0 - SAMPLE_S / 2)
         error = world.robot_pose.distance_to(goal)
         return DrivenGoal(
-            reached, reason, driven, shortest, seconds, error, tuple(contacts), run_into, fastest, slowing
+            home=self._home,
+            number=next(self._number),
+            people=self._people,
+            reached=reached,
+            reason=reason,
+            driven=driven,
+            shortest=shortest,
+            seconds=seconds,
+            error=error,
+            contacts=tuple(contacts),
+            run_into=run_into,
+            acceleration=fastest,
+            braking=slowing,
         )
 
 
-def row_of(home: str, people: int, drives: Sequence[DrivenGoal]) -> list[str]:
-    """Write a line of the table."""
+def row_of(drives: Sequence[DrivenGoal]) -> list[str]:
+    """Write the drives in one home as a line of the table."""
     good = [drive for drive in drives if drive.reached]
     ratios = sorted(drive.driven / drive.shortest for drive in good)
     return [
-        home,
+        drives[0].home,
         f"{len(good)} of {len(drives)}",
-        str(people),
+        str(drives[0].people),
         str(sum(len(drive.contacts) for drive in drives)),
         str(sum(drive.run_into for drive in drives)),
         f"{sum(d.driven for d in good) / sum(d.shortest for d in good):.2f}" if good else "-",
@@ -190,25 +208,24 @@ HEAD = [
     "acceleration at most, m/s^2",
     "braking",
 ]
-RUN = ["home", "goal", "outcome", "driven (m)", "shortest (m)", "seconds", "end error (cm)", "contacts"]
-RUN += ["people into it", "acceleration (m/s^2)", "braking (m/s^2)"]
 
 
-def run_row(home: str, number: int, drive: DrivenGoal) -> list[str]:
-    """Write one drive as a line of the file."""
-    return [
-        home,
-        str(number),
-        "reached" if drive.reached else drive.reason,
-        f"{drive.driven:.2f}",
-        f"{drive.shortest:.2f}",
-        f"{drive.seconds:.0f}",
-        f"{100 * drive.error:.0f}",
-        ", ".join(drive.contacts),
-        str(drive.run_into),
-        f"{drive.acceleration:.2f}",
-        f"{drive.braking:.2f}",
-    ]
+def table_of(drives: Sequence[DrivenGoal]) -> str:
+    """Write the table, with a line for each home."""
+    homes = dict.fromkeys(drive.home for drive in drives)
+    return table(HEAD, [row_of([drive for drive in drives if drive.home == home]) for home in homes])
+
+
+TABLE = RowTable(NAME, DrivenGoal, table_of)
+
+
+def told(drive: DrivenGoal) -> str:
+    """Write one drive for people."""
+    outcome = "reached" if drive.reached else drive.reason
+    contacts = f", touched {', '.join(drive.contacts)}" if drive.contacts else ""
+    return (
+        f"{drive.home}, {drive.number}: {outcome} after {drive.driven:.2f} m, {drive.seconds:.0f} s{contacts}"
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -224,27 +241,19 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if len(given.goals) not in (1, len(given.homes)):
         parser.error(f"--goals takes one number, or one for each of the {len(given.homes)} homes")
-    rows, runs = [], []
+    drives: list[DrivenGoal] = []
     for home, goals in zip(given.homes, itertools.cycle(given.goals), strict=False):
         file = None if home == "flat" else Path(home)
         try:
-            flat = choose_flat(file)
             map_file = file if file is not None and is_map(file) else None
-            drives = []
-            trip = Round(flat, map_file, given.people, given.seed)
-            for number in range(goals):
-                drive = trip.drive()
-                drives.append(drive)
-                runs.append(run_row(flat.name, number, drive))
-                print(" | ".join(runs[-1]), flush=True)
+            trip = Round(choose_flat(file), map_file, given.people, given.seed)
+            for _ in range(goals):
+                drives.append(trip.drive())
+                print(told(drives[-1]), flush=True)
         except FlorenceError as error:
             print(f"{home}: {error}", file=sys.stderr)
             return 1
-        rows.append(row_of(flat.name, given.people, drives))
-    text = table(HEAD, rows)
-    print(write_runs(NAME, RUN, runs), text, sep="\n")
-    if given.write is not None:
-        write_between_marks(given.write, NAME, text)
+    TABLE.publish(drives, given.write, command_of("tools/driving.py", arguments))
     return 0
 
 

@@ -1,7 +1,7 @@
 """Homes that the robot maps by itself in the rig: what it saw and touched, and whether the map is of use.
 
 ``python tools/exploration.py --seeds 31 32 33 --write docs/notes/exploration.md``.
-The single homes are in ``build/exploration.csv``, their maps and rooms in ``build/exploration``.
+The maps and rooms of the homes are in ``build/exploration``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ from florence_bt.simulation.home.free_space import FreeSpace, free_space_of
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.navigation.map_server.map_writer import save_map
-from tools.tables import BUILD, table, write_between_marks, write_runs
+from tools.tables import BUILD, RowTable, command_of, table
 
 NAME = "exploration"
 LIMIT_S, DRIVE_S = 1800.0, 300.0
@@ -74,11 +75,11 @@ class Explored:
         return min(self.seen.values()) >= SEEN_SHARE
 
 
-def explore(seed: int) -> Explored:
-    """Let the robot map a home, propose its rooms, and drive to each."""
+def explore(seed: int, limit_s: float = LIMIT_S) -> Explored:
+    """Let the robot map a home for so many seconds at most, propose its rooms, and drive to each."""
     flat = choose_flat(None, seed)
     rig = make_rig(flat=flat, person="absent", seed=seed, mapping=True)
-    run = rig.run("explore", limit_s=LIMIT_S)
+    run = rig.run("explore", limit_s=limit_s)
     grid = rig.grid
     assert run.started is not None and run.ended is not None and rig.robot.progress is not None
     folder = BUILD / NAME
@@ -191,26 +192,32 @@ def total_of(homes: Sequence[Explored]) -> str:
     )
 
 
+def table_of(homes: Sequence[Explored]) -> str:
+    """Write the table and the sentence below it."""
+    return f"{table(HEAD, [row_of(home) for home in homes])}\n\n{total_of(homes)}"
+
+
+TABLE = RowTable(NAME, Explored, table_of)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Explore, print, and write the table; returns the exit code."""
     parser = argparse.ArgumentParser(description="Homes that the robot maps by itself in the rig")
     parser.add_argument(
         "--seeds", type=int, nargs="+", default=list(range(31, 41)), help="of generated homes"
     )
+    parser.add_argument(
+        "--limit", type=float, default=LIMIT_S, metavar="S", help="simulated seconds for a home"
+    )
     parser.add_argument("--jobs", type=int, default=2, help="homes at a time, each on a core")
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     given = parser.parse_args(arguments)
     homes = []
     with ProcessPoolExecutor(given.jobs) as pool:
-        for home in pool.map(explore, given.seeds):
+        for home in pool.map(partial(explore, limit_s=given.limit), given.seeds):
             homes.append(home)
             print(" | ".join(row_of(home)), *home.misses, sep="\n  ", flush=True)
-    rows = [row_of(home) for home in homes]
-    text = f"{table(HEAD, rows)}\n\n{total_of(homes)}"
-    print(write_runs(NAME, [*HEAD, "misses"], [[*row_of(home), "; ".join(home.misses)] for home in homes]))
-    print(text)
-    if given.write is not None:
-        write_between_marks(given.write, NAME, text)
+    TABLE.publish(homes, given.write, command_of("tools/exploration.py", arguments))
     return 0
 
 

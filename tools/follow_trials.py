@@ -1,7 +1,6 @@
 """Many seeded runs of ``follow_me``: in the rig somebody leads the robot through a home.
 
-``python tools/follow_trials.py --runs 10 --out docs/notes/follow.md``.
-The single walks are in ``build/follow.csv``.
+``python tools/follow_trials.py --runs 10 --write docs/notes/follow.md``.
 """
 
 from __future__ import annotations
@@ -9,11 +8,10 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
-import shlex
 import statistics
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -31,7 +29,7 @@ from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import LedWalk, led_walk
 from florence_bt.simulation.rig.rig import Rig
-from tools.tables import table, write_runs
+from tools.tables import RowTable, command_of, table
 
 HOMES = {"flat": "the hand-made flat", "generated": "generated homes"}
 """Name -> what it is."""
@@ -238,59 +236,17 @@ def route_length(spec: PersonSpec) -> float:
     return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
 
-HEAD = """# Seeded runs of follow_me in the rig
-
-Made by `COMMAND`.
-The same command writes the single walks to `build/follow.csv`.
-
-The walks are judged by the simulation's truth at every 0.1 s from when the person sets off, not by what the
-mission says. Somebody leads the robot over 60 m or more from room to room, at 0.25 to 0.45 m/s, through ways
-where a circle of 0.3 m fits, and stands for 2 to 6 s in each; somebody else walks to and fro across that way
-([homes.md](homes.md)). Every distance is between the middles of robot and person.
-"""
-
-MEANING = """
-- *walk over*: the person came to the end; a robot that stays in a door blocks them.
-- *kept*: then the robot came nearer than 1.5 m within 10 s, and the mission still ran.
-- *mean error*: of the distance during the whole walk, against 1 m, also after the mission has ended.
-- *lost*: for how long in all the person was further away than 2 m during the walks; *never lost*: in how many
-  walks they never were.
-"""
-
 SUMMARY = ["home", "runs", "walk over", "kept", "mean error (m)", "smallest distance (m)"]
 SUMMARY += ["to the other person (m)", "never lost", "lost (s)", "contacts"]
-RUN = [
-    "home",
-    "seed",
-    "walk (m)",
-    "speed (m/s)",
-    "walk over",
-    "kept",
-    "mean error (m)",
-    "smallest distance (m)",
-]
-RUN += [
-    "to the other person (m)",
-    "losses",
-    "lost (s)",
-    "followed",
-    "contacts",
-    "time (s)",
-    "wall (s)",
-    "the mission ended",
-]
 
 
-def page(trials: Sequence[Trial], command: str) -> str:
-    """Write the totals as Markdown.
-
-    Args:
-        trials: The walks.
-        command: What made them.
-    """
+def table_of(trials: Sequence[Trial]) -> str:
+    """Write the totals as Markdown."""
     by_home = {home: [trial for trial in trials if trial.home == home] for home in HOMES}
-    rows = [summary(home, of) for home, of in by_home.items() if of]
-    return "\n".join((HEAD.replace("COMMAND", command), table(SUMMARY, rows), MEANING))
+    return table(SUMMARY, [summary(home, of) for home, of in by_home.items() if of])
+
+
+TABLE = RowTable("follow", Trial, table_of)
 
 
 def summary(home: str, trials: Sequence[Trial]) -> list[str]:
@@ -310,23 +266,15 @@ def summary(home: str, trials: Sequence[Trial]) -> list[str]:
     ]
 
 
-def row(trial: Trial) -> Iterator[str]:
-    """Write one walk as a line of the file."""
+def told(trial: Trial) -> str:
+    """Write one walk for people."""
     verdict = trial.verdict
-    yield trial.home
-    yield str(trial.seed)
-    yield f"{trial.length:.0f}"
-    yield f"{trial.speed:.2f}"
-    yield "yes" if verdict.over else "no"
-    yield "yes" if verdict.kept else "no"
-    yield from (f"{value:.2f}" for value in (verdict.error, verdict.nearest, verdict.nearest_visitor))
-    yield str(verdict.losses)
-    yield f"{verdict.lost:.0f}"
-    yield verdict.followed
-    yield ", ".join(trial.contacts)
-    yield f"{trial.simulated:.0f}"
-    yield f"{trial.wall:.0f}"
-    yield trial.mission
+    touched = f", touched {', '.join(trial.contacts)}" if trial.contacts else ""
+    return (
+        f"{trial.home}, seed {trial.seed}, {trial.length:.0f} m at {trial.speed:.2f} m/s: "
+        f"{'kept' if verdict.kept else 'not kept'}, {verdict.error:.2f} m off, "
+        f"lost for {verdict.lost:.0f} s, followed {verdict.followed}{touched}. {trial.mission}"
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -343,7 +291,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--length", type=float, default=60.0, metavar="M", help="least length of a walk")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time, each on a core")
-    parser.add_argument("--out", type=Path, help="Markdown file for the totals")
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
     run = partial(
@@ -359,16 +307,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with ProcessPoolExecutor(given.jobs) as pool:
             for trial in pool.map(run, *zip(*todo, strict=True)):
                 trials.append(trial)
-                print(" | ".join(row(trial)), flush=True)
+                print(told(trial), flush=True)
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
-    print(write_runs("follow", RUN, [list(row(trial)) for trial in trials]))
-    if given.out is not None:
-        command = ["python", "tools/follow_trials.py", *(sys.argv[1:] if arguments is None else arguments)]
-        given.out.write_text(page(trials, shlex.join(command)), encoding="utf-8")
-    for home in given.homes:
-        print(" | ".join(summary(home, [trial for trial in trials if trial.home == home])))
+    TABLE.publish(trials, given.write, command_of("tools/follow_trials.py", arguments))
     return 0
 
 

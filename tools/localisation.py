@@ -1,8 +1,6 @@
 """How well the robot is localised on a real building's log and on generated ones, with default parameters.
 
 ``python tools/localisation.py --log freiburg-079-corrected.log.gz --maps depot.yaml --write PAGE``.
-The single generated logs are in ``generated_localisation.csv``, ``found_robots.csv`` and
-``sparse_localisation.csv`` below ``build``.
 """
 
 from __future__ import annotations
@@ -11,7 +9,7 @@ import argparse
 import itertools
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,7 +24,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from tools.carmen_log import Record, build_map, read_log, thinned
 from tools.generated_log import Conditions, corridors, drive, home, mapped
-from tools.tables import table, write_between_marks, write_runs
+from tools.tables import RowTable, command_of, table
 
 AT_MIDDLE = Transform3.from_pose2(Pose2())
 START = Pose2(0.2, -0.15, 0.1)
@@ -127,32 +125,38 @@ def searched(records: Sequence[Record], followed: Followed) -> Search:
     return Search(found, float(steps[wrong & ~lost].sum()), float(steps[wrong & lost].sum()))
 
 
-def unknown_starts(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int) -> list[Search]:
-    """Start all over the log at places of which nobody tells."""
+def unknown_starts(
+    grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int, part: float
+) -> list[Search]:
+    """Start all over the log at places of which nobody tells; ``part`` shortens what is driven then."""
+    after = round(part * SCANS_AFTER)
     random = np.random.default_rng(seed)
     searches = []
     for number in range(count):
-        here = int((number + random.random()) / count * (len(records) - SCANS_AFTER))
-        stretch = records[here : here + SCANS_AFTER]
+        here = int((number + random.random()) / count * (len(records) - after))
+        stretch = records[here : here + after]
         searches.append(searched(stretch, follow(grid, stretch, seed, None)))
     return searches
 
 
-def kidnapped(grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int) -> list[Search]:
+def kidnapped(
+    grid: OccupancyGrid, records: Sequence[Record], seed: int, count: int, part: float
+) -> list[Search]:
     """Have somebody carry the robot elsewhere: two stretches of the log are joined."""
+    scans_before, after = max(1, round(part * SCANS_BEFORE)), round(part * SCANS_AFTER)
     random = np.random.default_rng(seed)
     places = np.array([(each.reference.x, each.reference.y) for each in records])
     # In a small place not as far.
     carried = min(CARRIED_M, float(np.linalg.norm(np.ptp(places, axis=0))) / 3.0)
     searches: list[Search] = []
     while len(searches) < count:
-        here = int(random.integers(len(records) - SCANS_AFTER))
-        before = int(random.integers(SCANS_BEFORE, len(records)))
+        here = int(random.integers(len(records) - after))
+        before = int(random.integers(scans_before, len(records)))
         if records[before - 1].reference.distance_to(records[here].reference) >= carried:
-            stretch = records[before - SCANS_BEFORE : before]
-            then = [replace(records[here], motion=Pose2()), *records[here + 1 : here + SCANS_AFTER]]
+            stretch = records[before - scans_before : before]
+            then = [replace(records[here], motion=Pose2()), *records[here + 1 : here + after]]
             followed = follow(grid, [*stretch, *then], seed, stretch[0].reference @ START)
-            after = Followed(followed.metres[SCANS_BEFORE:], followed.radians[SCANS_BEFORE:])
+            after = Followed(followed.metres[scans_before:], followed.radians[scans_before:])
             searches.append(searched(then, after))
     return searches
 
@@ -217,73 +221,95 @@ def found_row(name: str, of_places: Sequence[Sequence[Search]]) -> tuple[str, ..
     )
 
 
-def of_log(path: Path, seeds: Sequence[int]) -> str:
-    """Write all results on a recorded log as Markdown."""
-    records = read_log(path)
-    half = len(records) // 2
-    grid, of_half = build_map(records), build_map(records[:half])
+@dataclass(frozen=True, slots=True)
+class Located:
+    """What came of a log, or of one robot that had to be found in it.
+
+    Attributes:
+        row: Of the table.
+        place: Where.
+        figures: As in ``HEAD``; empty for a robot that had to be found.
+        search: What it took to find the robot.
+    """
+
+    row: str
+    place: str
+    figures: Figures = ()
+    search: Search | None = None
+
+
+def table_of(located: Sequence[Located]) -> str:
+    """Write the tables, in each row the figures of its worst place."""
+    logs = [each for each in located if each.search is None]
     rows = [
-        row("map of the whole log, localised on the whole", figures(_known(grid, records, seeds))),
-        row(
-            "map of its first half, localised on the second", figures(_known(of_half, records[half:], seeds))
-        ),
+        row(name, worst(each.figures for each in logs if each.row == name))
+        for name in dict.fromkeys(each.row for each in logs)
     ]
-    found = [
-        found_row(name, [[each for seed in seeds for each in search(grid, records, seed, count)]])
-        for (name, search), count in zip(SEARCHES.items(), (STARTS, KIDNAPS), strict=True)
-    ]
-    return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
+    searches: dict[str, dict[str, list[Search]]] = {}
+    for each in located:
+        if each.search is not None:
+            searches.setdefault(each.row, {}).setdefault(each.place, []).append(each.search)
+    found = [found_row(name, list(of_places.values())) for name, of_places in searches.items()]
+    return "\n\n".join([table(HEAD, rows), *([table(FOUND_HEAD, found)] if found else [])])
 
 
-def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
-    """Write the results on generated logs as Markdown, in each condition those of the worst place."""
+LOG, GENERATED, SPARSE = TABLES = [
+    RowTable(name, Located, table_of)
+    for name in ("localisation", "generated localisation", "sparse localisation")
+]
+
+
+def of_log(path: Path, seeds: Sequence[int], part: float) -> Iterator[Located]:
+    """Yield all results on a recorded log."""
+    records = read_log(path)
+    half, place = len(records) // 2, path.name
+    grid, of_half = build_map(records), build_map(records[:half])
+    yield Located(
+        "map of the whole log, localised on the whole", place, figures(_known(grid, records, seeds))
+    )
+    yield Located(
+        "map of its first half, localised on the second",
+        place,
+        figures(_known(of_half, records[half:], seeds)),
+    )
+    for (name, search), count in zip(SEARCHES.items(), (STARTS, KIDNAPS), strict=True):
+        for seed in seeds:
+            for each in search(grid, records, seed, max(1, round(part * count)), part):
+                yield Located(name, place, search=each)
+
+
+def of_generated(maps: Sequence[Path], seeds: Sequence[int], part: float) -> Iterator[Located]:
+    """Yield the results on generated logs."""
     kinds = {path.stem: [mapped(path)] for path in maps} | {"homes": [home(seed) for seed in HOMES]}
-    by_condition: dict[str, list[Figures]] = {name: [] for name in CONDITIONS}
-    single, single_found, found = [], [], []
+    scans = round(part * SCANS)
     for kind, places in kinds.items():
-        searches: dict[str, list[list[Search]]] = {name: [] for name in SEARCHES}
         for place in places:
             logs = {}
             for name, conditions in CONDITIONS.items():
-                logs[name] = [drive(place, conditions, SCANS, seed) for seed in seeds]
+                logs[name] = [drive(place, conditions, scans, seed) for seed in seeds]
                 of_place = figures([run for log in logs[name] for run in _known(place.grid, log, seeds[:1])])
-                by_condition[name].append(of_place)
-                single.append(row(f"{place.name}, {name}", of_place))
-                print(single[-1], file=sys.stderr)
+                yield Located(name, place.name, of_place)
             for (name, search), count in zip(
                 SEARCHES.items(), (STARTS_GENERATED, KIDNAPS_GENERATED), strict=True
             ):
-                of_search = [s for log in logs[HARDEST] for s in search(place.grid, log, seeds[0], count)]
-                searches[name].append(of_search)
-                single_found.append(found_row(f"{place.name}, {name}", [of_search]))
-                print(single_found[-1], file=sys.stderr)
-        found += [found_row(f"{kind}, {name}", of_places) for name, of_places in searches.items()]
-    write_runs("generated_localisation", HEAD, single)
-    write_runs("found_robots", FOUND_HEAD, single_found)
-    rows = [row(name, worst(of_places)) for name, of_places in by_condition.items()]
-    return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
+                for log in logs[HARDEST]:
+                    for each in search(place.grid, log, seeds[0], max(1, round(part * count)), part):
+                        yield Located(f"{kind}, {name}", place.name, search=each)
 
 
-def of_sparse(log: Path | None, every: float, seeds: Sequence[int]) -> str:
-    """Write results with all scans and with few as Markdown, of each kind those of its worst place."""
-    rows, single = [], []
+def of_sparse(log: Path | None, every: float, seeds: Sequence[int], part: float) -> Iterator[Located]:
+    """Yield results with all scans and with few."""
     if log is not None:
         records = read_log(log)
-        of_log = _all_and_few(build_map(records), records, every, seeds)
-        rows += [row(f"log: {scans}", of) for scans, of in of_log.items()]
+        for scans, of in _all_and_few(build_map(records), records, every, seeds).items():
+            yield Located(f"log: {scans}", log.name, of)
     kinds = {"corridors": list(map(corridors, CORRIDORS)), "homes": list(map(home, HOMES))}
     for kind, places in kinds.items():
         for name, conditions in CONDITIONS.items():
-            by_scans: dict[str, list[Figures]] = {}
             for place in places:
-                records = drive(place, conditions, SPARSE_SCANS, seeds[0])
+                records = drive(place, conditions, round(part * SPARSE_SCANS), seeds[0])
                 for scans, of in _all_and_few(place.grid, records, every, seeds).items():
-                    by_scans.setdefault(scans, []).append(of)
-                    single.append(row(f"{place.name}, {name}: {scans}", of))
-                    print(single[-1], file=sys.stderr, flush=True)
-            rows += [row(f"{kind}, {name}: {scans}", worst(of)) for scans, of in by_scans.items()]
-    write_runs("sparse_localisation", HEAD, single)
-    return table(HEAD, rows)
+                    yield Located(f"{kind}, {name}: {scans}", place.name, of)
 
 
 def _all_and_few(
@@ -299,7 +325,7 @@ def _known(grid: OccupancyGrid, records: Sequence[Record], seeds: Sequence[int])
     return [follow(grid, records, seed, records[0].reference @ START) for seed in seeds]
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Localise and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--log", type=Path, help="a log of CARMEN, perhaps compressed by gzip")
@@ -314,9 +340,12 @@ def main() -> int:
     )
     parser.add_argument("--seeds", type=int, default=3, help="how often, each with other particles")
     parser.add_argument(
+        "--part", type=float, default=1.0, help="of the generated logs and of the robots that are to be found"
+    )
+    parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the tables between the marks of a page"
     )
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     if given.log is None and given.maps is None and given.every is None:
         parser.error("nothing to do; would have worked: --log LOG, --maps, or --every 1")
     if given.every is not None and (given.every <= 0.0 or given.maps is not None):
@@ -325,17 +354,19 @@ def main() -> int:
     if missing:
         parser.error(f"no such file: {', '.join(missing)}; paths count from {Path.cwd()}")
     seeds = range(1, given.seeds + 1)
-    made = {}
+    made: dict[RowTable[Located], Iterator[Located]] = {}
     if given.every is not None:
-        made["sparse localisation"] = of_sparse(given.log, given.every, seeds)
+        made[SPARSE] = of_sparse(given.log, given.every, seeds, given.part)
     elif given.log is not None:
-        made["localisation"] = of_log(given.log, seeds)
+        made[LOG] = of_log(given.log, seeds, given.part)
     if given.maps is not None:
-        made["generated localisation"] = of_generated(given.maps, seeds)
-    for name, text in made.items():
-        print(text)
-        if given.write:
-            write_between_marks(given.write, name, text)
+        made[GENERATED] = of_generated(given.maps, seeds, given.part)
+    for kept, results in made.items():
+        located = []
+        for each in results:
+            located.append(each)
+            print(each, file=sys.stderr, flush=True)
+        kept.publish(located, given.write, command_of("tools/localisation.py", arguments))
     return 0
 
 

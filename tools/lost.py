@@ -1,7 +1,6 @@
 """Robots that are not where they believe to be and get a goal, in the rig: who finds its place and arrives.
 
 ``python tools/lost.py --homes flat 5 6 7 8 9 --seed 41 --write docs/notes/navigation.md``.
-The single robots are in ``build/lost.csv``.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.generate import generated_flat
 from florence_bt.simulation.rig.rig import Rig
 from tools.driving import GOAL_CLEARANCE_M, SAMPLE_S
-from tools.tables import table, write_between_marks, write_runs
+from tools.tables import RowTable, command_of, table
 
 NAME = "lost robots"
 DRIVING, STANDING, STARTED = CASES = ("carried while driving", "carried while standing", "started elsewhere")
@@ -44,6 +43,8 @@ class LostRun:
     """The outcome of one lost robot.
 
     Attributes:
+        home: ``flat``, or the seed of a generated home.
+        seed: Of the robot.
         case: One of :data:`CASES`.
         succeeded: Whether the mission did.
         arrived: Whether the robot truly stands at its goal.
@@ -52,6 +53,8 @@ class LostRun:
         contacts: What it touched.
     """
 
+    home: str
+    seed: int
     case: str
     succeeded: bool
     arrived: bool
@@ -86,8 +89,9 @@ class Places:
         raise FlorenceError(f"no place of this home is {least:g} to {most:g} m away from {here}")
 
 
-def go(flat: Flat, case: str, seed: int) -> LostRun:
+def go(home: str, case: str, seed: int, longest_s: float) -> LostRun:
     """Let one robot drive."""
+    flat = load_flat() if home == "flat" else generated_flat(int(home))
     places = Places(flat, seed)
     start = places.away(Pose2(math.inf), 0.0)
     believed = places.away(start, *OFF_M) if case == STARTED else None
@@ -102,7 +106,7 @@ def go(flat: Flat, case: str, seed: int) -> LostRun:
         _let_go_on(rig, lambda: run.status.final, began + FIRST_DRIVE_S)
         rig.world.carry_robot(places.away(rig.world.robot_pose, *CARRIED_M))
         began = rig.clock.now()
-    _let_go_on(rig, lambda: run.status.final, began + LONGEST_S)
+    _let_go_on(rig, lambda: run.status.final, began + longest_s)
     over = run.status.final
     if not over:
         rig.executor.stop("too long")
@@ -110,9 +114,9 @@ def go(flat: Flat, case: str, seed: int) -> LostRun:
     rig.clock.advance(1.0)
     arrived = rig.world.robot_pose.distance_to(goal) < ARRIVED_M
     succeeded = over and run.status.value.lower() == "succeeded"
-    reason = run.reason if over else f"not over after {LONGEST_S:g} s"
+    reason = run.reason if over else f"not over after {longest_s:g} s"
     contacts = tuple(contact.name for contact in rig.world.contacts)
-    return LostRun(case, succeeded, arrived, reason, seconds, contacts)
+    return LostRun(home, seed, case, succeeded, arrived, reason, seconds, contacts)
 
 
 def _let_go_on(rig: Rig, over: Callable[[], bool], until: float) -> None:
@@ -140,7 +144,14 @@ def rows_of(runs: Sequence[LostRun]) -> list[list[str]]:
 
 
 HEAD = ["", "arrived", "success elsewhere", "contacts", "seconds, median", "longest"]
-RUN = ["home", "seed", "case", "outcome", "seconds", "contacts"]
+
+
+def table_of(runs: Sequence[LostRun]) -> str:
+    """Write the table."""
+    return table(HEAD, rows_of(runs))
+
+
+TABLE = RowTable(NAME, LostRun, table_of)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -148,22 +159,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--homes", nargs="+", default=["flat"], help="flat, or seeds of generated homes")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--limit", type=float, default=LONGEST_S, metavar="S", help="how long a robot may take"
+    )
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     given = parser.parse_args(arguments)
-    runs, rows = [], []
+    runs = []
     for number, home in enumerate(given.homes):
-        flat = load_flat() if home == "flat" else generated_flat(int(home))
         for case in CASES:
-            run = go(flat, case, given.seed + number)
+            run = go(home, case, given.seed + number, given.limit)
             runs.append(run)
             how = run.reason if not run.succeeded else "arrived" if run.arrived else "SUCCESS ELSEWHERE"
-            seed = str(given.seed + number)
-            rows.append([home, seed, case, how, f"{run.seconds:.0f}", ", ".join(run.contacts)])
-            print(" | ".join(rows[-1]), flush=True)
-    text = table(HEAD, rows_of(runs))
-    print(write_runs("lost", RUN, rows), text, sep="\n")
-    if given.write is not None:
-        write_between_marks(given.write, NAME, text)
+            print(f"{home}, seed {run.seed}, {case}: {how} after {run.seconds:.0f} s", flush=True)
+    TABLE.publish(runs, given.write, command_of("tools/lost.py", arguments))
     return 0
 
 

@@ -36,13 +36,15 @@ from florence_bt.skills.navigation.localisation.scan_match import match_scan
 from florence_bt.skills.navigation.mapping.slam import Slam
 from tools.carmen_log import Record, read_log, thinned
 from tools.generated_log import Conditions, Place, corridors, drive, home
-from tools.tables import table, write_between_marks
+from tools.tables import command_of, table, write_table
 
 NEAR_M, APART = 2.0, 0.02
 """Two scans see the same place when they are so near, and at least this part of the log lies between them."""
 WITHIN_M = (0.05, 0.1)
 SPARSE_M = (0.7, 1.0)
 HOMES, CORRIDORS, SCANS, CORRIDOR_SCANS = (1, 4), (1,), 1200, 2500
+LONGEST_S = 600.0
+"""Simulated seconds that goto_user may take on the map of the flat."""
 HARD = "noise 0.2, way 0.9, turn 1.15, people, boxes"
 CONDITIONS = {"noise 0.04": Conditions(0.04), HARD: Conditions(0.2, 0.9, 1.15, people=3, boxes=3)}
 
@@ -160,8 +162,8 @@ def _laid_over(found: Sequence[Pose2], true: Sequence[Pose2]) -> float:
 # ---- the simulated flat --------------------------------------------------------------------------------
 
 
-def record_flat() -> tuple[list[tuple[LaserScan, Transform3, Pose2]], Pose2]:
-    """Drive to all hotspots of the flat in the rig; return what the laser and the odometry have said."""
+def record_flat(part: float) -> tuple[list[tuple[LaserScan, Transform3, Pose2]], Pose2]:
+    """Drive to a part of the flat's hotspots in the rig; return what laser and odometry have said."""
     flat = load_flat()
     start = Pose2(flat.start.x, flat.start.y)
     rig = make_rig(start=start)
@@ -173,7 +175,8 @@ def record_flat() -> tuple[list[tuple[LaserScan, Transform3, Pose2]], Pose2]:
         return localise(scan, mount, odom)
 
     rig.robot._localiser.update = listen  # type: ignore[method-assign]
-    for room in (*flat.rooms, flat.rooms[0]):
+    rooms = (*flat.rooms, flat.rooms[0])
+    for room in rooms[: max(1, round(part * len(rooms)))]:
         run = rig._base.navigate(room.hotspot.pose)
         while run.poll() is None:
             rig.clock.run_next()
@@ -234,10 +237,10 @@ def laid_over(points: NDArray[np.float64], pose: Pose2) -> NDArray[np.float64]:
     return points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
 
 
-def flat_text() -> str:
+def flat_text(part: float) -> str:
     """Map the flat, run goto_user on the map, and tell both."""
-    true, built = map_flat(*record_flat())
-    status = make_rig(seed=3, person="study", grid=built).run("goto_user").status
+    true, built = map_flat(*record_flat(part))
+    status = make_rig(seed=3, person="study", grid=built).run("goto_user", limit_s=part * LONGEST_S).status
     return f"{walls_text(true, built)}\n\n`goto_user` on that map ended with: {status.name.lower()}."
 
 
@@ -251,22 +254,23 @@ def walls_text(true: OccupancyGrid, built: OccupancyGrid) -> str:
     return table(head, rows)
 
 
-def _places() -> Iterable[tuple[Place, int, int]]:
+def _places(part: float) -> Iterable[tuple[Place, int, int]]:
     for seed in HOMES:
-        yield home(seed), SCANS, seed
+        yield home(seed), round(part * SCANS), seed
     for seed in CORRIDORS:
-        yield corridors(seed), CORRIDOR_SCANS, seed
+        yield corridors(seed), round(part * CORRIDOR_SCANS), seed
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, and write what was asked for."""
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--log", type=Path, help="a log that GMapping has corrected")
-    arguments.add_argument("--generated", action="store_true", help="generated homes and corridors")
-    arguments.add_argument("--flat", action="store_true", help="the simulated flat, and goto_user on its map")
-    arguments.add_argument("--picture", type=Path, help="of the whole log, PNG")
-    arguments.add_argument("--write", type=Path, help="a page with marks for the tables")
-    wanted = arguments.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--log", type=Path, help="a log that GMapping has corrected")
+    parser.add_argument("--generated", action="store_true", help="generated homes and corridors")
+    parser.add_argument("--flat", action="store_true", help="the simulated flat, and goto_user on its map")
+    parser.add_argument("--part", type=float, default=1.0, help="of the generated logs and of the flat")
+    parser.add_argument("--picture", type=Path, help="of the whole log, PNG")
+    parser.add_argument("--write", type=Path, help="a page with marks for the tables")
+    wanted = parser.parse_args(arguments)
     texts: dict[str, str] = {}
     if wanted.log:
         records = read_log(wanted.log)
@@ -281,18 +285,19 @@ def main() -> None:
         texts["log"] = table(HEAD, rows)
     if wanted.generated:
         rows = []
-        for place, scans, seed in _places():
+        for place, scans, seed in _places(wanted.part):
             for name, conditions in CONDITIONS.items():
                 rows.append(measure(drive(place, conditions, scans, seed)).row(f"{place.name}, {name}"))
                 print(rows[-1], flush=True)
         texts["generated"] = table(HEAD, rows)
     if wanted.flat:
-        texts["flat"] = flat_text()
+        texts["flat"] = flat_text(wanted.part)
     for name, text in texts.items():
         print(text)
         if wanted.write:
-            write_between_marks(wanted.write, name, text)
+            write_table(wanted.write, name, text, command_of("tools/mapping.py", arguments))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,7 +1,7 @@
 """Measures the page: viewers, a tree of 2,000 nodes, a server that dies, 10,000 runs, strangers.
 
-``python -m tools.page_figures docs/notes/page.md`` writes the table there between its marks. It starts the
-page and, as a process of its own, a robot that says what one says; a quiet machine is wanted.
+``python -m tools.page_figures --write docs/notes/page.md`` writes the table there between its marks. It
+starts the page and, as a process of its own, a robot that says what one says; a quiet machine is wanted.
 """
 
 from __future__ import annotations
@@ -22,17 +22,48 @@ import time
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.page.access import PAGES_S
-from tools.tables import milliseconds, table, write_between_marks
+from florence_bt.app.page.access import MOST_PAGES, PAGES_S
+from tools.tables import command_of, milliseconds, table, write_table
 
-NODES = 2_000
-RUNS = 10_000
 VIEWERS = 10
-SECONDS = 15.0
-"""Wall seconds of each measurement."""
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """How much is measured.
+
+    Attributes:
+        seconds: Wall seconds of each measurement.
+        nodes: Of the large tree.
+        runs: In the journal.
+        messages: That a hostile viewer says at once.
+        pages: That somebody opens.
+        strangers: Requests of each kind from other origins.
+        drawing: Wall seconds in which a browser draws.
+    """
+
+    seconds: float = 15.0
+    nodes: int = 2_000
+    runs: int = 10_000
+    messages: int = 10_000
+    pages: int = 500
+    strangers: int = 200
+    drawing: float = 10.0
+
+    def part(self, part: float) -> Load:
+        """Return a part of it, of each at least one."""
+        return Load(
+            *(
+                max(1, round(part * value)) if isinstance(value, int) else part * value
+                for value in astuple(self)
+            )
+        )
+
+
 _TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -212,7 +243,7 @@ def robot_process(nodes: int, tree_rate: float, name: str = "1") -> Iterator[sub
 # ---- the measurements -----------------------------------------------------------------------------------
 
 
-def looked_at(page: Page, viewers: int, *, deaf: bool = False) -> tuple[float, float]:
+def looked_at(page: Page, viewers: int, seconds: float, *, deaf: bool = False) -> tuple[float, float]:
     """Let viewers look for a while.
 
     Returns:
@@ -229,7 +260,7 @@ def looked_at(page: Page, viewers: int, *, deaf: bool = False) -> tuple[float, f
             time.sleep(0.1)
         time.sleep(1.0)
         before, used, begin = sum(each.frames for each in looking), page.seconds_used(), time.monotonic()
-        time.sleep(SECONDS)
+        time.sleep(seconds)
         passed = time.monotonic() - begin
         share = (page.seconds_used() - used) / passed
         frames = sum(each.frames for each in looking) - before
@@ -238,7 +269,7 @@ def looked_at(page: Page, viewers: int, *, deaf: bool = False) -> tuple[float, f
     return share, frames / passed / max(viewers, 1)
 
 
-def in_a_browser(page: Page) -> str:
+def in_a_browser(page: Page, seconds: float) -> str:
     """Return how smoothly a browser shows what comes: the pauses between the pictures that it draws."""
     from playwright.sync_api import sync_playwright
 
@@ -250,7 +281,7 @@ def in_a_browser(page: Page) -> str:
         opened = browser.new_page(viewport={"width": 1280, "height": 800})
         opened.goto(f"http://localhost:{page.port}/")
         opened.wait_for_selector("[role=treeitem]")
-        pauses = opened.evaluate(_PAUSES)
+        pauses = opened.evaluate(_PAUSES, 1000.0 * seconds)
         rows = opened.locator("[role=treeitem]").count()
         browser.close()
     pauses.sort()
@@ -258,15 +289,15 @@ def in_a_browser(page: Page) -> str:
     return f"a picture every {median}, 99 of 100 within {late}; {rows} rows of the tree are in the page"
 
 
-_PAUSES = """() => new Promise(done => {
+_PAUSES = """longest => new Promise(done => {
   const pauses = [], begin = performance.now(); let last = begin;
   const next = now => {
     pauses.push((now - last) / 1000); last = now;
-    if (now - begin < 10000) requestAnimationFrame(next); else done(pauses);
+    if (now - begin < longest) requestAnimationFrame(next); else done(pauses);
   };
   requestAnimationFrame(next);
 })"""
-"""The seconds between two pictures, for ten seconds."""
+"""The seconds between two pictures, for so many milliseconds."""
 
 
 def after_a_death(page: Page) -> float:
@@ -284,14 +315,14 @@ def after_a_death(page: Page) -> float:
     return seconds
 
 
-def write_runs_of(folder: Path) -> None:
-    """Write a journal of :data:`RUNS` runs."""
+def write_journal(folder: Path, runs: int) -> None:
+    """Write a journal of so many runs."""
     from florence_bt.runtime.events import EventKind, RunEvent
     from florence_bt.runtime.journal import Journal
     from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
     journal = Journal(folder)
-    for number in range(RUNS):
+    for number in range(runs):
         run = MissionRun(f"T-{number:05d}-patrol", MissionRequest("patrol", {}, "figures"), {})
         run.status, run.started = RunStatus.RUNNING, 0.0
         journal.write(run, RunEvent(0.0, run.run_id, EventKind.STARTED, {}, 1))
@@ -310,27 +341,27 @@ def history(page: Page, path: str) -> str:
     return f"{1000 * statistics.median(times):.0f} ms, at most {1000 * max(times):.0f} ms"
 
 
-def strangers(page: Page) -> str:
+def strangers(page: Page, count: int) -> str:
     """Return what a browser of another origin gets."""
     from websockets.exceptions import WebSocketException
     from websockets.sync.client import connect
 
     evil = "http://evil.example"
-    served = sum(page.get("/", Origin=evil)[0] != 403 for _ in range(200))
-    served += sum(page.get("/", Host="evil.example")[0] != 403 for _ in range(200))
+    served = sum(page.get("/", Origin=evil)[0] != 403 for _ in range(count))
+    served += sum(page.get("/", Host="evil.example")[0] != 403 for _ in range(count))
     opened = 0
-    for _ in range(200):
+    for _ in range(count):
         try:
             with connect(f"ws://127.0.0.1:{page.port}/live", origin=evil) as client:
                 client.recv(timeout=5.0)
             opened += 1
         except WebSocketException:
             pass
-    return f"{served + opened} of 600 requests were served"
+    return f"{served + opened} of {3 * count} requests were served"
 
 
-def flood(page: Page) -> str:
-    """Return what becomes of a viewer that says 10,000 things at once, and of one beside it."""
+def flood(page: Page, messages: int) -> str:
+    """Return what becomes of a viewer that says many things at once, and of one beside it."""
     from websockets.exceptions import ConnectionClosed
 
     viewer, hostile = Viewer(page), Viewer(page)
@@ -339,7 +370,7 @@ def flood(page: Page) -> str:
     ended = "all are taken"
     before, begin = viewer.frames, time.monotonic()
     try:
-        for _ in range(10_000):
+        for _ in range(messages):
             hostile.socket.send("drive 1 x " + "y" * 10_000)
     except ConnectionClosed:
         ended = "it is left alone"
@@ -373,90 +404,99 @@ def browser_socket(port: int) -> Iterator[tuple[Any, str]]:
         yield opened, "42" + json.dumps(["event", event])
 
 
-def flood_of_events(page: Page) -> str:
-    """Return what becomes of a browser that sends 10,000 events on NiceGUI's own socket, and of a viewer."""
+def flood_of_events(page: Page, messages: int) -> str:
+    """Return what becomes of a browser that sends many events on NiceGUI's own socket, and of a viewer."""
     from websockets.exceptions import ConnectionClosed
 
     viewer, ended = Viewer(page), "all are taken"
     with browser_socket(page.port) as (hostile, event):
         before, begin = viewer.frames, time.monotonic()
         try:
-            for _ in range(10_000):
+            for _ in range(messages):
                 hostile.send(event)
         except ConnectionClosed:
             ended = "it is left alone"
         return f"{ended}; {beside(viewer, before, begin)}"
 
 
-def flood_of_pages(page: Page) -> str:
-    """Return what becomes of somebody who opens a page 500 times, and of a viewer."""
+def flood_of_pages(page: Page, pages: int) -> str:
+    """Return what becomes of somebody who opens a page many times, and of a viewer."""
     viewer = Viewer(page)
     before, begin = viewer.frames, time.monotonic()
-    served = sum(page.get("/")[0] == 200 for _ in range(500))
+    served = sum(page.get("/")[0] == 200 for _ in range(pages))
     return f"it gets {served} pages; {beside(viewer, before, begin)}"
 
 
-def rows(folder: Path) -> Iterator[Sequence[str]]:
+def rows(folder: Path, load: Load) -> Iterator[Sequence[str]]:
     """Measure everything, one after the other."""
-    write_runs_of(folder)
+    write_journal(folder, load.runs)
     page = Page(folder)
     try:
         with robot_process(30, 2.0):
             page_alone = page.seconds_used()
-            time.sleep(SECONDS)
-            yield "nobody looks", f"{(page.seconds_used() - page_alone) / SECONDS:.1%} of a core"
+            time.sleep(load.seconds)
+            yield "nobody looks", f"{(page.seconds_used() - page_alone) / load.seconds:.1%} of a core"
             for viewers in (1, VIEWERS):
-                share, frames = looked_at(page, viewers)
+                share, frames = looked_at(page, viewers, load.seconds)
                 yield (
                     f"{viewers} viewers, a tree of 30 nodes",
                     f"{share:.1%} of a core, {frames:.1f} frames a second each",
                 )
-            share, frames = looked_at(page, VIEWERS, deaf=True)
+            share, frames = looked_at(page, VIEWERS, load.seconds, deaf=True)
             yield (
                 "the same beside one that reads nothing",
                 f"{share:.1%} of a core, {frames:.1f} frames a second each",
             )
             yield "memory of the page", f"{page.memory_mb():.0f} MB"
-            yield "a viewer that says 10,000 long things at once", flood(page)
-            yield "10,000 long events at once on NiceGUI's own socket", flood_of_events(page)
-            yield "somebody who opens a page 500 times", flood_of_pages(page)
-            time.sleep(PAGES_S)
+            yield f"a viewer that says {load.messages:,} long things at once", flood(page, load.messages)
+            yield (
+                f"{load.messages:,} long events at once on NiceGUI's own socket",
+                flood_of_events(page, load.messages),
+            )
+            yield f"somebody who opens a page {load.pages} times", flood_of_pages(page, load.pages)
+            if load.pages >= MOST_PAGES:
+                time.sleep(PAGES_S)
         for rate in (2.0, 10.0):
-            with robot_process(NODES, rate):
-                share, frames = looked_at(page, VIEWERS)
-                what = f"{VIEWERS} viewers, a tree of {NODES:,} nodes that changes {rate:g} times a second"
+            with robot_process(load.nodes, rate):
+                share, frames = looked_at(page, VIEWERS, load.seconds)
+                what = (
+                    f"{VIEWERS} viewers, a tree of {load.nodes:,} nodes that changes {rate:g} times a second"
+                )
                 yield what, f"{share:.1%} of a core, {frames:.1f} frames a second each"
-        with robot_process(NODES, 2.0):
-            yield f"a browser with a tree of {NODES:,} nodes", in_a_browser(page)
+        with robot_process(load.nodes, 2.0):
+            yield f"a browser with a tree of {load.nodes:,} nodes", in_a_browser(page, load.drawing)
         yield (
             "a process in place of the mission server is killed and started: until a viewer sees its run",
             f"{after_a_death(page):.1f} s, with the start of the process",
         )
-        yield f"the first part of {RUNS:,} runs", history(page, "/runs")
-        yield f"the last part of {RUNS:,} runs", history(page, f"/runs?page={RUNS // 25 - 1}")
-        yield "pages of another origin and other names", strangers(page)
+        yield f"the first part of {load.runs:,} runs", history(page, "/runs")
+        yield f"the last part of {load.runs:,} runs", history(page, f"/runs?page={load.runs // 25 - 1}")
+        yield "pages of another origin and other names", strangers(page, load.strangers)
     finally:
         page.process.terminate()
         page.process.wait()
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print the table, and write it into a page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("page", type=Path, nargs="?", help="where the table goes, e.g. docs/notes/page.md")
+    parser.add_argument("--part", type=float, default=1.0, help="of times, nodes, runs, messages, pages")
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--robot", nargs=3, help=argparse.SUPPRESS)
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     if given.robot:
         robot(int(given.robot[0]), float(given.robot[1]), given.robot[2])
-        return
+        return 0
     measured = []
     with tempfile.TemporaryDirectory() as folder:
-        for row in rows(Path(folder)):
+        for row in rows(Path(folder), Load().part(given.part)):
             print(": ".join(row), flush=True)
             measured.append(row)
-    if given.page is not None:
-        write_between_marks(given.page, "figures", table(("what", "measured"), measured))
+    if given.write is not None:
+        text = table(("what", "measured"), measured)
+        write_table(given.write, "figures", text, command_of("-m tools.page_figures", arguments))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -2,7 +2,7 @@
 
 ``python -m tools.rooms --seeds 1-10 11-20 --write docs/notes/rooms.md``. A robot stands at places all over a
 home and turns once; what its laser meets is drawn into a map whose axes are not those of the walls. The homes
-are in ``build/rooms.csv``; ``--pictures FOLDER`` draws them.
+are kept beside the page; ``--pictures FOLDER`` draws them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from florence_bt.simulation.home.picture import draw_places
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.navigation.mapping.editing import crop
 from florence_bt.skills.navigation.mapping.rooms import ProposedRoom, propose_rooms
-from tools.tables import table, write_between_marks, write_runs
+from tools.tables import RowTable, command_of, table
 
 NAME = "rooms"
 RESOLUTION_M = 0.05
@@ -141,12 +141,16 @@ class Judged:
     """What was proposed for one home.
 
     Attributes:
+        seeds: The group of seeds of which it is one.
+        seed: Of the home.
         overlaps: Room -> the best overlap (intersection over union) of a proposed room with it.
         proposed: How many rooms were proposed.
         misplaced: Hotspots that are in another room than their polygon, or where the robot does not fit.
         seconds: Processor time.
     """
 
+    seeds: str
+    seed: int
     overlaps: dict[str, float]
     proposed: int
     misplaced: int
@@ -158,7 +162,9 @@ class Judged:
         return self.proposed == len(self.overlaps) and min(self.overlaps.values()) >= RIGHT_IOU
 
 
-def judge(flat: Flat, grid: OccupancyGrid, frame: Pose2) -> tuple[Judged, list[ProposedRoom]]:
+def judge(
+    flat: Flat, grid: OccupancyGrid, frame: Pose2, seeds: str = "", seed: int = 0
+) -> tuple[Judged, list[ProposedRoom]]:
     """Propose rooms on a map, and compare them with the truth on the free cells of the map."""
     start = time.process_time()
     rooms = propose_rooms(grid)
@@ -183,18 +189,18 @@ def judge(flat: Flat, grid: OccupancyGrid, frame: Pose2) -> tuple[Judged, list[P
         place = frame @ room.pose
         fits = space.clearance_at(place.x, place.y) >= CLEARANCE_M
         misplaced += not (fits and contains(room.polygon, room.pose.x, room.pose.y))
-    return Judged(overlaps, len(rooms), misplaced, seconds), rooms
+    return Judged(seeds, seed, overlaps, len(rooms), misplaced, seconds), rooms
 
 
 def _overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
     return float((one & other).sum() / max(1, (one | other).sum()))
 
 
-def row_of(name: str, homes: Sequence[Judged]) -> list[str]:
+def row_of(homes: Sequence[Judged]) -> list[str]:
     """Write the homes of some seeds as a line of the table."""
     overlaps = [overlap for home in homes for overlap in home.overlaps.values()]
     return [
-        name,
+        homes[0].seeds,
         f"{sum(home.right for home in homes)} of {len(homes)}",
         f"{sum(overlap >= RIGHT_IOU for overlap in overlaps)} of {len(overlaps)}",
         str(sum(home.proposed for home in homes)),
@@ -205,7 +211,25 @@ def row_of(name: str, homes: Sequence[Judged]) -> list[str]:
 
 
 HEAD = ["seeds", "homes right", "rooms found", "proposed", "overlap, median", "worst", "hotspots misplaced"]
-RUN = ["seed", "right", "rooms", "proposed", "worst room", "overlap", "hotspots misplaced", "seconds"]
+
+
+def table_of(homes: Sequence[Judged]) -> str:
+    """Write the table, with a line for each group of seeds."""
+    groups = dict.fromkeys(home.seeds for home in homes)
+    return table(HEAD, [row_of([home for home in homes if home.seeds == group]) for group in groups])
+
+
+TABLE = RowTable(NAME, Judged, table_of)
+
+
+def told(home: Judged) -> str:
+    """Write one home for people."""
+    worst = min(home.overlaps, key=lambda name: home.overlaps[name])
+    right = "right" if home.right else "wrong"
+    return (
+        f"home {home.seed}: {right}, {len(home.overlaps)} rooms, {home.proposed} proposed, "
+        f"{worst} {home.overlaps[worst]:.2f}, {home.misplaced} hotspots misplaced, {home.seconds:.2f} s"
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -215,32 +239,23 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--pictures", type=Path, metavar="FOLDER")
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     given = parser.parse_args(arguments)
-    rows, runs = [], []
+    homes = []
     for seeds in given.seeds:
         first, _, last = seeds.partition("-")
-        homes = []
         for seed in range(int(first), int(last or first) + 1):
             flat = generated_flat(seed)
             grid, frame = driven_map(flat, seed)
             grid = crop(grid).grid
-            home, rooms = judge(flat, grid, frame)
+            home, rooms = judge(flat, grid, frame, seeds, seed)
             homes.append(home)
-            worst = min(home.overlaps, key=lambda name: home.overlaps[name])
-            right = "right" if home.right else "wrong"
-            counts = [str(len(home.overlaps)), str(home.proposed), worst, f"{home.overlaps[worst]:.2f}"]
-            runs.append([str(seed), right, *counts, str(home.misplaced), f"{home.seconds:.2f}"])
-            print(" | ".join(runs[-1]), flush=True)
+            print(told(home), flush=True)
             if given.pictures is not None:
                 spots = Hotspots(
                     Hotspot(f"room_{number}", room.pose, polygon=room.polygon)
                     for number, room in enumerate(rooms, 1)
                 )
-                draw_places(grid, spots, given.pictures / f"home_{seed}.png", f"home {seed}: {right}")
-        rows.append(row_of(seeds, homes))
-    text = table(HEAD, rows)
-    print(write_runs(NAME, RUN, runs), text, sep="\n")
-    if given.write is not None:
-        write_between_marks(given.write, NAME, text)
+                draw_places(grid, spots, given.pictures / f"home_{seed}.png", told(home))
+    TABLE.publish(homes, given.write, command_of("-m tools.rooms", arguments))
     return 0
 
 

@@ -1,14 +1,12 @@
 """Many seeded runs of ``goto_user`` in the rig, with people where people are, and what really came of them.
 
-``python tools/trials.py --runs 10 --out docs/notes/trials.md``.
-The single runs are in ``build/trials.csv``.
+``python tools/trials.py --runs 10 --write docs/notes/trials.md``.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-import shlex
 import statistics
 import sys
 import time
@@ -35,7 +33,7 @@ from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
 from florence_bt.simulation.rig.rig import navigator_parameters
 from tools.best_case import BestCase, best_case
-from tools.tables import table, write_runs
+from tools.tables import RowTable, command_of, table
 
 CLASSES = {
     "easy": "easy: the hand-made flat, in view of the room's hotspot, standing or on a stool",
@@ -51,6 +49,9 @@ CLASSES = {
 
 NEAR_M = 0.8
 """Whoever is found further than this from every place where the person was is not the person."""
+
+LONGEST_S = 600.0
+"""Simulated seconds that a run may take."""
 
 LOOK_S = 2.0
 """The shortest look: the pause before it and five pictures (``detect_user``, ``LookParameters``)."""
@@ -113,6 +114,7 @@ def run_trial(
     world_seed: int | None = None,
     homes: int | None = None,
     runs: Path | None = None,
+    limit_s: float = LONGEST_S,
 ) -> Trial:
     """Run ``goto_user`` once.
 
@@ -123,6 +125,7 @@ def run_trial(
         world_seed: The seed of the home when it is not the run's.
         homes: How many homes there are for all runs; each run has a home of its own when not given.
         runs: Where the run leaves its folder, None for nowhere.
+        limit_s: Simulated seconds after which it is stopped.
 
     Raises:
         ConfigError: The home has no place for such a person.
@@ -146,7 +149,7 @@ def run_trial(
     )
     best_cases = {spec.name: best_case(flat, rig.world, spec, flat.start) for spec in people}
     wall = time.perf_counter()
-    run = rig.run("goto_user")
+    run = rig.run("goto_user", limit_s=limit_s)
     wall = time.perf_counter() - wall
     assert run.started is not None and run.ended is not None
     if all(spec.posture != "walking" for spec in people):
@@ -223,65 +226,24 @@ def _distance_to_leg(
     return math.dist(point, (start[0] + part * along[0], start[1] + part * along[1]))
 
 
-HEAD = """# Seeded runs of goto_user in the rig
-
-Made by `COMMAND`.
-The same command writes the single runs to `build/trials.csv`.
-
-The runs are judged by the simulation's truth, not by what the mission says. The robot is told the room in
-which the person is (of somebody who walks: was at the beginning), and drives there from its start. The homes
-are [generated](homes.md), with doors that may be closed, glass, mirrors, clutter, moved chairs, plants and
-coats; each seed is another one, unless there are fewer homes than runs (`--homes`). Where several people are
-at home, the robot is sent to the room of one of them, and may meet any. The class `easy` is the hand-made
-flat with the person where they are easy to find.
-"""
-
-MEANING = """
-- *could be seen*: trunk or head of the person are in sight of the camera, 0.6 to 4 m away, from a place that
-  the robot gets to (of somebody who walks: at the beginning). Who cannot be seen cannot be found.
-- *approached politely*: the mission succeeded, and the robot stands 0.5 m ± 0.1 m from the middle of the
-  person and looks at them within 15 degrees. Of somebody who sits on furniture, or lies, or stands where no
-  robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m more than the
-  smallest that a robot gets to, and sees them from. It needs room to turn to the person there, also when it
-  stands 5 cm beside the place (the goal tolerance of navigation): in an aisle of 0.55 m beside a bed it could
-  not count on that. Somebody with a box (it reaches 0.5 m ahead), a rollator (0.66 m) or in a wheelchair
-  (0.6 m) may be met from before it, with the same room: at 0.81 m, 0.97 m or 0.91 m from their middle. Half
-  a metre from the middle the robot would touch what they hold or push.
-- *wrong success*: the mission succeeded, but the robot did not stand like that, or nobody was at home.
-- *contacts*: how often the robot touched anything or anybody, whoever of them moved; touches of one thing
-  less than 0.5 s apart are one.
-- *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.
-- *median time*: of the politely approached; *to ideal*: in relation to the shortest way at full speed and one
-  look.
-"""
-
 SUMMARY = ["class", "runs", "could be seen", "approached politely", "wrong success", "contacts"]
 SUMMARY += ["false finds", "median time (s)", "to ideal"]
-RUN = ["class", "seed", "room", "person", "could be seen", "mission", "reason", "distance (m)"]
-RUN += ["smallest distance (m)", "facing (deg)", "contacts", "false find", "good", "time (s)", "wall (s)"]
 
 
-def page(trials: Sequence[Trial], command: str) -> str:
-    """Write the totals as Markdown.
-
-    Args:
-        trials: The runs.
-        command: What made them.
-    """
+def table_of(trials: Sequence[Trial]) -> str:
+    """Write the totals as Markdown."""
     simulated, wall = sum(trial.simulated for trial in trials), sum(trial.wall for trial in trials)
     by_class = {name: [trial for trial in trials if trial.situation == name] for name in CLASSES}
     rows = [summary(CLASSES[name], of) for name, of in by_class.items() if of]
     rows.append(summary("all with people", [trial for trial in trials if trial.end is not None]))
-    return "\n".join(
-        (
-            HEAD.replace("COMMAND", command),
-            table(SUMMARY, rows),
-            MEANING,
-            f"{len(trials)} runs, {simulated:.0f} simulated seconds in {wall:.0f} seconds of one core "
-            f"({simulated / wall:.0f} times real time on the last machine).",
-            "",
-        )
+    return (
+        f"{table(SUMMARY, rows)}\n\n"
+        f"{len(trials)} runs, {simulated:.0f} simulated seconds in {wall:.0f} seconds of one core "
+        f"({simulated / wall:.0f} times real time on the last machine)."
     )
+
+
+TABLE = RowTable("trials", Trial, table_of)
 
 
 def summary(title: str, trials: Sequence[Trial]) -> list[str]:
@@ -304,26 +266,15 @@ def summary(title: str, trials: Sequence[Trial]) -> list[str]:
     ]
 
 
-def row(trial: Trial) -> list[str]:
-    """Write one run as a line of the file."""
-    best, end = trial.best_case, trial.end
-    return [
-        trial.situation,
-        str(trial.seed),
-        trial.room,
-        trial.person,
-        "" if best is None else "yes" if best.visible else "no",
-        trial.status.value,
-        trial.reason,
-        "" if end is None else f"{end.distance:.2f}",
-        "" if best is None or best.distance is None else f"{best.distance:.2f}",
-        "" if end is None else f"{math.degrees(end.facing):.0f}",
-        ", ".join(trial.contacts),
-        "yes" if trial.false_find else "no",
-        "yes" if trial.good else "no",
-        f"{trial.simulated:.0f}",
-        f"{trial.wall:.1f}",
-    ]
+def told(trial: Trial) -> str:
+    """Write one run for people."""
+    end = "" if trial.end is None else f", {trial.end.distance:.2f} m away"
+    why = f": {trial.reason}" if trial.reason else ""
+    touched = f", touched {', '.join(trial.contacts)}" if trial.contacts else ""
+    return (
+        f"{trial.situation}, seed {trial.seed}, {trial.person}: {'good' if trial.good else 'bad'}, "
+        f"{trial.status.value}{why}{end}{touched}, {trial.simulated:.0f} s"
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -340,7 +291,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--homes", type=int, help="generate so many homes; without it, one for each run")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time, each on a core")
-    parser.add_argument("--out", type=Path, help="Markdown file for the totals")
+    parser.add_argument(
+        "--limit",
+        type=float,
+        default=LONGEST_S,
+        metavar="S",
+        help="simulated seconds after which a run stops",
+    )
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
     classes = given.classes or list(CLASSES)
@@ -353,6 +311,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         world_seed=given.world_seed,
         homes=given.homes,
         runs=given.runs_folder,
+        limit_s=given.limit,
     )
     todo = [(name, seed) for name in classes for seed in range(given.first, given.first + given.runs)]
     trials = []
@@ -361,16 +320,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with ProcessPoolExecutor(given.jobs) as pool:
             for trial in pool.map(run, *zip(*todo, strict=True)):
                 trials.append(trial)
-                print(" | ".join(row(trial)), flush=True)
+                print(told(trial), flush=True)
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
-    print(write_runs("trials", RUN, map(row, trials)))
-    if given.out is not None:
-        command = ["python", "tools/trials.py", *(sys.argv[1:] if arguments is None else arguments)]
-        given.out.write_text(page(trials, shlex.join(command)), encoding="utf-8")
-    for name in classes:
-        print(" | ".join(summary(CLASSES[name], [trial for trial in trials if trial.situation == name])))
+    TABLE.publish(trials, given.write, command_of("tools/trials.py", arguments))
     easy = [trial for trial in trials if trial.situation == "easy"]
     return 0 if sum(trial.good for trial in easy) >= len(easy) - 1 else 1
 

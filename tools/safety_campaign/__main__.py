@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -24,7 +24,7 @@ from tools.safety_campaign.overrides import override_many, overrides_table
 from tools.safety_campaign.pauses import stand_many, stands_table
 from tools.safety_campaign.restarts import restart_many
 from tools.safety_campaign.running_system import RunningSystem
-from tools.tables import table, write_between_marks
+from tools.tables import command_of, table, write_table
 
 ATTACK_S = 120.0
 WAY_TO = (7.3, 4.9)
@@ -101,7 +101,7 @@ ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {
 }
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run one attack and print what came of it."""
     parser = argparse.ArgumentParser(prog="python tools/safety_campaign", description=__doc__)
     parser.add_argument("attack", choices=sorted(ATTACKS))
@@ -118,12 +118,12 @@ def main() -> int:
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the result between the marks of this page"
     )
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what was started is ended, too
     text = ATTACKS[options.attack](options)
     print(text)
     if options.write:
-        write_between_marks(options.write, options.attack, text)
+        write_table(options.write, options.attack, text, command_of("tools/safety_campaign", arguments))
     return 0
 
 

@@ -383,12 +383,11 @@ def test_without_the_photographs_the_table_names_the_command(
 
 
 def test_the_totals_are_of_photographs_with_people_and_of_empty_ones() -> None:
-    people = Photograph("a==1", "people.jpg", ((0, 0, 9, 9), (9, 0, 18, 9)))
     opinions_of = {
-        people: [Verdict.PERSON, Verdict.NONE],
-        Photograph("a==1", "plant.jpg"): [Verdict.NOBODY, Verdict.NOBODY],
-        Photograph("a==1", "cat.jpg"): [Verdict.NOBODY, Verdict.PERSON],
+        ("people.jpg", True): [Verdict.PERSON, Verdict.NONE],
+        ("plant.jpg", False): [Verdict.NOBODY, Verdict.NOBODY],
+        ("cat.jpg", False): [Verdict.NOBODY, Verdict.PERSON],
     }
-    text = report([(each, [Looked(one, 0.01) for one in said]) for each, said in opinions_of.items()])
+    text = report([Looked(*of, each, 0.01) for of, said in opinions_of.items() for each in said])
     assert "| people | 1 | 2 | 1 | 0 | 1 |" in text and "| nobody | 2 | 4 | 1 | 3 | 0 |" in text
     assert "10 ms" in text and "people.jpg" not in text

@@ -60,5 +60,5 @@ def test_the_table_has_a_row_for_each_kind_and_their_sum() -> None:
     kinds = itertools.product(
         ("different shirts", "nearly the same shirt", "no colour pictures"), (False, True)
     )
-    judged = [Judged(shirts, turns, 60.0, 10, 20, 500, 1) for shirts, turns in kinds]
+    judged = [Judged(7, shirts, turns, 60.0, 10, 20, 500, 1) for shirts, turns in kinds]
     assert report(judged).splitlines()[-1] == "| all |  | 6 | 60 | 120 | 83 % | 6 |"

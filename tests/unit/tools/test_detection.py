@@ -17,7 +17,19 @@ from florence_bt.drivers.kinect.recording import RecordingWriter
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
 from florence_bt.skills.people.user_tracker.person_network import POSTURES, Pixels
-from tools.detection import Judged, Seen, judge, judge_recording, kind_of, main, recall, report, truth_of
+from tools.detection import (
+    NOBODY,
+    PERSON,
+    PICTURE,
+    Line,
+    judge,
+    judge_recording,
+    kind_of,
+    main,
+    recall,
+    report,
+    truth_of,
+)
 from tools.person_network.pictures import FIRST_SEED, Picture, example_of, pictures_of_home
 from tools.person_network.plain_rooms import plain_pictures
 from tools.recorded_pictures import LABELS
@@ -86,14 +98,18 @@ def picture_of(spec: PersonSpec, home: list[Picture]) -> Picture:
 
 def test_a_detection_nearby_is_the_person_and_another_one_is_nobody(home: list[Picture]) -> None:
     picture = picture_of(SOMEBODY, home)
-    judged = judge(truth_of(picture), [Detection(2.0, 0.3, 2.0), Detection(2.0, 1.0, 2.2)])
-    (seen,) = judged.people
+    found = [Detection(2.0, 0.3, 2.0), Detection(2.0, 1.0, 2.2)]
+    shown, seen, nobody = judge(truth_of(picture), found, 7, 3, empty=False)
+    assert shown == Line(7, 3, False, PICTURE)
+    assert (seen.home, seen.number, seen.what) == (7, 3, PERSON)
     assert (seen.kind, seen.error, seen.posture_right) == ("standing", pytest.approx(0.3), True)
     assert seen.shown == pytest.approx(0.8)
-    assert judged.wrong == 1
-    assert judge(truth_of(picture), []).people[0].error is None
-    far = judge(truth_of(picture), [Detection(2.0, 0.6, 2.0, posture="sitting")])
-    assert (far.people[0].error, far.wrong) == (None, 1)
+    away = math.dist(truth_of(picture).camera[:2], (2.0, 1.0))
+    assert nobody == Line(7, 3, False, NOBODY, distance=pytest.approx(away), posture="standing")
+    _, missed = judge(truth_of(picture), [], empty=False)
+    assert (missed.error, missed.posture, missed.posture_right) == (None, "", False)
+    far = judge(truth_of(picture), [Detection(2.0, 0.6, 2.0, posture="sitting")], empty=False)
+    assert [(each.what, each.error) for each in far[1:]] == [(PERSON, None), (NOBODY, None)]
 
 
 @pytest.mark.parametrize(
@@ -112,11 +128,13 @@ def test_what_people_do_has_a_row_each(change: dict[str, object], kind: str) -> 
 
 
 def test_the_report_has_recall_by_distance_and_hiding() -> None:
-    seen = Seen("standing", 1.5, 0.9, 0.05, posture_right=True)
-    missed = replace(seen, error=None, posture_right=False)
+    seen = Line(1, 0, False, PERSON, "standing", 1.5, 0.9, 0.05, "standing", posture_right=True)
+    missed = replace(seen, error=None, posture="", posture_right=False)
     hidden = replace(seen, shown=0.5, distance=2.5)
+    nobody = Line(1, 0, False, NOBODY, distance=1.0)
+    pictures = [Line(1, number, False, PICTURE) for number in range(2)] + [Line(1, 0, True, PICTURE)]
     assert recall([seen, missed]) == "50 % of 2" and recall([]) == ""
-    text = report([Judged((seen, missed), 0), Judged((hidden,), 2)], [Judged((), 1)])
+    text = report([*pictures, seen, missed, hidden, nobody, nobody, replace(nobody, empty=True)])
     assert "| standing, in full view |  | 50 % of 2 |  |  |" in text
     assert "| standing, 40 to 60 % hidden |  |  | 100 % of 1 |  |" in text
     assert "Of 2 pictures with people 2 detections were nobody; of 1 pictures without people 1." in text
@@ -147,13 +165,16 @@ def test_a_labelled_recording_gives_the_same_table(tmp_path: Path) -> None:
                 labels.append(f"      {{x: {x}, y: {y}, shown: {min(shown, 1.0)}, height: {spec.height}}},")
         labels.append("    ]}")
     label(tmp_path, "\n".join(labels))
-    full, empty = judge_recording(tmp_path)
-    assert len(full) + len(empty) == len(pictures)
-    recorded = [seen for judged in (*full, *empty) for seen in judged.people]
+    lines = judge_recording(tmp_path)
+    assert [each.what for each in lines].count(PICTURE) == len(pictures)
+    recorded = [each for each in lines if each.what == PERSON]
     expected = [
         seen
         for picture in pictures
-        for seen in judge(truth_of(picture), detect_people(picture.depth, picture.optical_in_base)).people
+        for seen in judge(
+            truth_of(picture), detect_people(picture.depth, picture.optical_in_base), empty=False
+        )
+        if seen.what == PERSON
     ]
     assert sum(seen.error is not None for seen in expected) >= 2
     assert [seen.error is not None for seen in recorded] == [seen.error is not None for seen in expected]

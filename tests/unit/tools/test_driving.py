@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from florence_bt.simulation.home.flat import load_flat
-from tools.driving import HEAD, RUN, DrivenGoal, Round, main, row_of, run_row
+from tools.driving import HEAD, DrivenGoal, Round, main, row_of, table_of, told
 
 
 def drive(**values: object) -> DrivenGoal:
     made = {
+        "home": "flat", "number": 0, "people": 2,
         "reached": True, "reason": "", "driven": 4.4, "shortest": 4.0, "seconds": 9.0, "error": 0.02,
         "contacts": (), "run_into": 0, "acceleration": 0.9, "braking": 2.4,
     }  # fmt: skip
@@ -24,7 +25,7 @@ def test_the_table_counts_what_was_seen() -> None:
         drive(driven=6.0, error=0.05),
         drive(reached=False, contacts=("wall",), acceleration=1.2),
     ]
-    row = dict(zip(HEAD, row_of("flat", 2, drives), strict=True))
+    row = dict(zip(HEAD, row_of(drives), strict=True))
     assert row["reached"] == "2 of 3"
     assert row["contacts of the robot"] == "1"
     assert row["driven / shortest, all"] == "1.30"
@@ -33,11 +34,17 @@ def test_the_table_counts_what_was_seen() -> None:
 
 
 def test_a_drive_is_told_with_why_it_failed_and_what_it_touched() -> None:
-    failed = drive(reached=False, reason="blocked, by a chair", contacts=("wall", "chair"))
-    told = dict(zip(RUN, run_row("flat", 7, failed), strict=True))
-    assert (told["home"], told["goal"], told["outcome"]) == ("flat", "7", "blocked, by a chair")
-    assert (told["contacts"], told["driven (m)"], told["end error (cm)"]) == ("wall, chair", "4.40", "2")
-    assert dict(zip(RUN, run_row("flat", 8, drive()), strict=True))["outcome"] == "reached"
+    failed = drive(number=7, reached=False, reason="blocked, by a chair", contacts=("wall", "chair"))
+    assert told(failed) == "flat, 7: blocked, by a chair after 4.40 m, 9 s, touched wall, chair"
+    assert told(drive()) == "flat, 0: reached after 4.40 m, 9 s"
+
+
+def test_each_home_has_a_line() -> None:
+    lines = table_of([drive(), drive(home="depot", people=1), drive(number=1)]).splitlines()
+    assert [line.split(" | ")[:3] for line in lines[2:]] == [
+        ["| flat", "2 of 2", "2"],
+        ["| depot", "1 of 1", "1"],
+    ]
 
 
 def test_a_drive_in_the_flat_is_the_same_each_time() -> None:

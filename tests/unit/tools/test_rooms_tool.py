@@ -19,7 +19,7 @@ def test_right_and_wrong_homes_are_told_apart():
     opened[row - 20 : row + 20, column - 3 : column + 4] = FREE
     wrong, _ = judge(flat, dataclasses.replace(grid, cells=opened), Pose2())
     assert not wrong.right and wrong.proposed < len(flat.rooms)
-    assert row_of("x", [right, wrong])[1] == "1 of 2"
+    assert row_of([right, wrong])[1] == "1 of 2"
 
 
 def test_a_driven_map_shows_the_walls_where_they_are():

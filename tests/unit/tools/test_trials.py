@@ -9,7 +9,7 @@ from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
 from florence_bt.simulation.home.person import PersonSpec
 from tools.best_case import BestCase
-from tools.trials import RUN, SUMMARY, Trial, _is_false, _met, main, page, row, run_trial, summary
+from tools.trials import SUMMARY, Trial, _is_false, _met, main, run_trial, summary, table_of, told
 
 STANDING = PersonSpec("user", Pose2(1.0, 1.0))
 WALKING = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
@@ -56,7 +56,7 @@ def test_what_is_polite_and_what_is_good(changes, polite, good):
     assert (trial(**changes).polite, trial(**changes).good) == (polite, good)
 
 
-def test_the_page_has_a_line_of_totals_for_each_class():
+def test_the_table_has_a_line_of_totals_for_each_class():
     runs = [
         trial(seed=4711),
         trial(seed=2, contacts=("sofa", "user")),
@@ -64,14 +64,13 @@ def test_the_page_has_a_line_of_totals_for_each_class():
         trial(seed=4, status=RunStatus.FAILED),
     ]
     nobody = trial(situation="nobody", best_case=None, end=None, status=RunStatus.FAILED)
-    text = page([*runs, nobody], "trials --runs 4")
+    text = table_of([*runs, nobody])
     totals = ["4", "4", "**2**", "1", "2", "1", "60", "5.0"]
     assert f"| standing or leaning anywhere free | {' | '.join(totals)} |" in text
     assert "| nobody at home, with plants and coats | 1 |  |  | 0 | 0 | 0 |  |  |" in text
     assert f"| all with people | {' | '.join(totals)} |" in text
     assert "sitting on the furniture |" not in text
-    assert "`trials --runs 4`" in text and "build/trials.csv" in text
-    assert "4711" not in text, "single runs are in the file only"
+    assert "4711" not in text, "single runs are in the rows only"
 
 
 def test_a_success_with_nobody_at_home_is_a_wrong_one():
@@ -79,17 +78,13 @@ def test_a_success_with_nobody_at_home_is_a_wrong_one():
     assert dict(zip(SUMMARY, summary("nobody", [nobody]), strict=True))["wrong success"] == "1"
 
 
-def test_a_single_run_is_told_in_full():
-    best = BestCase(False, 0.9, 4.5)
-    told = dict(zip(RUN, row(trial(contacts=("sofa", "user"), best_case=best)), strict=True))
-    assert (told["class"], told["seed"], told["room"]) == ("standing", "1", "kitchen")
-    assert (told["could be seen"], told["smallest distance (m)"]) == ("no", "0.90")
-    assert (told["distance (m)"], told["facing (deg)"]) == ("0.52", "6")
-    assert (told["contacts"], told["good"], told["time (s)"]) == ("sofa, user", "no", "60")
+def test_a_single_run_is_told_with_what_was_touched_and_why_it_failed():
+    line = told(trial(contacts=("sofa", "user")))
+    assert line == (
+        "standing, seed 1, standing, 1.70 m: bad, SUCCEEDED, 0.52 m away, touched sofa, user, 60 s"
+    )
     nobody = trial(best_case=None, end=None, status=RunStatus.FAILED, reason="nobody was met")
-    told = dict(zip(RUN, row(nobody), strict=True))
-    assert (told["mission"], told["reason"]) == ("FAILED", "nobody was met")
-    assert told["distance (m)"] == told["could be seen"] == "" and told["good"] == "yes"
+    assert "good, FAILED: nobody was met, 60 s" in told(nobody)
 
 
 @pytest.mark.parametrize(
