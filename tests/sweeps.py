@@ -19,11 +19,12 @@ def sweep(values: Iterable[Any], *, every: int) -> list[Any]:
 
 def examples(number: int) -> int:
     """Return how many examples of hypothesis a test tries that has a number of them in ``make test-all``."""
-    return max(1, number * settings.default.max_examples // ALL_EXAMPLES)
+    return max(min(number, FEWEST), number * settings.default.max_examples // ALL_EXAMPLES)
 
 
 ALL_EXAMPLES = 100
 """Of a test without a number of its own, in ``make test-all``."""
+FEWEST = 25
 
 
 def _parts(value: Any) -> tuple[Any, ...]:
