@@ -50,7 +50,7 @@ def test(
 
     arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
     arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]
-    # The last one searches the whole memory for garbage five times at the end: half of what a short run takes.
+    # The last one searches the memory for garbage five times at the end: half of what a short run takes.
     arguments += ["-p", "no:cacheprovider", "--noconftest", "-p", "no:unraisableexception"]
     arguments += ["-k", keyword] if keyword else []
     arguments += [f"--florence-missions={folder}" for folder in folders or []]
