@@ -27,10 +27,11 @@ from typing import Any
 from florence_bt.app.bringup.fork_server import MESSAGE_BYTES
 
 EVERYBODY = (
+    "florence_bt.ros.rclpy_internals:load_no_generator",
     "florence_bt.app.bringup.process",
     "florence_bt.app.bringup.topology",
     "florence_bt.ros.process",
-    # rclpy imports these, a parser of interfaces among them, for the first message of a process.
+    # What rclpy imports for the first node.
     "rosidl_generator_py",
     "service_msgs.msg",
     "type_description_interfaces.msg",

@@ -68,7 +68,7 @@ class System:
         self, options: BringUp, report: Callable[[str], None], fork_server: ForkServer | None = None
     ) -> None:
         folder = Path(options.folder)
-        self._say = report
+        self._say, self._began = report, time.monotonic()
         with ExitStack() as stack:
             self._fork_server = stack.enter_context(fork_server or ForkServer(folder))
             check_options(options, report)
@@ -108,7 +108,9 @@ class System:
         try:
             if not self.options.missions_only:
                 ensure_compiled(self._report)
-            for group in processes(self.options):
+            groups = processes(self.options)
+            self._report(f"starting {', '.join(groups)}")
+            for group in groups:
                 self._fork_server.load(loaded_for(group, self.options))
                 self._supervisor.start([group])
         except BaseException:
@@ -131,15 +133,13 @@ class System:
         """Wait until our own nodes are ready. A robot may still need its pose, and other people's servers.
 
         Returns:
-            Wall seconds it took.
+            Wall seconds since this was made.
 
         Raises:
             ProcessDied: A process ended.
             ConfigError: Another system runs in the same ROS domain.
             DeviceTimeout: It takes too long; names what is missing.
         """
-        start = time.monotonic()
-        self._report(f"starting {', '.join(self.pids())}")
         if not self.client.spin_until(
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):
@@ -151,10 +151,10 @@ class System:
         # Emulated devices are there, but on a busy machine their drivers find them late. Nav2 may be not.
         budget_s = READY_BUDGET_S if self.options.in_flat and self._knows_pose_itself else DEVICES_S
         if self.options.base == "running":
-            return time.monotonic() - start
+            return time.monotonic() - self._began
         self.client.spin_until(self._devices_answer, budget_s, watch=self._check_start, every_s=READY_LOOK_S)
         report_missing(self._devices, self._report)
-        return time.monotonic() - start
+        return time.monotonic() - self._began
 
     def pids(self) -> dict[str, int]:
         """Return the process ids by name."""

@@ -103,7 +103,7 @@ def _run(
 
 
 def _installed(environments: Iterable[Path]) -> Iterator[str]:
-    """Yield where the descriptions of the types of other packages are; a later one of a name does not count."""
+    """Yield where the descriptions of the types of other packages are; of two of one name the first."""
     found: set[str] = set()
     for folder in (folder for place in environments for folder in (place / "share").glob("*")):
         if folder.name not in found:

@@ -94,9 +94,8 @@ class Where:
         self._goals, self._throughs, self._override = _Latest(), _Latest(), _Latest()
         self._drives = DriveWatch(client.node)
         subscribe = client.node.create_subscription
-        subscribe(
-            BatteryState, "battery_state", self._battery.take, SENSOR
-        )  # of any base; and the last of ours
+        # Of any base, and the last message of ours.
+        subscribe(BatteryState, "battery_state", self._battery.take, SENSOR)
         subscribe(BatteryState, "battery_state", self._battery.take, LATCHED, event_callbacks=NO_EVENTS)
         subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
         subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, LATCHED, event_callbacks=NO_EVENTS)
