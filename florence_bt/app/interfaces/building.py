@@ -297,7 +297,9 @@ def _compile(
         own = [f"{name}__{each}" for each in LINKED_FIRST.get(generator, ("rosidl_generator_c",))]
         kinds = (generator, "rosidl_generator_c")
         others = [f"{needed}__{kind}" for needed in package.needs for kind in kinds]
-        there = [each for each in others if any((place / "lib" / f"lib{each}.so").exists() for place in places)]
+        there = [
+            each for each in others if any((place / "lib" / f"lib{each}.so").exists() for place in places)
+        ]
         (source,) = folder.glob(f"{generator}.c*")
         link(source, lib / f"lib{name}__{generator}.so", *own, *there, *LINKED_WITH[generator])
 
