@@ -103,7 +103,7 @@ def _run(
 
 
 def _installed(environments: Iterable[Path]) -> Iterator[str]:
-    """Yield where the descriptions of the types of other packages are; of two of one name the first."""
+    """Yield where the descriptions of types of other packages are; the first one of a name counts."""
     found: set[str] = set()
     for folder in (folder for place in environments for folder in (place / "share").glob("*")):
         if folder.name not in found:
