@@ -186,7 +186,7 @@ class FlorenceNode(Node):
 
         ``sift`` gets the serialised message and says whether it is wanted at all: to decode one is most of
         the work. Messages that come often are read by :mod:`florence_bt.ros.raw_messages`: they have the
-        fields, but not the class, of their type.
+        fields of their type, but are no objects of its class.
         """
         if not options.get("raw"):
             latched = (

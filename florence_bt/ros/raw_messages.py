@@ -2,7 +2,7 @@
 
 rclpy makes a Python object with its defaults for every part of a message: 57 us for one transform and 201 us
 for an odometry in place of 9 and 23, some hundred times a second in an idle system. What is read here has the
-fields of the message by their names, except the covariances of an odometry, which nobody reads.
+fields of the message by their names, but it is no object of the message's class, and cannot be changed.
 
 Source: Common Data Representation, version 1 (DDSI-RTPS 2.2, chapter 10; CORBA 3.1, part 2, 9.3): four bytes
 ahead, of which the second says whether the low byte is first; from there, each number at a multiple of its
@@ -22,7 +22,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from tf2_msgs.msg import TFMessage
 
 _AHEAD = 4
-_COVARIANCE_BYTES = 36 * 8
+_COVARIANCE = 36
 
 
 class UnreadableBytes(Exception):
@@ -89,9 +89,10 @@ class Place(NamedTuple):
 
 
 class PlaceEstimate(NamedTuple):
-    """``geometry_msgs/PoseWithCovariance`` without the covariance."""
+    """``geometry_msgs/PoseWithCovariance``."""
 
     pose: Place
+    covariance: NDArray[np.float64]
 
 
 class Velocity(NamedTuple):
@@ -102,9 +103,10 @@ class Velocity(NamedTuple):
 
 
 class VelocityEstimate(NamedTuple):
-    """``geometry_msgs/TwistWithCovariance`` without the covariance."""
+    """``geometry_msgs/TwistWithCovariance``."""
 
     twist: Velocity
+    covariance: NDArray[np.float64]
 
 
 class OdometryReading(NamedTuple):
@@ -141,6 +143,7 @@ class _Order:
         self.velocity = Struct(f"{sign}6d")
         self.scan = Struct(f"{sign}7f")
         self.floats = np.dtype(f"{sign}f4")
+        self.doubles = np.dtype(f"{sign}f8")
 
 
 _ORDERS = {0: _Order(">"), 1: _Order("<")}
@@ -186,22 +189,28 @@ def _transforms(data: bytes, order: _Order) -> Transforms:
 def _odometry(data: bytes, order: _Order) -> OdometryReading:
     header, child, place = _header_and_child(data, _AHEAD, order)
     x, y, z, *rotation = order.place.unpack_from(data, place)
-    velocity = order.velocity.unpack_from(data, place + order.place.size + _COVARIANCE_BYTES)
+    of_place, place = _numbers(data, place + order.place.size, _COVARIANCE, order.doubles)
+    velocity = order.velocity.unpack_from(data, place)
+    of_velocity, _ = _numbers(data, place + order.velocity.size, _COVARIANCE, order.doubles)
     return OdometryReading(
         header,
         child,
-        PlaceEstimate(Place(Vector(x, y, z), Rotation(*rotation))),
-        VelocityEstimate(Velocity(Vector(*velocity[:3]), Vector(*velocity[3:]))),
+        PlaceEstimate(Place(Vector(x, y, z), Rotation(*rotation)), of_place),
+        VelocityEstimate(Velocity(Vector(*velocity[:3]), Vector(*velocity[3:])), of_velocity),
     )
+
+
+def _numbers(data: bytes, place: int, count: int, kind: np.dtype[Any]) -> tuple[NDArray[Any], int]:
+    """Return numbers that stand behind each other, in the order of bytes of this machine, and their end."""
+    end = place + count * kind.itemsize
+    if end > len(data):
+        raise UnreadableBytes(f"{count} numbers do not fit")
+    return np.frombuffer(data, kind, count, place).astype(kind.newbyteorder("=")), end
 
 
 def _floats(data: bytes, place: int, order: _Order) -> tuple[NDArray[np.float32], int]:
     (count,) = order.length.unpack_from(data, place)
-    place += order.length.size
-    end = place + count * order.floats.itemsize
-    if end > len(data):
-        raise UnreadableBytes(f"a list of {count} numbers does not fit")
-    return np.frombuffer(data, order.floats, count, place).astype(np.float32), end
+    return _numbers(data, place + order.length.size, count, order.floats)
 
 
 def _scan(data: bytes, order: _Order) -> Scan:

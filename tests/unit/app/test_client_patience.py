@@ -37,7 +37,7 @@ class Client(MissionClient):
     def remove_pending_request(self, future):
         self.removed += 1
 
-    def spin_until(self, done, budget_s, *, watch=None):
+    def spin_until(self, done, budget_s, *, watch=None, look_s=0.05):
         if not done():
             self.now += budget_s
         return done()
