@@ -91,7 +91,7 @@ def test_where_nobody_can_be_nobody_is_waited_for(monkeypatch, alone, bring_up, 
     client = Client([], alone)
     client.there = False
 
-    def spin_until(done, budget_s):
+    def spin_until(done, budget_s, look_s):
         begin = client.now
         while not done() and client.now < begin + budget_s:
             client.now += 0.25
