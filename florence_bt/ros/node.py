@@ -27,6 +27,7 @@ from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
+from florence_bt.ros.raw_messages import UnreadableBytes, is_read_here, read_message
 from florence_bt.ros.rclpy_internals import forget, throttle_logs_by_steady_time
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
@@ -184,17 +185,18 @@ class FlorenceNode(Node):
         after each, messages are left out until everything that came in meanwhile was served.
 
         ``sift`` gets the serialised message and says whether it is wanted at all: to decode one is most of
-        the work.
+        the work. Messages that come often are read by :mod:`florence_bt.ros.raw_messages`: they have the
+        fields of their type, but are no objects of its class.
         """
         if not options.get("raw"):
             latched = (
                 isinstance(qos_profile, QoSProfile)
                 and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
             )
-            callback = self._checked(callback, topic, judge_stamps=judge_stamps and not latched)
-            if sift is not None:
+            callback = self._checked(callback, topic, msg_type, judge_stamps=judge_stamps and not latched)
+            if sift is not None or is_read_here(msg_type):
                 options["raw"] = True
-                callback = self._sifted(callback, topic, msg_type, sift)
+                callback = self._decoded(callback, topic, msg_type, sift)
             if newest_only:
                 callback = self._newest_only(callback)
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
@@ -203,7 +205,7 @@ class FlorenceNode(Node):
     # message.
 
     def _checked(
-        self, callback: Callable[..., None], topic: str, *, judge_stamps: bool
+        self, callback: Callable[..., None], topic: str, msg_type: type, *, judge_stamps: bool
     ) -> Callable[..., None]:
         """Make a callback for messages that may be wrong, which refuses those."""
 
@@ -214,7 +216,7 @@ class FlorenceNode(Node):
 
         @functools.wraps(callback)
         def receive(message: Any, *information: Any) -> None:
-            problem = problem_with(message, now)
+            problem = problem_with(message, now, msg_type)
             if problem is not None:
                 self.health.count_refused(topic, problem)
                 self.attempt(self.on_refused, topic)
@@ -225,18 +227,19 @@ class FlorenceNode(Node):
 
         return receive
 
-    def _sifted(
-        self, callback: Callable[..., None], topic: str, msg_type: Any, sift: Callable[[bytes], bool]
+    def _decoded(
+        self, callback: Callable[..., None], topic: str, msg_type: Any, sift: Callable[[bytes], bool] | None
     ) -> Callable[..., None]:
         """Make a callback for serialised messages, which decodes those that are wanted."""
+        decode = read_message if is_read_here(msg_type) else deserialize_message
 
         @functools.wraps(callback)
         def receive(serialised: bytes, *information: Any) -> None:
-            if not sift(serialised):
+            if sift is not None and not sift(serialised):
                 return
             try:
-                message = deserialize_message(serialised, msg_type)
-            except RuntimeError as error:  # of the middleware: bytes that are no such message
+                message = decode(serialised, msg_type)
+            except (UnreadableBytes, RuntimeError) as error:  # RuntimeError: of the middleware
                 self.health.count_refused(topic, str(error))
                 return
             callback(message, *information)

@@ -1,7 +1,7 @@
 """The user tracker on ROS (``user_tracker_ni_node``): pictures in, tracked users, their frames and looks out.
 
-Stopped it takes no pictures and no frames at all. The filter of section 4.2 is a pure function, published
-beside the unfiltered users.
+Stopped it takes no pictures and no frames at all. The filter of the document's section 4.2 is a pure
+function, published beside the unfiltered users.
 """
 
 from __future__ import annotations
