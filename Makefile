@@ -8,10 +8,10 @@ WORKERS ?= 2
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test unit ros check format manual trials bench figures colour lock clean
+.PHONY: help setup demo test test-all unit ros check format manual trials bench figures colour lock clean
 
 help: ## list the commands
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## make .venv with everything in it, or bring it up to date
 	@$(PYTHON) tools/setup.py
@@ -20,14 +20,17 @@ demo: ## run the demonstration in the simulated flat (ARGS="--help" for its opti
 	@$(PYTHON) tools/setup.py demo
 	$(BIN)/florence demo $(ARGS)
 
-test: setup ## run every test that needs no hardware
-	$(PYTEST) $(PARALLEL) $(ARGS)
+test: setup ## run every test that needs no hardware, and a part of the sweeps over seeds and inputs
+	$(PYTEST) $(PARALLEL) -m "not sweep" $(ARGS)
+
+test-all: setup ## run every test that needs no hardware, with all seeds and inputs
+	$(PYTEST) $(PARALLEL) --hypothesis-profile=all $(ARGS)
 
 unit: setup ## run the tests that start no ROS and no whole missions
-	$(PYTEST) $(PARALLEL) -m "not ros and not slow" tests/unit packages $(ARGS)
+	$(PYTEST) $(PARALLEL) -m "not ros and not slow and not sweep" tests/unit packages $(ARGS)
 
 ros: setup ## run the tests that start ROS nodes
-	$(PYTEST) $(PARALLEL) -m ros $(ARGS)
+	$(PYTEST) $(PARALLEL) -m "ros and not sweep" $(ARGS)
 
 check: setup ## check format, style, types and the direction of imports
 	$(BIN)/ruff format --check .

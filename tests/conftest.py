@@ -15,11 +15,13 @@ import typer.main
 import typer.testing
 from hypothesis import HealthCheck, settings
 
-# The same examples each time, however slow the machine is; ``--hypothesis-profile=wild`` looks for new ones.
-settings.register_profile(
-    "tame", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
+from tests.sweeps import ALL_EXAMPLES, FEWEST
+
+# The same examples each time, however slow the machine is; ``--hypothesis-profile=all`` has more of them
+# (``make test-all``), and ``wild`` looks for new ones.
 settings.register_profile("wild", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("all", settings.get_profile("wild"), derandomize=True, max_examples=ALL_EXAMPLES)
+settings.register_profile("tame", settings.get_profile("all"), max_examples=FEWEST)
 settings.load_profile("tame")
 
 

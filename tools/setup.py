@@ -36,15 +36,15 @@ def set_up(*, for_tests: bool = True) -> None:
     """
     machine.check()
     log = Log(machine.STATE / "setup.log")
-    python, build = dependencies.python_step(log), dependencies.packages_step(log, dependencies.BUILD)
-    ros = interfaces.step(log)
-    rest = [
-        dependencies.packages_step(log, dependencies.RUN),
-        dependencies.florence_step(log),
-        kernels.step(log),
-        *([dependencies.packages_step(log, dependencies.TEST)] if for_tests else []),
-    ]
-    steps = [python, build, ros, *rest]
+
+    def packages(section: str) -> Step:
+        return dependencies.packages_step(log, section)
+
+    first = [dependencies.python_step(), packages(dependencies.BASE)]
+    ros = [packages(dependencies.BUILD), interfaces.step(log)]
+    ros += [packages(dependencies.TEST)] if for_tests else []
+    own = [packages(dependencies.RUN), dependencies.florence_step(log), kernels.step(log)]
+    steps = [*first, *ros, *own]
     labels = {step.title: f"[{number}/{len(steps)}]" for number, step in enumerate(steps, 1)}
 
     def do(*some: Step) -> None:
@@ -53,9 +53,9 @@ def set_up(*, for_tests: bool = True) -> None:
 
     if all(step.is_done() for step in steps):
         return
-    do(python, build)
-    # The compiler and pip keep a core each busy.
-    log.side_by_side(lambda: do(ros), lambda: do(*rest))
+    do(*first)
+    # Neither half needs a package of the other; each keeps a core busy.
+    log.side_by_side(lambda: do(*ros), lambda: do(*own))
     print(f"ready: {machine.VENV.name}/bin/florence --help", flush=True)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, app
+from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
@@ -190,7 +190,7 @@ def teleop(
         drive_with_keys(Console(), parameters)
 
 
-kinect = typer.Typer(help="The Kinect: record what it sees.", no_args_is_help=True)
+kinect = typer.Typer(cls=Verbs, help="The Kinect: record what it sees.", no_args_is_help=True)
 app.add_typer(kinect, name="kinect", rich_help_panel="The robot")
 
 

@@ -162,12 +162,9 @@ def demo(
     tree live, and ends with the final tree, the reason, the distance to the person, the time and the folder
     of the run. q and Ctrl-C stop the mission and end all.
     """
-    from rich.console import Console
-
+    from florence_bt.app.bringup.fork_server import ForkServer
     from florence_bt.app.bringup.options import BringUp
-    from florence_bt.app.demo.demo import print_result, run_demo
 
-    console = Console()
     options = BringUp(
         folder=str(_folder(out, "runs/demo").absolute()),
         person=person,
@@ -176,7 +173,13 @@ def demo(
         seed=seed,
         speed=speed,
     )
-    result = run_demo(options, console, headless=headless)
+    with ForkServer(Path(options.folder)) as fork_server:  # imports, while this process does
+        from rich.console import Console
+
+        from florence_bt.app.demo.demo import print_result, run_demo
+
+        console = Console()
+        result = run_demo(options, console, fork_server, headless=headless)
     print_result(result, console, whole=whole)
     raise typer.Exit(OK if result.succeeded else FAILED)
 
@@ -236,42 +239,44 @@ def up(
         raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
     if emulate and speed != 1.0:
         raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
+    from florence_bt.app.bringup.fork_server import ForkServer
     from florence_bt.app.bringup.options import BringUp, parse_start
-    from florence_bt.app.bringup.up import run_up
 
-    run_up(
-        BringUp(
-            folder=str(_folder(out, "runs/up").absolute()),
-            simulated=sim,
-            emulated=emulate,
-            config_file=_absolute(robot or config),
-            map_file=_absolute(map_file),
-            hotspots_file=_absolute(hotspots),
-            mapping=mapping,
-            resumed_drive=_absolute(resumed),
-            home_file=_absolute(home),
-            speech=speech,
-            nav="nav2" if missions_only else nav,
-            base="running" if missions_only else base,
-            missions_only=missions_only,
-            mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
-            person=person,
-            start=parse_start(start) if start else None,
-            world_file=_absolute(world),
-            world_seed=world_seed,
-            seed=seed,
-            speed=speed,
-            record=record,
-            foxglove_port=foxglove,
-            page_port=page_port if page else 0,
-            page_host=page_host,
-            split=split,
-            ros_arguments=(
-                *(word for file in params_file or () for word in ("--params-file", str(file.absolute()))),
-                *ros_arguments(),
-            ),
-        )
+    options = BringUp(
+        folder=str(_folder(out, "runs/up").absolute()),
+        simulated=sim,
+        emulated=emulate,
+        config_file=_absolute(robot or config),
+        map_file=_absolute(map_file),
+        hotspots_file=_absolute(hotspots),
+        mapping=mapping,
+        resumed_drive=_absolute(resumed),
+        home_file=_absolute(home),
+        speech=speech,
+        nav="nav2" if missions_only else nav,
+        base="running" if missions_only else base,
+        missions_only=missions_only,
+        mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
+        person=person,
+        start=parse_start(start) if start else None,
+        world_file=_absolute(world),
+        world_seed=world_seed,
+        seed=seed,
+        speed=speed,
+        record=record,
+        foxglove_port=foxglove,
+        page_port=page_port if page else 0,
+        page_host=page_host,
+        split=split,
+        ros_arguments=(
+            *(word for file in params_file or () for word in ("--params-file", str(file.absolute()))),
+            *ros_arguments(),
+        ),
     )
+    with ForkServer(Path(options.folder)) as fork_server:  # imports, while this process does
+        from florence_bt.app.bringup.up import run_up
+
+        run_up(options, fork_server)
 
 
 def _robot_folder(folder: Path, *, alone: bool, mapping: bool) -> RobotFolder:

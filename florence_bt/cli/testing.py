@@ -50,7 +50,8 @@ def test(
 
     arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
     arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]
-    arguments += ["-p", "no:cacheprovider", "--noconftest"]
+    # The last one searches the memory for garbage five times at the end: half of what a short run takes.
+    arguments += ["-p", "no:cacheprovider", "--noconftest", "-p", "no:unraisableexception"]
     arguments += ["-k", keyword] if keyword else []
     arguments += [f"--florence-missions={folder}" for folder in folders or []]
     arguments += [f"--junitxml={junit}"] if junit is not None else []

@@ -154,6 +154,9 @@ def start_ros(context: Context | None = None, *, first: Sequence[str] = ()) -> R
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
+    from florence_bt.ros.rclpy_internals import load_no_generator
+
+    load_no_generator()
     reach = stay_on_this_machine()
     rules = [word for rule in first for word in ("-r", rule)]
     words = [*rules, *_arguments, *(OWN_TRANSFORMS if namespace() else ())]

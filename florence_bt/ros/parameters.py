@@ -5,9 +5,10 @@ from __future__ import annotations
 import ast
 import dataclasses
 import enum
+import functools
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -30,7 +31,7 @@ def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = 
     Raises:
         ConfigError: A value does not fit its field, or is missing; the message names the parameter.
     """
-    hints = typing.get_type_hints(cls)
+    hints = _type_hints(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
         name, kind, default = prefix + field.name, hints[field.name], _default(field)
@@ -48,6 +49,11 @@ def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = 
         raise
     except ValueError as error:
         raise ConfigError(f"parameters of {cls.__name__}: {error}") from error
+
+
+@functools.cache  # they are texts, which Python evaluates anew each time
+def _type_hints(cls: Hashable) -> dict[str, Any]:
+    return typing.get_type_hints(cls)
 
 
 def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced: Mapping[str, str]) -> None:
@@ -86,7 +92,7 @@ def parameter_names(classes: Sequence[type]) -> set[str]:
     """Return the names of the parameters of a node that reads these dataclasses."""
 
     def below(cls: type, prefix: str) -> Iterator[str]:
-        hints = typing.get_type_hints(cls)
+        hints = _type_hints(cls)
         for field in dataclasses.fields(cls):
             name, kind = prefix + field.name, hints[field.name]
             nested = isinstance(kind, type) and dataclasses.is_dataclass(kind)

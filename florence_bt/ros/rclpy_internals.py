@@ -7,6 +7,7 @@ Two classes reach deeper because they extend classes of rclpy: the server of
 
 from __future__ import annotations
 
+import sys
 import time
 from typing import Any
 
@@ -17,6 +18,15 @@ from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
+
+
+def load_no_generator() -> None:
+    """Keep the generator of message classes out of this process, and the parser of IDL that it loads (40 ms).
+
+    Every message class imports ``rosidl_generator_py`` for another function; that package goes on without its
+    generator, as where that is not installed. Call it before the first node is made.
+    """
+    sys.modules.setdefault("rosidl_generator_py.generate_py_impl", None)  # type: ignore[arg-type]
 
 
 def leave_clock_topic(node: Node) -> bool:

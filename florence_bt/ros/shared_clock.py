@@ -79,7 +79,7 @@ class SharedClock:
         elif self._time is not None:
             start_time(node, self._time)
         if isinstance(node, FlorenceNode):
-            node.ros_timebase.source = self
+            node.ros_timebase.follow(self)
         self._look_later()
 
     def remove(self, node: Node) -> None:
@@ -87,7 +87,7 @@ class SharedClock:
         if node not in self._nodes:
             return
         if isinstance(node, FlorenceNode):
-            node.ros_timebase.source = None
+            node.ros_timebase.follow(None)
         self._forget_look()
         if self._subscription is not None and node is self._nodes[0]:
             self._unsubscribe()
@@ -176,6 +176,8 @@ class SharedClock:
         self._time = now
         for node in self._nodes:
             set_time(node, now)
+            if isinstance(node, FlorenceNode):
+                node.ros_timebase.ros_time_came()
         self.follows = True
         with self._message_came:
             self._message_came.notify_all()

@@ -61,14 +61,15 @@ def type_name(message_type: type) -> str:
     return f"{message_type.__module__.partition('.')[0]}/{message_type.__name__}"
 
 
-def problem_with(message: Any, now: Now | None = None) -> str | None:
+def problem_with(message: Any, now: Now | None = None, message_type: type | None = None) -> str | None:
     """Tell why a message is not to be used, or None when it may be.
 
     Args:
         message: A message, the request of a service or a goal.
         now: Gives the present time; None where stamps do not matter.
+        message_type: The type whose fields it has; its own when not given.
     """
-    check = CHECKS.get(type_name(type(message)))
+    check = CHECKS.get(type_name(message_type or type(message)))
     if check is None:
         return None
     try:

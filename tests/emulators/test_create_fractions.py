@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -12,6 +13,7 @@ from florence_bt.core.geometry import Twist2
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.fractions import most_likely
 from tests.emulators.line_bench import Bench, ready
+from tests.sweeps import sweep
 
 
 def dropping(base: Any, **how: Any) -> Bench:
@@ -36,7 +38,7 @@ def level(bench: Bench) -> Severity:
     return diagnose(bench.driver, bench.latest, "", "")["TurtleBot Node"].level
 
 
-@pytest.mark.parametrize("speed", [0.1, 0.23, 0.3, 0.45])
+@pytest.mark.parametrize("speed", sweep([0.1, 0.23, 0.45, 0.3], every=2))
 def test_a_straight_drive_is_as_long_as_it_was(base: Any, speed: float) -> None:
     bench = dropping(base)
     wandering(bench, (speed, 0.0, 20.0))
@@ -48,8 +50,9 @@ def test_a_straight_drive_is_as_long_as_it_was(base: Any, speed: float) -> None:
     assert bench.latest.odometry.pose.x - begin == pytest.approx(base.advanced - begun, rel=0.02)
 
 
-@pytest.mark.parametrize("rate", [0.25, -0.5, 1.0, -1.5])
-@pytest.mark.parametrize("has_gyro", [True, False])
+@pytest.mark.parametrize(
+    ("rate", "has_gyro"), sweep(itertools.product([0.25, -0.5, 1.0, -1.5], [True, False]), every=3)
+)
 def test_a_turn_is_as_far_as_it_was_and_the_gyro_is_not_blamed(
     base: Any, rate: float, has_gyro: bool
 ) -> None:

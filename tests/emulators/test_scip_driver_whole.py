@@ -1,5 +1,6 @@
 """The Hokuyo driver against the emulated scanners: calibration, intensities, self test, every fault."""
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -16,6 +17,7 @@ from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.simulation.emulators.scip_models import URG_04LX, UTM_30LX, ScannerModel, ScipFaults
 from tests.emulators.scip_bench import Bench, started
+from tests.sweeps import examples, sweep
 
 PLAIN = HokuyoParameters(calibrate_time=False)
 TESTS = [
@@ -284,7 +286,7 @@ TROUBLES: dict[str, Callable[[Bench], object]] = FAULTS | {
 }
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 @given(
     model=st.sampled_from([URG_04LX, UTM_30LX]),
     scip1=st.booleans(),
@@ -321,9 +323,10 @@ def test_any_troubles_in_any_order_end_with_scans_again(
 STATUSES = ["01", "04", "10", "0A", "0B", "0C", "0D", "0E", "0F", "0G", "0H", "0I"]
 
 
-@pytest.mark.parametrize("command", ["QT", "RS", "PP", "BM", "MD"])
-@pytest.mark.parametrize("status", STATUSES)
-def test_every_status_of_every_command_is_survived(command: str, status: str) -> None:
+@pytest.mark.parametrize(
+    ("status", "command"), sweep(itertools.product(STATUSES, ["QT", "RS", "PP", "BM", "MD"]), every=7)
+)
+def test_every_status_of_every_command_is_survived(status: str, command: str) -> None:
     bench = Bench()
     bench.scanner.faults.statuses[command] = status
     bench.driver.start(0.0)

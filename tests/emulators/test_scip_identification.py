@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import pytest
@@ -12,6 +13,7 @@ from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.simulation.emulators.scip_models import UTM_30LX
 from tests.emulators.scip_bench import Bench
+from tests.sweeps import sweep
 
 Change = Callable[[bytes], bytes]
 
@@ -73,8 +75,7 @@ def disturbed(command: str, change: Change, times: int = 1000, model: object = N
     return bench
 
 
-@pytest.mark.parametrize("command", ["VV", "II"])
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize(("name", "command"), sweep(itertools.product(FAULTS, ["VV", "II"]), every=3))
 def test_the_laser_measures_and_says_what_it_does_not_know(name: str, command: str) -> None:
     bench = disturbed(command, FAULTS[name])
     bench.run(8.0)
@@ -88,7 +89,7 @@ def test_the_laser_measures_and_says_what_it_does_not_know(name: str, command: s
         assert (found.level, found.message) == (Severity.WARN, bench.problems[0])
 
 
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("name", sweep(FAULTS, every=4))
 def test_both_answers_may_be_bad(name: str) -> None:
     bench = disturbed("VV", FAULTS[name])
     receive = bench.scanner.receive
@@ -99,8 +100,7 @@ def test_both_answers_may_be_bad(name: str) -> None:
     assert len(bench.run(1.0)) >= 9, bench.problems
 
 
-@pytest.mark.parametrize("command", ["VV", "II"])
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize(("name", "command"), sweep(itertools.product(FAULTS, ["VV", "II"]), every=3))
 def test_a_disturbance_that_passes_is_not_even_told(name: str, command: str) -> None:
     bench = disturbed(command, FAULTS[name], times=1)
     bench.run(4.0)

@@ -8,6 +8,7 @@ from florence_bt.mission_testing import mission_tester
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 from florence_bt.trees.language.loader import BUILT_IN
+from tests.sweeps import sweep
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
@@ -431,7 +432,8 @@ long scenarios stand before it, also the name of the one that says it."""
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("mission", "text", "broken", "says", "scenario"), [(*mutant, "")[:5] for mutant in MUTANTS]
+    ("mission", "text", "broken", "says", "scenario"),
+    sweep([(*mutant, "")[:5] for mutant in MUTANTS], every=4),
 )
 def test_a_mistake_is_noticed_and_named(tmp_path, monkeypatch, mission, text, broken, says, scenario):
     monkeypatch.setattr(mission_tester, "MAX_EVENTS", 5_000)

@@ -1,6 +1,10 @@
 """A stop at any moment leaves no goal, no timer and no running tracker behind."""
 
+import itertools
+
 import pytest
+
+from tests.sweeps import sweep
 
 
 def stop_at(robot, mission, seconds, **inputs):
@@ -18,26 +22,27 @@ def stop_at(robot, mission, seconds, **inputs):
     return play
 
 
-@pytest.mark.parametrize("tenth", range(0, 345, 5))
+@pytest.mark.parametrize("tenth", sweep(range(0, 345, 5), every=3))
 def test_goto_user(robot, tenth):
     stop_at(robot, "goto_user", tenth / 10)
 
 
-@pytest.mark.parametrize("tenth", range(0, 350, 7))
+@pytest.mark.parametrize("tenth", sweep(range(0, 350, 7), every=4))
 def test_goto_user_that_searches_again_from_nearby(robot, tenth):
     robot.mock("make sure from nearby/**/look_for_user", "running 5 s, then FAILURE no_user_seen")
     stop_at(robot, "goto_user", 20 + tenth / 10)
 
 
-@pytest.mark.parametrize("look_first", ["true", "false"])
-@pytest.mark.parametrize("tenth", range(0, 180, 3))
+@pytest.mark.parametrize(
+    ("tenth", "look_first"), sweep(itertools.product(range(0, 180, 3), ["true", "false"]), every=3)
+)
 def test_detect_user(robot, tenth, look_first):
     robot.mock("look_for_user", "running 5 s, then FAILURE no_user_seen")
     play = stop_at(robot, "detect_user", tenth / 10, look_first=look_first)
     assert play.order[-1] == "stop_tracker"
 
 
-@pytest.mark.parametrize("tenth", range(0, 125, 4))
+@pytest.mark.parametrize("tenth", sweep(range(0, 125, 4), every=3))
 def test_approach_user(robot, tenth):
     robot.mock(
         "navigate_to",
@@ -49,7 +54,7 @@ def test_approach_user(robot, tenth):
     stop_at(robot, "approach_user", tenth / 10, user="(3 m, 2 m, 180 deg)")
 
 
-@pytest.mark.parametrize("tenth", range(0, 145, 4))
+@pytest.mark.parametrize("tenth", sweep(range(0, 145, 4), every=3))
 def test_approach_user_to_the_fourth_place(robot, tenth):
     robot.mock(
         "navigate_to",

@@ -41,13 +41,10 @@ GENEROUS_S = 120.0
 """How long to wait for what takes milliseconds, on a machine that may be busy."""
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Whole systems run one after the other (``--dist loadgroup``): two at once overload two cores."""
+    """Begin with the whole systems: they mostly wait, and what is short fills the cores beside and after them."""
     here = Path(__file__).parent
-    for item in items:
-        if here in item.path.parents and item.get_closest_marker("slow"):
-            item.add_marker(pytest.mark.xdist_group("whole systems"))
+    items.sort(key=lambda item: here not in item.path.parents or not item.get_closest_marker("slow"))
 
 
 def domains_of_processes() -> set[int]:

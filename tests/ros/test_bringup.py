@@ -1,7 +1,11 @@
-"""From ``florence init --emulate`` to ``florence up FOLDER``: what dies comes back, and the logs tell it."""
+"""``florence up`` for a robot: with devices missing, and as a rehearsal in a folder of ``florence init``.
+
+Emulated devices take the place of the configured ones; what dies comes back, and the logs tell it.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -23,6 +27,11 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
 PATIENCE_S = 600.0
 REASON = "was killed by SIGKILL, which is started again"
+ABSENT_DEVICES = """\
+turtlebot_node: {port: nowhere/create}
+hokuyo_node: {port: nowhere/hokuyo}
+kinect_node: {source: nowhere/kinect}
+"""
 
 
 def kill(folder: Path, process: str) -> None:
@@ -46,6 +55,17 @@ def done(child: Any) -> str:
     return str(child.output)
 
 
+def test_missing_devices_are_told_before_ready(ros_domain: int, start_process: Any, tmp_path: Path) -> None:
+    (config := tmp_path / "robot.yaml").write_text(ABSENT_DEVICES)
+    up = start_process(*FLORENCE, "up", "--robot", config, "--out", tmp_path / "up")
+    up.wait_for("ready after", PATIENCE_S)
+    told = up.output.partition("ready after")[0]
+    for node in ("turtlebot_node", "hokuyo_node", "kinect_node"):
+        assert f"device missing: {node}: " in told
+    assert "there is no such port: plug the device in or correct the parameter 'port'" in told
+    assert up.end(timeout_s=PATIENCE_S) == 130
+
+
 def test_a_folder_of_init_is_brought_up_and_what_dies_comes_back(
     ros: Any, start_process: Any, tmp_path: Path, patrol: Path
 ) -> None:
@@ -54,9 +74,16 @@ def test_a_folder_of_init_is_brought_up_and_what_dies_comes_back(
     assert re.search(r"base: \S+/create \(0403:6001\) answers; passive", made)
     assert re.search(r"laser: \S+/hokuyo \(15d1:0000\) answers; .*URG-04LX", made)
     (patrol / "patrol.yaml").rename(folder / "missions" / "patrol.yaml")
+    config = folder / "robot.yaml"
+    text, count = re.subn(r"(?m)^  (port|source): \S+", r"  \1: nowhere/\1", config.read_text())
+    assert count == 3, "the devices of the configuration are not looked at"
+    config.write_text(text)
 
     system = start_process(*FLORENCE, "up", folder, "--person", "absent")
     system.wait_for("ready after", PATIENCE_S)
+    assert "device missing" not in system.output and "does not know where it is" not in system.output
+    found = json.loads(done(start_process(*FLORENCE, "doctor", "--config", config, "--format", "json")))
+    assert not [finding for finding in found if finding["level"] in ("problem", "warning")]
     told: dict[str, tuple[int, str]] = {}
     listener = ros.add(FlorenceNode("listener"))
     listener.create_subscription(
@@ -88,6 +115,7 @@ def test_a_folder_of_init_is_brought_up_and_what_dies_comes_back(
     start_process(*FLORENCE, "run", "patrol", "--headless").wait_for("-- driving", PATIENCE_S)
     system.end(signal.SIGTERM, PATIENCE_S)
     assert system.process.returncode == 130
+    assert not any((folder / "runs" / "ports").iterdir())
 
     logs = done(start_process(*FLORENCE, "logs", "--level", "warn"))
     assert logs.index("'people' was killed") < logs.index("'hardware' was killed")

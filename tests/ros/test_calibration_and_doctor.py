@@ -72,7 +72,7 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
     # there are some chances; what is wrong with the calibration fails each time.
     for _ in range(5):
         done = florence(
-            "calibrate", "--rest", "3", "--speed", "0.7", "--speed", "1.0", "--write", str(wrong_config)
+            "calibrate", "--rest", "3", "--speed", "1.0", "--speed", "1.5", "--write", str(wrong_config)
         )
         if done.returncode == 0:
             break

@@ -27,6 +27,7 @@ from florence_bt.ros.conversions import (
     depth_to_ros,
     scan_from_ros,
     scan_to_ros,
+    stamp_from_ros,
     stamp_to_ros,
 )
 from florence_bt.ros.node import FlorenceNode
@@ -391,6 +392,26 @@ def test_the_wheels_follow_the_odometry(ros: Any) -> None:
     assert (wheel.header.frame_id, wheel.child_frame_id) == ("base_link", "left_wheel_link")
     assert wheel.header.stamp.sec == 7
     assert wheel.transform.rotation.y == pytest.approx(math.sqrt(0.5))
+
+
+def test_wheels_that_stand_are_told_of_once_a_second(ros: Any) -> None:
+    ros.add(RobotDescriptionNode(parameters={"use_sim_time": True}))
+    base = ros.add(FlorenceNode("base", parameters={"use_sim_time": True}))
+    stamps: list[float] = []
+
+    def take(message: Any) -> None:
+        stamps.append(stamp_from_ros(message.transforms[0].header.stamp))
+
+    base.create_subscription(TFMessage, "/tf", take, TF)
+    joints = base.create_publisher(JointState, "joint_states", RELIABLE)
+    ros.spin_until(lambda: joints.get_subscription_count() and base.count_publishers("/tf"))
+    for tenth in range(26):
+        turned = max(0, tenth - 23)  # the wheel begins to turn at 2.4 s
+        message = JointState(name=["left_wheel_joint"], position=[float(turned)])
+        message.header.stamp = stamp_to_ros(tenth / 10)
+        joints.publish(message)
+    ros.spin_until(lambda: stamps and stamps[-1] == 2.5)
+    assert stamps == [0.0, 1.0, 2.0, 2.4, 2.5]
 
 
 @pytest.mark.parametrize(

@@ -151,14 +151,20 @@ def tracker(ros: Any) -> UserTrackerNode:
 def test_the_tracker_takes_pictures_only_while_it_runs(
     ros: Any, robot: Robot, tracker: UserTrackerNode
 ) -> None:
+    def hears_frames() -> bool:
+        return any(each.topic_name.startswith("/tf") for each in tracker.subscriptions)
+
     robot.depth = person_picture(2.0)
     assert robot.pictures.get_subscription_count() == 0
+    assert not hears_frames()
     assert call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request()).success
     ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a tracked user")
     assert list(robot.users[-1].user_ids_ni) == [1]
     ros.spin_until(lambda: robot.filtered and robot.filtered[-1].num_users_tracked == 1, what="the filter")
     assert call(ros, robot, Trigger, "user_tracker_ni_node/Stop", Trigger.Request()).success
+    assert hears_frames()
     ros.spin_until(lambda: robot.pictures.get_subscription_count() == 0, what="the end of the subscription")
+    assert not hears_frames()
     robot.users.clear()
     ros.spin_for(0.3)
     assert robot.users == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from dataclasses import dataclass
 from typing import Any
@@ -51,6 +52,29 @@ def test_parameters(ros: Any) -> None:
     )
     empty = ros.add(FlorenceNode("b", parameters={"window": ()}))
     assert empty.read_parameters(Settings) == Settings()
+
+
+def test_the_node_of_a_command_has_no_services_and_no_log_elsewhere(ros: Any) -> None:
+    node = ros.add(FlorenceNode("typed", of_a_command=True))
+    assert node.get_service_names_and_types_by_node("typed", "/") == []
+    topics = [name for name, _ in node.get_publisher_names_and_types_by_node("typed", "/")]
+    assert topics == ["/parameter_events"]
+    usual = ros.add(FlorenceNode("usual"))
+    assert "/usual/set_parameters" in dict(usual.get_service_names_and_types_by_node("usual", "/"))
+
+
+def test_no_process_loads_the_parser_of_message_definitions(start_process: Any) -> None:
+    program = """
+import sys
+from florence_bt.ros.arguments import start_ros
+from florence_bt.ros.node import FlorenceNode
+start_ros()
+FlorenceNode("any")
+print(f"lark: {'lark' in sys.modules}; generator: {'rosidl_generator_py' in sys.modules}")
+"""
+    child = start_process(sys.executable, "-c", program)
+    child.wait_for("lark: False; generator: True")
+    child.process.wait(60)
 
 
 def test_wrong_parameters(ros: Any) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 
+from florence_bt.app.bringup.fork_server import ForkServer
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import companions, processes
@@ -27,7 +28,10 @@ def test_each_node_is_alone_in_its_process_and_starts_again_alone(ros: Any, tmp_
     assert set(NODES) < set(processes(options)) and companions("velocity_filter", options) == []
     watcher = ros.add(FlorenceNode("watcher"))
 
-    with Supervisor(options.write(), tmp_path / "logs") as supervisor:
+    with (
+        ForkServer(tmp_path) as fork_server,
+        Supervisor(options.write(), tmp_path / "logs", fork_server.fork) as supervisor,
+    ):
         supervisor.start(NODES)
 
         def up() -> bool:

@@ -51,10 +51,10 @@ def recorded(folder: Path) -> list[str]:
     return [entry.name for entry in (folder / "runs").iterdir() if entry.is_dir()]
 
 
-def bring_up(start_process, verb, folder, *more, speed="4"):
-    # Nobody is at home: a demonstration looks into every room before it ends by itself.
-    arguments = [verb, *(["--sim"] if verb == "up" else ["--headless"])]
-    arguments += ["--person", "absent", "--speed", speed]
+def bring_up(start_process, verb, folder, *more):
+    # Nobody is at home: a demonstration looks into every room before it ends by itself. In real time, for
+    # what is waited for here are processes: each simulated second that passes meanwhile is of no use.
+    arguments = [verb, *(["--sim"] if verb == "up" else ["--headless"]), "--person", "absent"]
     return start_process(*FLORENCE, *arguments, "--out", folder, *more)
 
 
@@ -81,7 +81,7 @@ MOMENTS = {
 def test_a_demo_can_be_interrupted_at_every_moment(start_process, tmp_path, moment):
     text, signals = MOMENTS[moment]
     folder = tmp_path / "out"
-    child = bring_up(start_process, "demo", folder, speed="1")
+    child = bring_up(start_process, "demo", folder)
     if text:
         child.wait_for(text, PATIENCE_S)
     else:
@@ -187,7 +187,7 @@ def test_a_killed_bring_up_hinders_no_other_not_even_one_in_the_background_of_a_
 
 def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_process, tmp_path, patrol):
     folder = tmp_path / "out"
-    system = bring_up(start_process, "up", folder, "--missions", patrol, speed="1")
+    system = bring_up(start_process, "up", folder, "--missions", patrol)
     system.wait_for("ready after", PATIENCE_S)
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
     watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)
@@ -219,7 +219,7 @@ def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_proces
 def test_ctrl_c_while_the_hardware_hangs(start_process, tmp_path, patrol, known):
     """The base is stopped past its driver; nobody waits for a process that will not end."""
     folder = tmp_path / "out"
-    system = bring_up(start_process, "up", folder, "--missions", patrol, speed="1")
+    system = bring_up(start_process, "up", folder, "--missions", patrol)
     system.wait_for("ready after", PATIENCE_S)
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
     watcher.wait_for("[>] drive to the hotspot", PATIENCE_S)

@@ -423,6 +423,10 @@ def test_joints_battery_and_the_raw_gyro(ros: Any, device: Device, tmp_path: Pat
     battery = ros.spin_until(lambda: listener.newest("battery_state"))
     assert battery.percentage == pytest.approx(0.9, abs=0.01)
     assert battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    late: list[Any] = []
+    listener.create_subscription(BatteryState, "battery_state", late.append, LATCHED)
+    ros.spin_until(lambda: late)
+    assert late[0].header.stamp == listener.newest("battery_state").header.stamp, "it waited for the next one"
     device.create.faults.dock = True
     ros.spin_until(
         lambda: (

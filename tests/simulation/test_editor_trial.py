@@ -9,11 +9,13 @@ import pytest
 
 pytest.importorskip("mujoco")
 
+from florence_bt.app.page.editor import trial as trial_module
 from florence_bt.app.page.editor.helpers import Trials
 from florence_bt.app.page.editor.trial import Trial
 from florence_bt.app.page.editor.trial_request import TrialRequest
 from florence_bt.core.errors import FlorenceError
 
+WAITS = "mission: wait\ntree:\n  wait: 1 h\n"
 TURN = "mission: spin\ninputs:\n  angle: {type: angle}\ntree:\n  turn: {angle: $angle}\n"
 
 
@@ -41,11 +43,19 @@ def test_what_a_mission_cannot_do_is_told(tmp_path):
         Trial(request, tmp_path).run(lambda parts: None)
 
 
+def test_a_mission_that_does_not_end_is_stopped_after_half_an_hour_of_its_own_time(tmp_path, monkeypatch):
+    assert trial_module.LIMIT_S == 30 * 60
+    monkeypatch.setattr(trial_module, "LIMIT_S", 2.0)
+    request = TrialRequest(name="wait", text=WAITS, person="absent")
+    end = Trial(request, tmp_path).run(lambda parts: None)
+    assert end["status"] == "STOPPED" and 2.0 <= end["seconds"] < 4.0
+    assert "not over after 2 s" in end["journal"]
+
+
 def test_one_mission_at_a_time_and_it_can_be_stopped():
     async def go():
         trials = Trials()
-        waits = "mission: wait\ntree:\n  wait: 1 h\n"
-        request = TrialRequest(name="wait", text=waits, person="absent", speed=1.0)
+        request = TrialRequest(name="wait", text=WAITS, person="absent", speed=1.0)
         await trials.start(request)
         with pytest.raises(FlorenceError, match="already"):
             await trials.start(request)

@@ -9,6 +9,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+from florence_bt.cli import VERBS
 from florence_bt.cli.application import app
 from florence_bt.cli.common import key_values
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
@@ -203,6 +204,42 @@ def test_nothing_heavy_is_loaded_for(arguments):
         [sys.executable, "-c", PROGRAM, *arguments], capture_output=True, text=True, timeout=300
     )
     assert "heavy: []" in done.stdout, done.stdout + done.stderr
+
+
+def test_each_verb_has_the_module_that_adds_it():
+    found = {
+        command.name or command.callback.__name__: {command.callback.__module__}
+        for command in app.registered_commands
+    }
+    for group in app.registered_groups:
+        found[group.name] = {each.callback.__module__ for each in group.typer_instance.registered_commands}
+    assert set(found) == {verb for verbs in VERBS.values() for verb in verbs}
+    for module, verbs in VERBS.items():
+        for verb in verbs:
+            assert f"florence_bt.cli.{module}" in found[verb], verb
+
+
+@pytest.mark.parametrize("words", [["map", "--help"], ["where", "--help"], ["chek"]])
+def test_a_command_is_the_same_when_only_its_module_is_loaded(florence, words):
+    done = subprocess.run(
+        [sys.executable, "-m", "florence_bt.cli", *words], capture_output=True, text=True, timeout=300
+    )
+    whole = florence(*words)
+    assert done.returncode == whole.exit_code
+    # The words: lines are as wide as the terminal.
+    assert done.stdout.split() == whole.stdout.split()
+    assert done.stderr.split() == whole.stderr.split()
+
+
+def test_the_list_of_verbs_has_a_section_for_each_panel_and_loads_nothing_that_draws_boxes():
+    program = PROGRAM.replace("heavy |= {", "heavy |= {'rich', ")
+    done = subprocess.run(
+        [sys.executable, "-c", program, "--help"], capture_output=True, text=True, timeout=300
+    )
+    assert "heavy: []" in done.stdout
+    sections = [line for line in done.stdout.splitlines() if line.endswith(":") and line[:1].isalpha()]
+    assert sections == ["Options:", "The system:", "Mission files:", "Runs:", "The robot:"]
+    assert "  release     End the manual override: missions may start again.\n" in done.stdout
 
 
 def test_the_list_of_verbs_loads_no_language():

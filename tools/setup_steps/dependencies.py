@@ -41,8 +41,9 @@ LOCK_HEADER = """\
 # Every package that .venv gets, in the versions that were tested (Python 3.11 and 3.12).
 # Written by `make lock` from pyproject.toml; do not edit.
 """
-BUILD, RUN, TEST = "build", "run", "test"
+BASE, BUILD, RUN, TEST = "base", "build", "run", "test"
 SECTIONS = {
+    BASE: "what both of the next two need, which are installed side by side",
     BUILD: "ROS 2, and what building the interface packages needs",
     RUN: "what florence needs besides",
     TEST: "what only tests and checks need",
@@ -51,13 +52,13 @@ EXTRAS = {BUILD: ("ros", "build"), RUN: ("robot", "sim", "draw", "mapping")}
 """Extras of pyproject.toml whose packages belong to a section; all others belong to the last one."""
 
 
-def python_step(log: Log) -> Step:
+def python_step() -> Step:
     """Make the step that makes an empty environment."""
     return stamped(
         f"Python {sys.version_info.major}.{sys.version_info.minor} in {machine.VENV.name}",
         machine.STATE / "python.stamp",
         lambda: _python() if machine.PYTHON.exists() else "missing",
-        lambda: _make_venv(log),
+        _make_venv,
     )
 
 
@@ -128,18 +129,20 @@ def lock() -> None:
         raise StepFailed("the lock is made with Python 3.11, the oldest one: make lock PYTHON=python3.11")
     project = tomllib.loads(PROJECT.read_text())
     extras = project["project"]["optional-dependencies"]
-    always = {BUILD: project["build-system"]["requires"], RUN: project["project"]["dependencies"]}
+    base = project["build-system"]["requires"]
+    needs = {section: _join(extras[extra] for extra in names) for section, names in EXTRAS.items()}
+    needs[RUN] += project["project"]["dependencies"]
     with tempfile.TemporaryDirectory() as folder:
         venv.create(Path(folder) / "venv", with_pip=True)
-        everything = _resolve(Path(folder), [*_join(always.values()), *_join(extras.values())])
+        everything = _resolve(Path(folder), [*base, *needs[RUN], *_join(extras.values())])
         chosen = Path(folder) / "chosen.txt"
         chosen.write_text("\n".join(everything))
         parts = {
-            section: _resolve(
-                Path(folder), ["-c", chosen, *always[section], *_join(extras[extra] for extra in names)]
-            )
-            for section, names in EXTRAS.items()
+            section: _resolve(Path(folder), ["-c", chosen, *requirements])
+            for section, requirements in needs.items()
         }
+        both = set(parts[BUILD]).intersection(parts[RUN])
+        parts[BASE] = [*both, *_resolve(Path(folder), ["-c", chosen, *base])]
     LOCK.write_text(write_lock(everything, parts))
     print(f"{LOCK.name}: {len(everything)} packages")
 
@@ -161,7 +164,7 @@ def _python() -> str:
     return f"{LAYOUT} {sys.version_info[:2]} {Path(sys.base_prefix).resolve()}"
 
 
-def _make_venv(log: Log) -> None:
+def _make_venv() -> None:
     # Not from a virtual environment's own interpreter: .venv must not depend on another one.
     python = getattr(sys, "_base_executable", sys.executable)
     done = subprocess.run(
@@ -169,9 +172,6 @@ def _make_venv(log: Log) -> None:
     )
     if done.returncode != 0:
         raise StepFailed(f"cannot make {machine.VENV}:\n{done.stdout}{done.stderr}")
-    # Packages that come as sources are built with it, and they may come before it.
-    setuptools = next(pin for pin in read_lock(LOCK.read_text())[BUILD] if pin.startswith("setuptools=="))
-    log.call([machine.PYTHON, *PIP, "--no-deps", setuptools])
 
 
 def _join(lists: Iterable[list[str]]) -> list[str]:

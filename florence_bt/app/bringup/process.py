@@ -1,7 +1,4 @@
-"""One process of a bring-up, started by the supervisor.
-
-``python -m florence_bt.app.bringup.process GROUP OPTIONS PARENT``
-"""
+"""One process of a bring-up, forked for the supervisor (:mod:`florence_bt.app.bringup.fork_server`)."""
 
 from __future__ import annotations
 
@@ -72,7 +69,3 @@ def main(group: str, options_file: Path, parent: int) -> int:
 def _end_before_start(number: int, frame: FrameType | None) -> None:
     # Nothing is open yet. An exception is lost when the signal comes amid a callback of the import machinery.
     os._exit(0)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])))

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Protocol
 
 from florence_bt.app.bringup.heartbeat import FD_VARIABLE, KILLED_AFTER_S, STACK_SIGNAL, HeartbeatMonitor
 from florence_bt.app.bringup.signals import held_back
@@ -31,16 +29,39 @@ within :data:`RESTARTS_PERIOD_S`; after that it is not."""
 RESTARTS_PERIOD_S = 600.0
 
 
-def command_of(group: str, options_file: Path) -> list[str]:
-    """Return the command line of the process of a group of nodes."""
-    return [
-        sys.executable,
-        "-m",
-        "florence_bt.app.bringup.process",
-        group,
-        str(options_file),
-        str(os.getpid()),
-    ]
+class Process(Protocol):
+    """What the supervisor needs of :class:`subprocess.Popen`."""
+
+    pid: int
+
+    @property
+    def returncode(self) -> int | None:
+        """The exit code; None while the process was not seen to have ended."""
+
+    def poll(self) -> int | None:
+        """Look whether it has ended; gives its exit code, None while it runs."""
+
+    def terminate(self) -> None:
+        """Send it SIGTERM."""
+
+    def kill(self) -> None:
+        """Send it SIGKILL."""
+
+
+class Start(Protocol):
+    """Starts the process of a group of nodes, in a session of its own (``ForkServer.fork``)."""
+
+    def __call__(
+        self,
+        group: str,
+        options_file: Path,
+        *,
+        output: int,
+        variables: Mapping[str, str],
+        keep_open: Mapping[str, int],
+        hold: Sequence[int],
+    ) -> Process:
+        """Start it."""
 
 
 class ProcessDied(FlorenceError):
@@ -73,7 +94,7 @@ class ProcessDied(FlorenceError):
 @dataclass
 class _Child:
     name: str
-    process: subprocess.Popen[bytes]
+    process: Process
     log_file: Path
     log: IO[bytes]
     log_begun: int
@@ -93,7 +114,8 @@ class _Child:
         self.heart.close()
 
     def how_it_ended(self) -> str:
-        return self.killed_because or _ending(self.process.returncode)
+        code = self.process.returncode
+        return self.killed_because or ("runs" if code is None else _ending(code))
 
 
 class Supervisor:
@@ -102,7 +124,7 @@ class Supervisor:
     Args:
         options_file: The options of every child (``BringUp``).
         log_folder: One log file per process goes here.
-        make_command: The command line of the process of a group; given the group and the options file.
+        start_process: Starts the process of a group.
         stop_budget_s: Wall seconds that a process gets to end by itself after it was asked to.
         ended_together: Processes that are ended side by side where they were started one after the other.
         keep_open: File descriptors that every child holds until it ends, e.g. of a lock.
@@ -115,8 +137,8 @@ class Supervisor:
         self,
         options_file: Path,
         log_folder: Path,
+        start_process: Start,
         *,
-        make_command: Callable[[str, Path], Sequence[str]] = command_of,
         stop_budget_s: float = STOP_BUDGET_S,
         ended_together: Collection[str] = (),
         keep_open: Sequence[int] = (),
@@ -125,7 +147,7 @@ class Supervisor:
     ) -> None:
         self._options_file = options_file
         self._log_folder = log_folder
-        self._make_command = make_command
+        self._start_process = start_process
         self._stop_budget_s = stop_budget_s
         self._ended_together = ended_together
         self._keep_open = tuple(keep_open)
@@ -223,20 +245,13 @@ class Supervisor:
                 ) from error
             heart = HeartbeatMonitor(self._now())
             opened.callback(heart.close)
-            process = subprocess.Popen(
-                self._make_command(group, self._options_file),
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env={
-                    **os.environ,
-                    "PYTHONUNBUFFERED": "1",
-                    STARTED_AGAIN: "1" if again else "",
-                    FD_VARIABLE: str(heart.writer),
-                },
-                # A Ctrl-C in the terminal is ours to hand on, in the right order.
-                start_new_session=True,
-                pass_fds=(*self._keep_open, heart.writer),
+            process = self._start_process(
+                group,
+                self._options_file,
+                output=log.fileno(),
+                variables={STARTED_AGAIN: "1" if again else ""},
+                keep_open={FD_VARIABLE: heart.writer},
+                hold=self._keep_open,
             )
             opened.pop_all()
         heart.started(process.pid)

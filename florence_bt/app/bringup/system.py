@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 
 from florence_bt.app.bringup.device_report import DeviceReport, report_missing
+from florence_bt.app.bringup.fork_server import ForkServer
 from florence_bt.app.bringup.heartbeat import KILLED_AFTER_S, SILENT_S
 from florence_bt.app.bringup.hold import HungDriverStop, RobotHold, stop_base
 from florence_bt.app.bringup.locks import lock_domain, lock_folder
@@ -26,6 +27,7 @@ from florence_bt.app.bringup.topology import (
     MISSIONS,
     companions,
     ended_together,
+    loaded_for,
     observers,
     own_bindings,
     process_of,
@@ -54,17 +56,22 @@ class System:
     Args:
         options: What to bring up.
         report: Called with short lines about what goes on.
+        fork_server: One that has begun to import already; ended with the system. Another one is started if
+            none is given.
 
     Raises:
         ConfigError: A file of the bring-up is wrong, or another one uses the folder or the domain; nothing
             was started.
     """
 
-    def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
-        check_options(options, report)
+    def __init__(
+        self, options: BringUp, report: Callable[[str], None], fork_server: ForkServer | None = None
+    ) -> None:
         folder = Path(options.folder)
-        self._say = report
+        self._say, self._began = report, time.monotonic()
         with ExitStack() as stack:
+            self._fork_server = stack.enter_context(fork_server or ForkServer(folder))
+            check_options(options, report)
             stack.enter_context(owner_only(folder, options.runs))
             locks = [
                 stack.enter_context(closing(lock(folder)))
@@ -78,6 +85,7 @@ class System:
             self._supervisor = Supervisor(
                 options.write(),
                 folder / "logs",
+                self._fork_server.fork,
                 ended_together=ended_together(options),
                 keep_open=[lock.fileno() for lock in locks],
                 after_death=self._after_death,
@@ -92,7 +100,7 @@ class System:
             self._starting_again: dict[str, float] = {}
             self._going_down = False
             self._interrupts = ExitStack()
-            self._locks = stack.pop_all()
+            self._held_open = stack.pop_all()
 
     def __enter__(self) -> System:
         """Start the processes; they are not ready yet."""
@@ -100,7 +108,11 @@ class System:
         try:
             if not self.options.missions_only:
                 ensure_compiled(self._report)
-            self._supervisor.start(list(processes(self.options)))
+            groups = processes(self.options)
+            self._report(f"starting {', '.join(groups)}")
+            for group in groups:
+                self._fork_server.load(loaded_for(group, self.options))
+                self._supervisor.start([group])
         except BaseException:
             self._down()
             raise
@@ -121,15 +133,13 @@ class System:
         """Wait until our own nodes are ready. A robot may still need its pose, and other people's servers.
 
         Returns:
-            Wall seconds it took.
+            Wall seconds since this was made.
 
         Raises:
             ProcessDied: A process ended.
             ConfigError: Another system runs in the same ROS domain.
             DeviceTimeout: It takes too long; names what is missing.
         """
-        start = time.monotonic()
-        self._report(f"starting {', '.join(self.pids())}")
         if not self.client.spin_until(
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):
@@ -141,10 +151,10 @@ class System:
         # Emulated devices are there, but on a busy machine their drivers find them late. Nav2 may be not.
         budget_s = READY_BUDGET_S if self.options.in_flat and self._knows_pose_itself else DEVICES_S
         if self.options.base == "running":
-            return time.monotonic() - start
+            return time.monotonic() - self._began
         self.client.spin_until(self._devices_answer, budget_s, watch=self._check_start, every_s=READY_LOOK_S)
         report_missing(self._devices, self._report)
-        return time.monotonic() - start
+        return time.monotonic() - self._began
 
     def pids(self) -> dict[str, int]:
         """Return the process ids by name."""
@@ -370,5 +380,5 @@ class System:
         if self.options.in_flat:
             clear_ports(self.options)
         self.client.close()
-        self._locks.close()
+        self._held_open.close()
         self._interrupts.close()

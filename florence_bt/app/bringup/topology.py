@@ -80,6 +80,29 @@ NODE_CLASSES = {
 }
 """Node -> module (below ``florence_bt``) and class."""
 
+START_NUMBA = "florence_bt.app.bringup.numba_start:start_numba"
+MADE_WITH = {
+    **dict.fromkeys(
+        ("simulator", "laser_filter", "localiser", "mapping", "user_tracker_ni_node"), (START_NUMBA,)
+    ),
+    "robot_description": ("xacro",),
+    "florence_bt": (
+        "florence_bt.app.bringup.make_safe",
+        "florence_bt.app.bringup.skills_ros",
+        "florence_bt.app.demo.pictures",
+        "florence_bt.ros.topic_skill",
+        "florence_bt.trees.language.declarations:own_declarations",
+    ),
+}
+"""Node -> modules that are imported, and functions that are called, only when it is made
+(``ForkServer.load``)."""
+
+SIMULATED_WITH = {
+    "simulator": ("florence_bt.app.bringup.simulated", "florence_bt.simulation.home.generate"),
+    "kinect_aux": ("florence_bt.app.bringup.simulated", "florence_bt.simulation.emulators.kinect_motor"),
+}
+"""The same of those that are other ones in the simulated flat."""
+
 OBSERVERS = ("recorder", "page_server")
 """Nodes that nothing depends on: when one hangs or dies, nothing stops, and nothing waits for it."""
 
@@ -115,6 +138,16 @@ def node_class(name: str) -> type[FlorenceNode]:
     module, _, kind = NODE_CLASSES[name].partition(":")
     found: type[FlorenceNode] = getattr(importlib.import_module(f"florence_bt.{module}"), kind)
     return found
+
+
+def loaded_for(process: str, options: BringUp) -> list[str]:
+    """Return what the fork server loads for a process: the modules of its nodes, and what makes these."""
+    nodes = processes(options)[process]
+    tables = (MADE_WITH, SIMULATED_WITH) if options.in_flat else (MADE_WITH,)
+    return [
+        *(f"florence_bt.{NODE_CLASSES[node].partition(':')[0]}" for node in nodes),
+        *(module for node in nodes for table in tables for module in table.get(node, ())),
+    ]
 
 
 def refuse_wrong_parameters(config: Config) -> None:

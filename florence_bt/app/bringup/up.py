@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from florence_bt.app.bringup.fork_server import ForkServer
 from florence_bt.app.bringup.missing_servers import MissingServers
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.rehearsal import RehearsalPace
@@ -40,8 +41,12 @@ def _told_of_recorder(parameters: Mapping[str, Any]) -> str:
     return f"what is published is {' and '.join(ways)}"
 
 
-def run_up(options: BringUp) -> None:
+def run_up(options: BringUp, fork_server: ForkServer) -> None:
     """Bring the system up, say how to use it, and keep it running.
+
+    Args:
+        options: What to bring up.
+        fork_server: Starts its processes.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed, or SIGTERM came (``signals``); by then everything is down.
@@ -54,7 +59,7 @@ def run_up(options: BringUp) -> None:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     left = left_runs(options.runs)
-    with System(options, say) as system:
+    with System(options, say, fork_server) as system:
         reach = reach_of(os.environ)
         if not reach.this_machine:
             say(f"open to {reach.text}")

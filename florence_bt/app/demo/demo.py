@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
+from florence_bt.app.bringup.fork_server import ForkServer
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
@@ -53,19 +54,20 @@ class DemoResult:
     contacts: tuple[str, ...]
 
 
-def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResult:
+def run_demo(options: BringUp, console: Console, fork_server: ForkServer, *, headless: bool) -> DemoResult:
     """Bring the simulated flat up, run the mission and take everything down again.
 
     Args:
         options: The bring-up; must be simulated.
         console: Where to print.
+        fork_server: Starts its processes.
         headless: Plain log lines instead of the live tree.
 
     Raises:
         FlorenceError: The system did not come up, or a process died.
     """
     display = make_display(console, headless=headless, keys=KEYS_OF_DEMO)
-    with closing(display), System(options, display.say) as system:
+    with closing(display), System(options, display.say, fork_server) as system:
         seconds = system.wait_ready()
         display.say(f"ready after {seconds:.1f} s; calling the mission service for {MISSION}")
         return _run_mission(system, display)

@@ -6,10 +6,18 @@ would be seconds without control.
 
 from __future__ import annotations
 
+import fcntl
+import functools
 import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 
 from florence_bt.app.bringup.simulated import robot_frames
@@ -17,11 +25,14 @@ from florence_bt.app.demo.kernel_cache import PACKAGE, kernel_modules, mark_comp
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.codec import pack_11_bit
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
 from florence_bt.runtime.run import RunStatus
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.skills.navigation.localisation.scan_match import spread_around
@@ -29,21 +40,80 @@ from florence_bt.skills.navigation.localisation.submap import Submap
 from florence_bt.skills.navigation.mapping import panes
 from florence_bt.skills.navigation.mapping.grid_builder import GridBuilder
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, Rays
+from florence_bt.skills.navigation.navigate.planner import PlannerParameters, plan_path
+
+REST = "rest"
+"""The word of the command line for a process that does only what the mission does not need at first."""
 
 
 def warm_up() -> None:
-    """Run the main job once in the rig, take one image in colour, and make images of Kinect frames.
+    """Run the main job once in the rig, and beside it, in a process for a second core, all the rest.
+
+    What both of them need is compiled by the one that comes to it first, or by both.
 
     Raises:
-        FlorenceError: The main job does not work on this machine.
+        FlorenceError: The main job does not work on this machine, or the rest of it.
     """
-    rig = make_rig(seed=1, person="kitchen")
-    run = rig.run("goto_user")
+    _share_the_cache()
+    if len(os.sched_getaffinity(0)) == 1:
+        _warm_up_rest()
+        _run_mission()
+        return
+    with subprocess.Popen(
+        [sys.executable, "-m", "florence_bt.app.demo.warm_up", REST], stderr=subprocess.PIPE, text=True
+    ) as beside:
+        try:
+            _run_mission()
+        except BaseException:
+            beside.kill()
+            raise
+        _, said = beside.communicate()
+    if beside.returncode != 0:
+        raise FlorenceError((said.strip().splitlines() or [f"code {beside.returncode}"])[-1])
+
+
+def _run_mission() -> None:
+    run = make_rig(seed=1, person="kitchen").run("goto_user")
     if run.status is not RunStatus.SUCCEEDED:
         raise FlorenceError(f"goto_user in the rig: {run.status.value}: {run.reason}")
-    KinectSensor(rig.world, robot_frames().lookup(BASE_FRAME, CAMERA_FRAME)).measure()
+
+
+def _warm_up_rest() -> None:
+    """Take one image in colour, and do what the mission comes to late or never."""
+    KinectSensor(SimulatedWorld(load_flat()), robot_frames().lookup(BASE_FRAME, CAMERA_FRAME)).measure()
+    _warm_up_planning()
     _warm_up_kinect()
     _warm_up_mapping()
+
+
+def _share_the_cache() -> None:
+    """Let one process at a time touch numba's cache.
+
+    It has an index for each function, which numba reads, adds to and writes: of two that do so at once, one
+    entry is lost, or both name one file.
+    """
+
+    def alone(touch: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(touch)
+        def touch_alone(*arguments: Any) -> Any:
+            with open(__file__, encoding="utf-8") as file:
+                fcntl.flock(file, fcntl.LOCK_EX)
+                return touch(*arguments)
+
+        return touch_alone
+
+    IndexDataCacheFile.save = alone(IndexDataCacheFile.save)
+    IndexDataCacheFile.load = alone(IndexDataCacheFile.load)
+
+
+def _warm_up_planning() -> None:
+    """See two walls on an empty map, and plan a path between them."""
+    grid = OccupancyGrid(0.05, Pose2(), np.zeros((80, 80), np.int8))
+    costmap, start = Costmap(CostmapParameters(), grid), Pose2(1.0, 1.0)
+    ends = np.array([[3.0, 1.0], [1.0, 3.0]])
+    costmap.add_rays("laser", Rays(1.0, 1.0, ends, np.full(2, 2.0), nearest=0.1, farthest=5.0), start)
+    plan_path(costmap, start, Pose2(3.0, 3.0), PlannerParameters())
 
 
 def _warm_up_kinect() -> None:
@@ -96,5 +166,9 @@ def compiled_files() -> list[str]:
 
 
 if __name__ == "__main__":
-    warm_up()
-    mark_compiled(compiled_files())
+    if sys.argv[1:] == [REST]:
+        _share_the_cache()
+        _warm_up_rest()
+    else:
+        warm_up()
+        mark_compiled(compiled_files())

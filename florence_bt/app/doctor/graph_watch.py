@@ -32,7 +32,7 @@ def watch_graph(least: float, most: float) -> GraphView:
     context = rclpy.Context()
     start_ros(context)
     loop = SpinLoop(context)
-    node = FlorenceNode(NAME, context=context)
+    node = FlorenceNode(NAME, context=context, of_a_command=True)
     try:
         loop.add(node)
         return _watch(loop, node, least, most)

@@ -149,14 +149,13 @@ def _check_tools() -> None:
         )
     generators = ("rosidl_generator_py", "rosidl_generator_c", "rosidl_typesupport_fastrtps_c", "em", "lark")
     lacking = [name for name in generators if find_spec(name) is None]
-    lacking += [name for name in ("cmake", "ninja") if not (Path(sys.prefix) / "bin" / name).is_file()]
     if lacking:
         raise ConfigError(f"what builds interfaces is not installed ({', '.join(lacking)})", valid=[_PIP])
 
 
 def _has_headers(package: InstalledPackage) -> bool:
     """Tell whether other packages can be built against one."""
-    return (package.prefix / "share" / package.name / "cmake").is_dir()
+    return (package.prefix / "include" / package.name).is_dir()
 
 
 def _missing(package: InterfacePackage, name: str, installed: Mapping[str, InstalledPackage]) -> ConfigError:

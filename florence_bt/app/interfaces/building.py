@@ -1,8 +1,13 @@
-"""Builds a package of ROS interfaces for Python into an environment, by CMake and the generators of ROS 2.
+"""Builds a package of ROS interfaces for Python into an environment, by the generators of ROS 2.
 
 ``make setup`` builds Florence's own packages with it, on a bare Python: nothing but the standard library is
-imported. The package's own ``CMakeLists.txt`` is not used, and of ``package.xml`` only the name and the
-version. What was built is kept in a cache folder of the user, by the hash of everything it was made from.
+imported; ``generating`` is a program for the environment. The package's own ``CMakeLists.txt`` is not used,
+and of ``package.xml`` only the name and the version. What was built is kept in a cache folder of the user, by
+the hash of everything it was made from.
+
+Only what a Python node over Fast DDS loads is built: the C messages, their type supports for Fast DDS
+(serialization) and introspection (the type that Fast DDS announces), the dispatch between the two, and the
+Python extension. Each library is compiled as one file, by one command.
 """
 
 from __future__ import annotations
@@ -14,8 +19,10 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,30 +37,29 @@ KINDS = ("msg", "srv", "action")
 """The folders of a package of interfaces, and how the names of their files end."""
 C_COMPILERS = ("CC", "cc", "gcc", "clang")
 CXX_COMPILERS = ("CXX", "c++", "g++", "clang++")
-"""The variable that names a compiler, then those that CMake looks for."""
-BUILT_WITH = ("ros_", "numpy", "cmake", "empy", "lark", "catkin_pkg")
+"""The variable that names a compiler, then the names of compilers."""
+BUILT_WITH = ("ros_", "numpy", "empy", "lark")
 """Python packages that decide what is built."""
-CMAKE_OPTIONS = (
-    "-DCMAKE_BUILD_TYPE=Release",
-    # Generated code that copies fields: optimising it doubles the compile time and saves microseconds.
-    "-DCMAKE_C_FLAGS_RELEASE=-O0 -DNDEBUG",
-    "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG",
-    "-DBUILD_TESTING=OFF",
-)
-_ONLY_PYTHON = Path(__file__).with_name("python_only.cmake")
-_CMAKE_LISTS = """\
-cmake_minimum_required(VERSION 3.19)
-project({name} LANGUAGES C CXX)
-find_package(ament_cmake REQUIRED)
-find_package(rosidl_default_generators REQUIRED)
-foreach(_package {needs})
-  find_package(${{_package}} REQUIRED)
-endforeach()
-include("{only_python}")
-rosidl_generate_interfaces(${{PROJECT_NAME}} {files} DEPENDENCIES {needs})
-ament_export_dependencies(rosidl_default_runtime)
-ament_package()
-"""
+C_FLAGS, CXX_FLAGS = ("-std=gnu11",), ("-std=gnu++17",)
+# Generated code that copies fields: optimising it doubles the compile time and saves microseconds.
+FLAGS = ("-O0", "-DNDEBUG", "-fPIC", "-shared", "-Wl,--as-needed")
+LINKED_WITH = {
+    "rosidl_generator_c": ("rosidl_runtime_c", "rcutils"),
+    "rosidl_typesupport_fastrtps_c": (
+        *("rosidl_typesupport_fastrtps_c", "rosidl_typesupport_fastrtps_cpp", "fastcdr"),
+        *("rosidl_runtime_c", "rmw"),
+    ),
+    "rosidl_typesupport_introspection_c": ("rosidl_typesupport_introspection_c", "rosidl_runtime_c"),
+    "rosidl_typesupport_c": ("rosidl_typesupport_c", "rosidl_runtime_c"),
+    "rosidl_generator_py": ("rosidl_runtime_c",),
+}
+"""The libraries of a package, by the generator that writes each, and what of ROS each uses."""
+LINKED_FIRST = {
+    "rosidl_generator_py": ("rosidl_typesupport_c", "rosidl_generator_c"),
+    "rosidl_generator_c": (),
+}
+"""The libraries of the package itself that one uses; the other ones use the messages."""
+_GENERATING = Path(__file__).with_name("generating.py")
 _PACKAGE_XML = """\
 <?xml version="1.0"?>
 <package format="3">
@@ -62,12 +68,9 @@ _PACKAGE_XML = """\
   <description>Interfaces of {name}.</description>
   <maintainer email="nobody@florence-bt.invalid">nobody</maintainer>
   <license>see the source of the package</license>
-  <buildtool_depend>ament_cmake</buildtool_depend>
-  <buildtool_depend>rosidl_default_generators</buildtool_depend>
 {depends}
   <exec_depend>rosidl_default_runtime</exec_depend>
   <member_of_group>rosidl_interface_packages</member_of_group>
-  <export><build_type>ament_cmake</build_type></export>
 </package>
 """
 _REFERENCE = re.compile(r"^\s*([a-z][a-z0-9_]*)/[A-Z]", re.MULTILINE)
@@ -87,7 +90,7 @@ def content_hash(parts: Iterable[Path | str]) -> str:
 
 
 def compiler(variable: str, *names: str) -> str:
-    """Return the path of the compiler that CMake takes, empty when there is none."""
+    """Return the path of a compiler, empty when there is none."""
     found = (shutil.which(name) for name in (os.environ.get(variable, ""), *names) if name)
     return next(filter(None, found), "")
 
@@ -202,7 +205,7 @@ def recipe(environment: Environment) -> str:
     ]
     compilers = [_version(compiler(*names)) for names in (C_COMPILERS, CXX_COMPILERS)]
     machine = (str(sys.version_info[:2]), platform.machine(), *platform.libc_ver())
-    return content_hash([*machine, *compilers, *sorted(tools), _ONLY_PYTHON, Path(__file__)])
+    return content_hash([*machine, *compilers, *sorted(tools), _GENERATING, Path(__file__)])
 
 
 def provide(call: Call, package: InterfacePackage, environment: Environment) -> bool:
@@ -258,47 +261,93 @@ def install(entry: Path, prefix: Path, files_list: Path) -> None:
 
 
 def _build(call: Call, package: InterfacePackage, environment: Environment, entry: Path) -> None:
-    prefix, cmake = environment.prefix, environment.prefix / "bin" / "cmake"
-    places = os.pathsep.join(dict.fromkeys([str(environment.into), str(prefix)]))
-    variables = {
-        "PATH": os.pathsep.join([str(prefix / "bin"), os.environ.get("PATH", os.defpath)]),
-        "VIRTUAL_ENV": str(prefix),
-        "AMENT_PREFIX_PATH": places,
-        "CMAKE_PREFIX_PATH": places,
-    }
+    places = tuple(dict.fromkeys([environment.into, environment.prefix]))
     entry.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=entry.parent, prefix="new-") as folder:
-        source, build, built = (Path(folder) / name for name in ("source", "build", "built"))
-        _write_source(package, source)
-        call(
-            [
-                *(cmake, "-S", source, "-B", build, "-G", "Ninja"),
-                f"-DCMAKE_INSTALL_PREFIX={built}",
-                f"-DPython3_EXECUTABLE={prefix / 'bin' / 'python'}",
-                *CMAKE_OPTIONS,
-            ],
-            variables,
-        )
-        call([cmake, "--build", build, "--target", "install"], variables)
-        for byte_code in built.rglob("__pycache__"):  # it would name the folder it was made in
-            shutil.rmtree(byte_code, ignore_errors=True)
+    with tempfile.TemporaryDirectory(dir=entry.parent, prefix="new-") as name:
+        folder, built = Path(name), Path(name) / "built"
+        for file in package.files:
+            (folder / "source" / file).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(package.folder / file, folder / "source" / file)
+        python, paths = environment.prefix / "bin" / "python", os.pathsep.join(map(str, places))
+        call([python, _GENERATING, folder, package.name, paths, *package.files], {})
+        _compile(call, package, environment, folder, built)
+        _collect(package, environment, folder, built)
         keep(entry, built)
 
 
-def _write_source(package: InterfacePackage, folder: Path) -> None:
-    for name in package.files:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(package.folder / name, folder / name)
-    depends = "\n".join(f"  <depend>{name}</depend>" for name in package.needs)
-    manifest = _PACKAGE_XML.format(name=package.name, version=package.version, depends=depends)
-    (folder / "package.xml").write_text(manifest, encoding="utf-8")
-    lists = _CMAKE_LISTS.format(
-        name=package.name,
-        needs=" ".join(package.needs),
-        files=" ".join(f'"{name}"' for name in package.files),
-        only_python=_ONLY_PYTHON.as_posix(),
+def _compile(
+    call: Call, package: InterfacePackage, environment: Environment, folder: Path, built: Path
+) -> None:
+    """Make the libraries and the Python extension of a package, those that use others after them."""
+    name, lib = package.name, built / "lib"
+    places = dict.fromkeys([environment.into, environment.prefix])
+    headers = [f"-I{folder / generator}" for generator in LINKED_WITH]
+    headers += [f"-I{each}" for each in _include_folders(places, environment)]
+    search = [f"-L{lib}", *(f"-L{place / 'lib'}" for place in places)]
+
+    def link(source: Path, out: Path, *libraries: str) -> None:
+        language = (compiler(*C_COMPILERS), *C_FLAGS)
+        if source.suffix == ".cpp":
+            language = (compiler(*CXX_COMPILERS), *CXX_FLAGS)
+        soname = f"-Wl,-soname,{out.name}"
+        used = [f"-l{each}" for each in libraries]
+        call([*language, *FLAGS, soname, *headers, source, "-o", out, *search, *used], {})
+
+    def make_library(generator: str) -> None:
+        own = [f"{name}__{each}" for each in LINKED_FIRST.get(generator, ("rosidl_generator_c",))]
+        kinds = (generator, "rosidl_generator_c")
+        others = [f"{needed}__{kind}" for needed in package.needs for kind in kinds]
+        there = [
+            each for each in others if any((place / "lib" / f"lib{each}.so").exists() for place in places)
+        ]
+        (source,) = folder.glob(f"{generator}.c*")
+        link(source, lib / f"lib{name}__{generator}.so", *own, *there, *LINKED_WITH[generator])
+
+    lib.mkdir(parents=True)
+    make_library("rosidl_generator_c")
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        list(pool.map(make_library, [each for each in LINKED_WITH if each not in LINKED_FIRST]))
+    make_library("rosidl_generator_py")
+    python = folder / "rosidl_generator_py" / name
+    link(
+        python / f"_{name}_s.ep.rosidl_typesupport_c.c",
+        python / f"{name}_s__rosidl_typesupport_c{sysconfig.get_config_var('EXT_SUFFIX')}",
+        *(f"{name}__{each}" for each in ("rosidl_generator_py", *LINKED_FIRST["rosidl_generator_py"])),
     )
-    (folder / "CMakeLists.txt").write_text(lists, encoding="utf-8")
+
+
+def _include_folders(places: Iterable[Path], environment: Environment) -> Iterator[Path]:
+    yield Path(sysconfig.get_path("include"))
+    for core in ("_core", "core"):  # of numpy 2 and numpy 1
+        yield environment.site_packages / "numpy" / core / "include"
+    for place in places:
+        yield place / "include"  # of Fast DDS
+        yield from sorted((place / "include").glob("*"))  # of packages, which have a folder each
+
+
+def _collect(package: InterfacePackage, environment: Environment, folder: Path, built: Path) -> None:
+    """Put together what is installed, besides the libraries: Python, headers for others, definitions."""
+    name, share = package.name, built / "share"
+    python = environment.site_packages.relative_to(environment.prefix)
+    parts = [
+        (folder / "rosidl_generator_py" / name, built / python / name, ("*.py", f"{name}_s__*.so")),
+        *((folder / each / name, built / "include" / name / name, ("*.h",)) for each in LINKED_WITH),
+        (folder / "source", share / name, tuple(f"*.{kind}" for kind in KINDS)),
+        (folder / "idl", share / name, ("*.idl", *(f"{Path(file).stem}.json" for file in package.files))),
+    ]
+    for source, target, patterns in parts:
+        for file in (file for pattern in patterns for file in source.rglob(pattern)):
+            out = target / file.relative_to(source)
+            out.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, out)
+    depends = "\n".join(f"  <depend>{each}</depend>" for each in package.needs)
+    manifest = _PACKAGE_XML.format(name=name, version=package.version, depends=depends)
+    (share / name / "package.xml").write_text(manifest, encoding="utf-8")
+    types = [each for file in package.files for each in (file, str(Path(file).with_suffix(".idl")))]
+    for kind, text in (("packages", ""), ("rosidl_interfaces", "\n".join(sorted(types)))):
+        index = share / "ament_index" / "resource_index" / kind
+        index.mkdir(parents=True)
+        (index / name).write_text(text, encoding="utf-8")
 
 
 def _version(program: str) -> str:

@@ -46,6 +46,9 @@ BUSY_BUDGET_S = 25.0
 mission server again, or the machine is busy."""
 _TRIES = 3
 """How often a question that may be repeated is asked within the time for its answer."""
+LOOK_S, DISCOVERY_LOOK_S = 0.05, 0.005
+"""Wall seconds between two looks at what is waited for, while no callback runs: usually, and while something
+is discovered, of which no callback tells."""
 LAST_MESSAGES_S = 0.2
 """Wall seconds for the last messages of a node that was served."""
 RELOAD_BUDGET_S = 30.0
@@ -77,7 +80,7 @@ class MissionClient(Closing):
         self._context = rclpy.Context()
         self._neighbours = DomainNeighbours()
         reach = start_ros(self._context)
-        self.node = FlorenceNode(name, context=self._context)
+        self.node = FlorenceNode(name, context=self._context, of_a_command=True)
         self._neighbours.started(reach)
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
@@ -129,6 +132,7 @@ class MissionClient(Closing):
         *,
         watch: Callable[[], None] | None = None,
         every_s: float = 0.0,
+        look_s: float = LOOK_S,
     ) -> bool:
         """Serve callbacks until a condition holds.
 
@@ -137,6 +141,7 @@ class MissionClient(Closing):
             budget_s: Wall seconds at most.
             watch: Called between callbacks, e.g. to raise when a process has died.
             every_s: Wall seconds between two looks at the condition; 0 looks after each callback.
+            look_s: Wall seconds after which to look when no callback runs.
 
         Returns:
             Whether the condition holds.
@@ -157,7 +162,7 @@ class MissionClient(Closing):
                     watch()
                 if interrupted() or time.monotonic() > end:
                     return False
-                self._loop.spin_once(0.05)
+                self._loop.spin_once(look_s)
 
     def call(
         self,
@@ -217,7 +222,12 @@ class MissionClient(Closing):
         def settled() -> bool:
             return shows() or (time.monotonic() > patience and not bring_up_here())
 
-        return self.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S) and shows()
+        most = ANSWER_BUDGET_S + BUSY_BUDGET_S
+        return self.spin_until(settled, most, look_s=DISCOVERY_LOOK_S) and shows()
+
+    def expect(self, service_type: Any, name: str) -> None:
+        """Begin to look for a service, so that it is found by the time that it is called."""
+        self._client(service_type, name)
 
     def _client(self, service_type: Any, name: str) -> Any:
         client = self._clients.get(name)

@@ -10,8 +10,10 @@ from collections.abc import Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
+from florence_interfaces.srv import MissionStatus
+
 from florence_bt.app.bringup.signals import held_back
-from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch
+from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch, status_service
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -106,9 +108,12 @@ def _watch(
 def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = False) -> bool:
     """Print the status of a run, once or until Ctrl-C. False when no such run is known."""
     with MissionClient() as client:
+        client.expect(MissionStatus, status_service(whole))
+        from florence_bt.app.runs.screen import print_status  # while the mission server is being discovered
+
         status = client.status(run_id, durations=True, whole=whole)
         if not watch:
-            _print_status(status.tree, console)
+            print_status(status.tree, console)
             for line in _waiting_lines(status):
                 _say(line, console)
             return bool(status.found or not run_id)

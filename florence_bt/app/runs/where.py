@@ -27,19 +27,21 @@ from florence_bt.app.runs.client import (
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 WAIT_S = 2.5
-"""Wall seconds for what is published once a second."""
+"""Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
+may not."""
 OLD_S = 3.0
 """Wall seconds after which such a message is old."""
 SEEN_S = 1.5
 """Wall seconds for which a person counts as seen: the camera's node tells of people five times a second."""
 WATCH_PERIOD_S = 0.5
+USER_SEEN = f"{LOCATOR}/getUserSeen"
 _LOCALISER, _MAPPING = "Place in the map", "mapping:"
 _GOALS = "navigate_to_pose/_action/status"
 _THROUGHS = "navigate_through_poses/_action/status"
@@ -92,20 +94,31 @@ class Where:
         self._goals, self._throughs, self._override = _Latest(), _Latest(), _Latest()
         self._drives = DriveWatch(client.node)
         subscribe = client.node.create_subscription
+        # Of any base, and the last message of ours.
         subscribe(BatteryState, "battery_state", self._battery.take, SENSOR)
+        subscribe(BatteryState, "battery_state", self._battery.take, LATCHED, event_callbacks=NO_EVENTS)
         subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
-        subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, LATCHED, event_callbacks=NO_EVENTS)
         subscribe(GoalStatusArray, _GOALS, self._goals.take, LATCHED)
         subscribe(GoalStatusArray, _THROUGHS, self._throughs.take, LATCHED)
         subscribe(Bool, MANUAL_OVERRIDE, self._override.take, LATCHED)
+        for service_type, service in (
+            (GetXYPhi, ROBOT_POSE),
+            (GetRoom, ROBOT_ROOM),
+            (GetUserSeen, USER_SEEN),
+        ):
+            client.expect(service_type, service)
 
     def find(self) -> bool:
         """Wait for a system, then a little for what it publishes now and then; tell whether it is there."""
-        client, regular = self._client, (self._battery, self._localiser)
-        there = client.wait_for(lambda: client.sees(LOCATOR) or client.sees(MISSION_SERVER))
+        client, nodes = self._client, (LOCATOR, MISSION_SERVER)
+        there = client.wait_for(lambda: any(map(client.sees, nodes)))
         if there:
-            client.spin_until(lambda: all(each.message is not None for each in regular), WAIT_S)
+            client.spin_until(lambda: self._told() and all(map(client.sees, nodes)), WAIT_S)
         return there
+
+    def _told(self) -> bool:
+        return all(each.message is not None for each in (self._battery, self._localiser))
 
     def facts(self) -> dict[str, Fact]:
         """Return everything: a word for what it is -> what is known of it."""
@@ -200,7 +213,7 @@ class Where:
 
     def _user(self) -> Fact:
         try:
-            seen = self._ask(GetUserSeen, f"{LOCATOR}/getUserSeen")
+            seen = self._ask(GetUserSeen, USER_SEEN)
         except (SystemNotThere, DeviceTimeout):
             return Fact("not known: no locator answers", False)
         if not seen.valid:

@@ -127,7 +127,7 @@ class TurtlebotNode(FlorenceNode):
         self._state_topic = self.create_publisher(TurtlebotSensorState, "~/sensor_state", RELIABLE)
         self._stop_topic = self.create_publisher(StopReasonMsg, "~/stop_reason", LATCHED)
         self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
-        self._battery_topic = self.create_publisher(BatteryState, "battery_state", RELIABLE)
+        self._battery_topic = self.create_publisher(BatteryState, "battery_state", LATCHED)
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
         self._override_topic = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,12 +15,16 @@ from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
 from florence_bt.skills.robot_description.description import DescriptionParameters, load_description
 
+RESTING_PERIOD_S = 1.0
+"""Every process that asks where the robot is reads each message (chosen)."""
+
 
 class RobotDescriptionNode(FlorenceNode):
     """Publishes ``/tf_static`` in one message and ``robot_description``, both latched, once.
 
-    The wheels follow ``joint_states`` on ``/tf``, as with robot_state_publisher. A joint of the description
-    that is in no message has no frame; one that the description does not know is left out.
+    The wheels follow ``joint_states`` on ``/tf``, as with robot_state_publisher; while none of them turns,
+    once in :data:`RESTING_PERIOD_S`. A joint of the description that is in no message has no frame; one that
+    the description does not know is left out.
     """
 
     parameter_classes = (DescriptionParameters,)
@@ -33,6 +38,7 @@ class RobotDescriptionNode(FlorenceNode):
         self._publisher = self.create_publisher(String, "robot_description", LATCHED)
         self._publisher.publish(String(data=robot.urdf_text))
         self._moving = TransformBroadcaster(self)
+        self._told: tuple[float, list[float]] = (-math.inf, [])
         self.create_subscription(JointState, "joint_states", self._on_joints, RELIABLE)
 
     def _on_joints(self, message: JointState) -> None:
@@ -41,5 +47,8 @@ class RobotDescriptionNode(FlorenceNode):
             for name, position in zip(message.name, message.position, strict=False)
             if (joint := self._joints.get(name)) is not None
         ]
-        if moved:
-            self._moving.send_all(self.time_of(stamp_from_ros(message.header.stamp)), moved)
+        when, positions = self.time_of(stamp_from_ros(message.header.stamp)), list(message.position)
+        told_at, told = self._told
+        if moved and not (positions == told and 0.0 <= when - told_at < RESTING_PERIOD_S):
+            self._told = when, positions
+            self._moving.send_all(when, moved)

@@ -82,7 +82,7 @@ class ThirdParty:
 
 def _points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return the entry points of a group, each once, in a fixed order."""
-    found = {(point.name, point.value): point for point in _points_of(group, installed())}
+    found = {(point.name, point.value): point for point in _all_points(installed()).select(group=group)}
     return [found[key] for key in sorted(found)]
 
 
@@ -91,9 +91,9 @@ def installed() -> tuple[tuple[str, int], ...]:
     return tuple((place, _changed(place)) for place in sys.path)
 
 
-@lru_cache(maxsize=8)  # all installed packages are looked through for them
-def _points_of(group: str, places: tuple[tuple[str, int], ...]) -> importlib.metadata.EntryPoints:
-    return importlib.metadata.entry_points(group=group)
+@lru_cache(maxsize=1)  # all installed packages are looked through for them
+def _all_points(places: tuple[tuple[str, int], ...]) -> importlib.metadata.SelectableGroups:
+    return importlib.metadata.entry_points()
 
 
 def _changed(place: str) -> int:

@@ -12,6 +12,7 @@ from florence_bt.core.outcome import failure, success
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.loader import MissionLibrary
 from packages.florence_btcpp.tests.conftest import ScriptedRun, import_trees, make_context
+from tests.sweeps import sweep
 
 library = pytest.importorskip("behaviortreepy")
 
@@ -152,7 +153,7 @@ def here(xml: str, seed: int, folder: Path) -> tuple[str, list[str], dict[str, i
     return tree.root.status.value, calls, {key: tree.keys.as_dict()[key] for key in "xy"}
 
 
-@pytest.mark.parametrize("first", range(0, 400, 50))
+@pytest.mark.parametrize("first", sweep(range(0, 400, 50), every=4))
 def test_random_trees_do_the_same(tmp_path, first):
     for seed in range(first, first + 50):
         folder = tmp_path / str(seed)
@@ -161,7 +162,7 @@ def test_random_trees_do_the_same(tmp_path, first):
         assert here(xml, seed, folder) == there(xml, seed), xml
 
 
-@pytest.mark.parametrize("first", range(0, 400, 50))
+@pytest.mark.parametrize("first", sweep(range(0, 400, 50), every=4))
 def test_random_trees_with_skipped_nodes_do_the_same_or_warn(tmp_path, first):
     for seed in range(first, first + 50):
         folder = tmp_path / str(seed)

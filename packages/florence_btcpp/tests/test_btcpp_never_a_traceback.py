@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from florence_bt.app.bringup.config import load_config
 from florence_bt.core.errors import ConfigError, FlorenceError
+from tests.sweeps import examples, sweep
 
 NUMBERS = st.integers(-(10**30), 10**30).map(str) | st.floats().map(str) | st.integers(0, 16**20).map(hex)
 SIGNS = ":= = += -= *= /= + - * / % & | ^ ~ ! && || ( ) ? : ; , == <"
@@ -109,13 +110,13 @@ def imported(file, nodes):
         assert error.problem
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(nodes=TREES)
 def test_trees(file, nodes):
     imported(file, nodes)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(script=SCRIPTS, condition=SCRIPTS)
 def test_scripts(file, script, condition):
     asked = f"<A p='{{a}}' _skipIf={quoteattr(condition)}/>"
@@ -168,7 +169,7 @@ def mutant(dice):
     return text
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", sweep(range(8), every=4))
 def test_files_after_accidents(tmp_path, seed):
     dice = random.Random(seed)
     (tmp_path / "t.xml").write_text("<root><BehaviorTree ID='Other'><A/></BehaviorTree></root>")
@@ -200,7 +201,7 @@ def test_long_chains_of_trees(tmp_path):
         assert done.files or any("calls itself" in finding.message for finding in done.findings)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(text=st.text(":{}[],'\"\n -?|>#&*!%@`~.0123456789abex", max_size=40).map(lambda text: f"node: {text}"))
 def test_configurations(file, text):
     path = Path(file).with_name("robot.yaml")

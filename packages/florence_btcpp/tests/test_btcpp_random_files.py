@@ -14,6 +14,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.sweeps import sweep
 
 TAGS = sorted(set(known_nodes()) | {"SubTree", "Action", "Foo", "turn"})
 VALUES = [
@@ -123,7 +124,7 @@ def element(dice, depth):
     return f"<{tag}{written}>{''.join(element(dice, depth - 1) for _ in range(count))}</{tag}>"
 
 
-@pytest.mark.parametrize("seed", range(120))
+@pytest.mark.parametrize("seed", sweep(range(120), every=4))
 def test_random_file(exchange_with, seed):
     dice = random.Random(seed)
     trees = "".join(f'<BehaviorTree ID="T{n}">{element(dice, 3)}</BehaviorTree>' for n in (1, 2, 3))

@@ -7,6 +7,7 @@ from florence_btcpp.exporter import export_mission
 from florence_btcpp.importer import import_trees
 
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.sweeps import sweep
 
 
 def calls_of(function, *arguments):
@@ -32,7 +33,7 @@ def guarded(n):
     return "<Sequence>" * 5 + "".join(f'<A _skipIf="a{i} == 1"/>' for i in range(n)) + "</Sequence>" * 5
 
 
-@pytest.mark.parametrize("shape", [switches, scripts, guarded])
+@pytest.mark.parametrize("shape", sweep([scripts, switches, guarded], every=3))
 def test_importing(tmp_path, shape):
     calls = []
     for n in (150, 300):

@@ -37,7 +37,7 @@ class Client(MissionClient):
     def remove_pending_request(self, future):
         self.removed += 1
 
-    def spin_until(self, done, budget_s, *, watch=None):
+    def spin_until(self, done, budget_s, *, watch=None, look_s=0.05):
         if not done():
             self.now += budget_s
         return done()
@@ -91,7 +91,7 @@ def test_where_nobody_can_be_nobody_is_waited_for(monkeypatch, alone, bring_up, 
     client = Client([], alone)
     client.there = False
 
-    def spin_until(done, budget_s):
+    def spin_until(done, budget_s, look_s):
         begin = client.now
         while not done() and client.now < begin + budget_s:
             client.now += 0.25

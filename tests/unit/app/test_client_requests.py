@@ -30,6 +30,9 @@ class Recording(MissionClient):
     def sees(self, node):
         return node in self.nodes
 
+    def expect(self, service_type, name):
+        self.expected = name
+
     def call(self, service_type, name, request, **options):
         fields = {field: getattr(request, field) for field in request.get_fields_and_field_types()}
         self.calls.append((service_type.__name__, name, fields, options))

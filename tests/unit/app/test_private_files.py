@@ -14,6 +14,7 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.private_files import owner_only
 from florence_bt.app.bringup.supervisor import Supervisor
 from florence_bt.core.errors import ConfigError
+from tests.script_process import ScriptStart
 
 WRITES = """
 import sqlite3, sys
@@ -41,7 +42,7 @@ def test_what_a_bring_up_makes_is_for_its_owner(tmp_path):
         lock = lock_folder(folder)
         BringUp(str(folder)).write()
         command = [sys.executable, "-c", WRITES, str(folder / "journal.sqlite")]
-        with Supervisor(folder / "told", folder / "logs", make_command=lambda *_: command) as supervisor:
+        with Supervisor(folder / "told", folder / "logs", ScriptStart(lambda *_: command)) as supervisor:
             supervisor.start(["writer"])
             for child in supervisor._children:
                 child.process.wait()

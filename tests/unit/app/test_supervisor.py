@@ -19,9 +19,9 @@ from florence_bt.app.bringup.supervisor import (
     STARTED_AGAIN,
     ProcessDied,
     Supervisor,
-    command_of,
 )
 from florence_bt.core.errors import ConfigError
+from tests.script_process import ScriptStart
 
 OBEDIENT = """
 import signal, sys, pathlib
@@ -69,7 +69,7 @@ def supervisor_of(tmp_path):
             return [sys.executable, "-c", scripts[group], group, str(options_file)]
 
         patient = {"stop_budget_s": 300.0, **options}
-        made.append(Supervisor(tmp_path / "told", tmp_path / "logs", make_command=command, **patient))
+        made.append(Supervisor(tmp_path / "told", tmp_path / "logs", ScriptStart(command), **patient))
         made[-1].start(list(scripts))
         return made[-1]
 
@@ -426,7 +426,7 @@ def test_children_ignore_what_the_terminal_sends(tmp_path, supervisor_of):
 def test_logs_that_cannot_be_written_are_named(tmp_path):
     (tmp_path / "logs").write_text("a file")
     with (
-        Supervisor(tmp_path / "told", tmp_path / "logs") as supervisor,
+        Supervisor(tmp_path / "told", tmp_path / "logs", ScriptStart(lambda *_: ["true"])) as supervisor,
         pytest.raises(ConfigError, match="logs"),
     ):
         supervisor.start(["missions"])
@@ -488,9 +488,8 @@ process.main("x", Path("options.json"), os.getppid())
 
 
 def test_a_child_whose_parent_was_gone_before_it_began_does_nothing(tmp_path):
-    command = command_of("missions", tmp_path / "options.json")
-    command[-1] = "1"  # not its parent
-    assert subprocess.run(command, timeout=300).returncode == 0
+    main = "import sys; from florence_bt.app.bringup.process import main; sys.exit(main('missions', '', 1))"
+    assert subprocess.run([sys.executable, "-c", main], timeout=300).returncode == 0
 
 
 def test_a_folder_has_one_bring_up_at_a_time(tmp_path):

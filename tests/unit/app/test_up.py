@@ -12,7 +12,7 @@ from florence_bt.ros.environment import PROFILES, RANGE
 class ReadySystem:
     """Ready at once, and ended at once."""
 
-    def __init__(self, options, report):
+    def __init__(self, options, report, fork_server):
         self.client = self
         self.node = SimpleNamespace(create_subscription=lambda *arguments: None)
 
@@ -46,7 +46,7 @@ def test_it_says_when_others_can_connect(monkeypatch, capsys, tmp_path, chosen, 
     monkeypatch.setattr(up, "System", ReadySystem)
     monkeypatch.setenv(RANGE, chosen)
     monkeypatch.delenv(PROFILES, raising=False)
-    up.run_up(BringUp(str(tmp_path)))
+    up.run_up(BringUp(str(tmp_path)), fork_server=None)
     told = capsys.readouterr().out
     assert ("open to the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)" in told) is said
     assert told.index("the skill 'sing' is missing: no voice") < told.index("ready after")
@@ -71,7 +71,7 @@ class SlowWorld(ReadySystem):
 def test_a_rehearsal_on_a_machine_that_is_too_slow_says_so_once(monkeypatch, capsys, tmp_path, rehearsal):
     monkeypatch.setattr(up, "System", SlowWorld)
     monkeypatch.setattr(up, "MissingServers", lambda *rest: SimpleNamespace(look=lambda: None))
-    up.run_up(BringUp(str(tmp_path), simulated=not rehearsal, emulated=rehearsal))
+    up.run_up(BringUp(str(tmp_path), simulated=not rehearsal, emulated=rehearsal), fork_server=None)
     told = " ".join(capsys.readouterr().out.split())
     assert told.count("too slow for a rehearsal") == int(rehearsal)
     assert ("florence up --sim waits" in told) is rehearsal

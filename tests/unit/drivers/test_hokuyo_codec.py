@@ -22,6 +22,7 @@ from florence_bt.drivers.hokuyo.codec import (
     time_mode,
 )
 from florence_bt.drivers.hokuyo.status import describe_status
+from tests.sweeps import examples
 from tests.unit.drivers.scip_writer import PP, encode, information, scan_bytes, summed
 
 STATUSES = ["00", "01", "02", "03", "04", "05", "06", "07", "10", "99"]
@@ -146,7 +147,7 @@ def test_byte_by_byte() -> None:
     assert len(WHOLE) == 4
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200))
 @given(noise=st.binary(max_size=200))
 def test_after_noise_the_next_blank_line_starts_afresh(noise: bytes) -> None:
     got = ReplyParser().feed(noise + b"\n\n" + STREAM)

@@ -14,6 +14,7 @@ from florence_bt.drivers.hokuyo.codec import (
     decode_time,
     decode_values,
 )
+from tests.sweeps import examples
 from tests.unit.drivers.scip_writer import encode, scan_bytes, summed
 
 
@@ -99,7 +100,7 @@ SCANS = b"".join(scan_bytes(list(range(start, start + 60)), stamp=start) for sta
 SENT = _scans(SCANS)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400))
 @given(
     at=st.integers(0, len(SCANS) - 1),
     byte=st.integers(0, 255),
@@ -131,7 +132,7 @@ def test_distances_are_plain_integers() -> None:
     stamp=st.integers(0, (1 << 24) - 1),
     data=st.data(),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25))
 def test_scans_of_every_kind_survive_the_wire(
     kind: str, first: int, steps: int, cluster: int, stamp: int, data: st.DataObject
 ) -> None:

@@ -13,6 +13,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.kinect.codec import METRES_OF_RAW, pack_11_bit
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, FrameParser, VideoFrame
+from tests.sweeps import examples
 
 
 def frame_bytes(kind: int, width: int, height: int, stamp: float, payload: bytes) -> bytes:
@@ -52,7 +53,7 @@ def test_garbage_between_frames_costs_none(before: bytes, between: bytes) -> Non
     assert parser.skipped == len(before) + len(between)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300))
 @given(at=st.integers(0, len(STREAM) - 1), change=st.integers(1, 255))
 def test_a_wrong_byte_costs_its_frame_and_no_other(at: int, change: int) -> None:
     broken = bytearray(STREAM)

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.sweeps import examples
+
 pytest.importorskip("mcap", reason="mcap is not here (extra record)")
 
 from florence_bt.app.devices.kinect_recording import convert
@@ -180,7 +182,9 @@ def test_what_is_no_recording_says_how_to_make_one(tmp_path: Path) -> None:
         RecordingSource(tmp_path)
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(
+    max_examples=examples(150), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
+)
 @given(
     places=st.lists(st.tuples(st.floats(0.0, 1.0), st.integers(0, 255)), min_size=1, max_size=5),
     cut=st.floats(0.0, 1.0),

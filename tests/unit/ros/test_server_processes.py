@@ -24,7 +24,12 @@ def endpoint(pid: int, vendor: bytes = b"\x01\x0f") -> Any:
 def program(monkeypatch: pytest.MonkeyPatch) -> Any:
     # It has not loaded a middleware; every Python has the C library.
     monkeypatch.setattr(server_processes, "LIBRARY", b"libc")
-    child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    child = subprocess.Popen(
+        [sys.executable, "-c", "print('up', flush=True); input()"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    assert child.stdout and child.stdout.readline() == b"up\n"  # before, it has loaded nothing
     yield child
     child.kill()
     child.communicate()

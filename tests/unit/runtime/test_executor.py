@@ -266,7 +266,7 @@ def test_a_tree_that_spins_is_cleaned_up_all_the_same(either_bench):
 
 def test_a_loop_that_takes_time_never_spins(either_bench):
     either_bench.script_work(Step(success(pay=7), after=0.001))
-    run = either_bench.run_text("tree: {repeat: 6000, do: {work: }}")
+    run = either_bench.run_text("tree: {repeat: 2500, do: {work: }}")
     assert run.status is RunStatus.SUCCEEDED
 
 

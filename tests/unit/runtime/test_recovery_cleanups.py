@@ -10,6 +10,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.run import MissionRequest, RunStatus
+from tests.sweeps import sweep
 from tests.unit.runtime.recovery_bench import THERE, Process
 
 HEAD = "mission: NAME\ninputs:\n  there: {type: pose}\non_restart: resume\n"
@@ -72,7 +73,7 @@ def undisturbed(tmp_path_factory):
     return run
 
 
-@pytest.mark.parametrize("tenth", range(1, 90, 4))
+@pytest.mark.parametrize("tenth", sweep(range(1, 90, 4), every=3))
 @pytest.mark.parametrize("brakes_s", [0.0, 0.3, 1.9])
 @pytest.mark.parametrize(
     ("name", "cleans"), [("beside", SPEAKS), ("beside", DRIVES), ("ends", SPEAKS), ("no_cleanup", SPEAKS)]
@@ -98,7 +99,7 @@ def test_it_goes_on_where_its_process_died(tmp_path, undisturbed, name, cleans, 
         assert len(second.skills[skill].runs) == len(mock.runs) - done[skill], skill
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", sweep(range(24), every=3))
 @pytest.mark.parametrize("name", ["beside", "ends"])
 def test_timers_that_ring_late_do_not_keep_it_from_going_on(tmp_path, name, seed):
     _, run = begun(tmp_path, name, SPEAKS, 0.3, seconds=2.3 + 0.15 * seed, late=seed)

@@ -12,6 +12,7 @@ from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.recovery import recovery, replay
 from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW
 from florence_bt.runtime.run import MissionRequest, RunStatus
+from tests.sweeps import sweep
 from tests.unit.runtime.recovery_bench import (
     THERE,
     Process,
@@ -31,7 +32,7 @@ def whole_life(folder):
     return {name: len(skill.runs) for name, skill in process.skills.items()}, run
 
 
-@pytest.mark.parametrize("tenth", range(0, 190, 3))
+@pytest.mark.parametrize("tenth", sweep(range(0, 190, 3), every=3))
 def test_a_run_is_resumed_wherever_its_process_died(tmp_path, tenth):
     (tmp_path / "whole").mkdir()
     starts, whole = whole_life(tmp_path / "whole")

@@ -1,4 +1,5 @@
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,44 +20,42 @@ from florence_bt.simulation.home.world import SimulatedWorld
 
 pytestmark = pytest.mark.xdist_group("generated homes")  # which take seconds to make
 
-SEEDS = [*range(16), 2003, 1_021_115]
+KEPT = (3, 14, 2003, 1_021_115)
 """The largest room of 2003 has no outer wall; in the first plan of the last one an inner wall has no door."""
-
-
-@pytest.fixture(scope="module")
-def homes():
-    return {seed: generate_home(seed) for seed in SEEDS}
+SEEDS = [*KEPT, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(16) if seed not in KEPT)]
+home_of = cache(generate_home)
 
 
 def spots(flat):
     return [hotspot.pose for hotspot in (*(room.hotspot for room in flat.rooms), *flat.objects)]
 
 
-def test_a_seed_gives_the_same_home_bit_for_bit_and_another_seed_another_one(homes):
-    assert source_text(generate_home(3)) == source_text(homes[3])
-    assert build_files(build_flat(homes[3])) == build_files(generated_flat(3))
-    texts = {source_text(home).split("\n", 1)[1] for home in homes.values()}
-    assert len(texts) == len(homes)
+def test_a_seed_gives_the_same_home_bit_for_bit_and_another_seed_another_one():
+    assert source_text(generate_home(3)) == source_text(home_of(3))
+    assert build_files(build_flat(home_of(3))) == build_files(generated_flat(3))
+    texts = {source_text(home_of(seed)).split("\n", 1)[1] for seed in KEPT}
+    assert len(texts) == len(KEPT)
 
 
-def test_the_source_text_is_the_home(homes, tmp_path):
-    for seed in (0, 1):
+def test_the_source_text_is_the_home(tmp_path):
+    for seed in KEPT[:2]:
         file = tmp_path / "home.source.yaml"
-        file.write_text(source_text(homes[seed]), encoding="utf-8")
-        assert load_flat(file) == build_flat(homes[seed])
+        file.write_text(source_text(home_of(seed)), encoding="utf-8")
+        assert load_flat(file) == build_flat(home_of(seed))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_robot_gets_everywhere_on_the_map_and_in_truth_while_doors_are_open(homes, seed):
-    flat = build_flat(homes[seed])
+def test_the_robot_gets_everywhere_on_the_map_and_in_truth_while_doors_are_open(seed):
+    home = home_of(seed)
+    flat = build_flat(home)
     grid = laser_map(flat)
     clearance = ndimage.distance_transform_edt(grid.cells == FREE) * grid.resolution - grid.resolution / 2
     labels, _ = ndimage.label(clearance >= ROBOT_RADIUS_M)
     places = [flat.start, *spots(flat)]
     assert len({labels[grid.cell_of(place.x, place.y)] for place in places} | {0}) == 2
-    opened = homes[seed].model_copy(
+    opened = home.model_copy(
         update={
-            "walls": homes[seed].walls.model_copy(
+            "walls": home.walls.model_copy(
                 update={
                     "lines": tuple(
                         wall.model_copy(
@@ -69,7 +68,7 @@ def test_the_robot_gets_everywhere_on_the_map_and_in_truth_while_doors_are_open(
                                 )
                             }
                         )
-                        for wall in homes[seed].walls.lines
+                        for wall in home.walls.lines
                     )
                 }
             )
@@ -81,8 +80,8 @@ def test_the_robot_gets_everywhere_on_the_map_and_in_truth_while_doors_are_open(
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_home_has_rooms_doors_and_places_for_people(homes, seed):
-    flat = build_flat(homes[seed])
+def test_a_home_has_rooms_doors_and_places_for_people(seed):
+    flat = build_flat(home_of(seed))
     names = {room.name for room in flat.rooms}
     assert {"living_room", "bedroom", "bathroom"} <= names and len(names) >= 4
     inner = [door for door in flat.doors if door.name.startswith("door_")]
@@ -95,9 +94,10 @@ def test_a_home_has_rooms_doors_and_places_for_people(homes, seed):
     SimulatedWorld(flat)  # MuJoCo takes it
 
 
-def test_homes_have_what_makes_them_hard(homes):
-    flats = [build_flat(home) for home in homes.values()]
-    models = {piece.model for home in homes.values() for piece in home.furniture}
+def test_homes_have_what_makes_them_hard():
+    homes = [home_of(seed) for seed in KEPT]
+    flats = [build_flat(home) for home in homes]
+    models = {piece.model for home in homes for piece in home.furniture}
     assert models >= {
         "coat_stand",
         "umbrella_stand",
@@ -110,8 +110,8 @@ def test_homes_have_what_makes_them_hard(homes):
     }
     assert {solid.surface for flat in flats for solid in flat.solids} == {"plain", "glass", "mirror"}
     assert any(door.closed for flat in flats for door in flat.doors if door.name.startswith("door_"))
-    assert any(piece.moved_from for home in homes.values() for piece in home.furniture)
-    assert any(not piece.on_map for home in homes.values() for piece in home.furniture)
+    assert any(piece.moved_from for home in homes for piece in home.furniture)
+    assert any(not piece.on_map for home in homes for piece in home.furniture)
     assert max(door.width for flat in flats for door in flat.doors) <= 1.8
     tall = [
         part.z[1] for label, parts in load_catalogue().models.items() for part in parts if "plant" in label
@@ -120,19 +120,19 @@ def test_homes_have_what_makes_them_hard(homes):
 
 
 def test_the_command_writes_a_home_that_can_be_edited(tmp_path, capsys):
-    assert main(["--world-seed", "5", "--output", str(tmp_path)]) == 0
-    flat = load_flat(tmp_path / "maps/home_5.source.yaml")
-    assert flat == generated_flat(5)
-    assert (tmp_path / "hotspots/home_5.yaml").is_file() and (tmp_path / "maps/home_5.pgm").is_file()
+    assert main(["--world-seed", "3", "--output", str(tmp_path)]) == 0
+    flat = load_flat(tmp_path / "maps/home_3.source.yaml")
+    assert flat == build_flat(home_of(3))
+    assert (tmp_path / "hotspots/home_3.yaml").is_file() and (tmp_path / "maps/home_3.pgm").is_file()
 
 
-def test_walls_stand_at_right_angles_and_leaves_hang_in_their_doors(homes):
-    for home in homes.values():
-        flat = build_flat(home)
-        leaves = {solid.name: solid for solid in flat.solids if solid.name.startswith("door_")}
-        for door in flat.doors:
-            if door.name in leaves:
-                leaf = leaves[door.name]
-                assert math.dist((leaf.x, leaf.y), (door.x, door.y)) <= door.width
-                assert door.closed is (math.dist((leaf.x, leaf.y), (door.x, door.y)) < 0.05)
-        assert np.isfinite([solid.x for solid in flat.solids]).all()
+@pytest.mark.parametrize("seed", SEEDS)
+def test_walls_stand_at_right_angles_and_leaves_hang_in_their_doors(seed):
+    flat = build_flat(home_of(seed))
+    leaves = {solid.name: solid for solid in flat.solids if solid.name.startswith("door_")}
+    for door in flat.doors:
+        if door.name in leaves:
+            leaf = leaves[door.name]
+            assert math.dist((leaf.x, leaf.y), (door.x, door.y)) <= door.width
+            assert door.closed is (math.dist((leaf.x, leaf.y), (door.x, door.y)) < 0.05)
+    assert np.isfinite([solid.x for solid in flat.solids]).all()

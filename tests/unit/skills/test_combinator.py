@@ -15,6 +15,7 @@ from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
 from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters, merge_scans
+from tests.sweeps import examples
 
 NAN, INF = math.nan, math.inf
 DEGREE = math.pi / 180
@@ -210,7 +211,7 @@ def test_a_point_ahead_is_nearer_to_the_laser_than_to_the_kinect():
     assert np.all(np.abs(result.angles()[hits]) < 0.5 * DEGREE)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50))
 @given(st.floats(-28.0, 28.0), st.floats(0.6, 3.5), st.floats(-0.4, 0.4), st.floats(-0.3, 0.3))
 def test_a_moved_point_lands_where_geometry_says(azimuth_deg, distance, x, y):
     mounting = Transform3.from_xyz_rpy((x, y, -0.4), (math.pi, 0.0, 0.0))

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.sensing import CameraModel, DepthImage
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
+from tests.sweeps import examples
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54
@@ -158,7 +159,7 @@ def test_directions_without_any_measurement_can_be_nan():
     assert np.all(scan.ranges[inside] == EMPTY)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25))
 @given(st.integers(0, 2**32 - 1), st.floats(-0.5, 0.0), st.floats(0.01, 0.5))
 def test_it_equals_the_point_cloud_way(seed, low, high):
     generator = np.random.default_rng(seed)

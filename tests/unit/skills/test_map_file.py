@@ -22,6 +22,7 @@ from florence_bt.skills.navigation.map_server.image import decode_image, encode_
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
+from tests.sweeps import examples
 
 GOOD = (
     "image: m.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\n"
@@ -83,7 +84,7 @@ def test_bad_images(data: bytes, part: str) -> None:
         decode_pgm(data)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50))
 @given(st.binary(max_size=60))
 @example(b"3 2\n255\n" + bytes(6))
 def test_noise_is_a_frame_error_or_an_image(data: bytes) -> None:
@@ -240,7 +241,7 @@ def test_a_map_with_a_turned_origin_lies_right(tmp_path: Path) -> None:
     assert (grid.origin.x, grid.origin.y) == pytest.approx((-1.1, 2.0))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 @given(yaw=st.floats(-7.0, 7.0), seed=st.integers(0, 100))
 def test_no_obstacle_of_a_turned_map_is_lost_or_moved(yaw: float, seed: int) -> None:
     cells = np.random.default_rng(seed).choice(np.array([0, 0, 0, 100, -1], np.int8), (9, 13))

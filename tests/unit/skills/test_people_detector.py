@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -17,6 +18,7 @@ from florence_bt.skills.people.user_tracker.detector import POSTURES, Detection,
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
 from florence_bt.skills.people.user_tracker.person_network import NetworkOutput, Pixels
+from tests.sweeps import sweep
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54
@@ -234,9 +236,10 @@ def test_furniture_is_not_a_person(furniture: list[Post | Box], shift: float) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle_deg", range(0, 90, 15))
-@pytest.mark.parametrize("size", [0.25, 0.4, 0.6])
-@pytest.mark.parametrize("height", [1.3, 1.8, 2.4])
+@pytest.mark.parametrize(
+    ("height", "size", "angle_deg"),
+    sweep(itertools.product([1.3, 1.8, 2.4], [0.25, 0.4, 0.6], range(0, 90, 15)), every=5),
+)
 def test_a_box_is_not_a_person_whichever_way_it_is_turned(
     request: pytest.FixtureRequest, angle_deg: float, size: float, height: float
 ) -> None:

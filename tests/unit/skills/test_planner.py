@@ -20,6 +20,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path, ways_from
+from tests.sweeps import examples
 from tests.unit.skills.navigation_world import make_map
 
 PARAMETERS = PlannerParameters()
@@ -181,7 +182,7 @@ def test_start_and_goal_in_the_same_cell() -> None:
     assert plan.points.tolist() == [[1.01, 1.01], [1.02, 1.03]]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25))
 @given(seed=st.integers(0, 10_000))
 def test_paths_over_random_costs_arrive_and_never_cross_walls(seed: int) -> None:
     random = np.random.default_rng(seed)

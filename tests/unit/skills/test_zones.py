@@ -24,6 +24,7 @@ from florence_bt.core.zones import KEEP_OUT, SLOW, Zone
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.planner import Plan
+from tests.sweeps import examples
 from tests.unit.skills.navigation_world import Trip, World, make_map, outline
 
 
@@ -194,7 +195,7 @@ COORDINATE = st.floats(-1e4, 1e4) | st.integers(-2, 9).map(float)
 POLYGONS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=12).map(tuple)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 @given(st.lists(POLYGONS, max_size=3))
 def test_no_polygon_upsets_navigation(polygons: list[Polygon]) -> None:
     navigator = Navigator(make_map())

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.simulation.home.flat import load_flat
+from tests.sweeps import sweep
 from tools.driving import HEAD, DrivenGoal, Round, main, row_of, table_of, told
 
 
@@ -47,6 +48,7 @@ def test_each_home_has_a_line() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_drive_in_the_flat_is_the_same_each_time() -> None:
     first, second = (Round(load_flat(), None, people=1, seed=4).drive() for _ in range(2))
     assert first == second
@@ -54,11 +56,14 @@ def test_a_drive_in_the_flat_is_the_same_each_time() -> None:
     assert first.shortest * 0.97 < first.driven < first.shortest * 1.5
 
 
-def test_the_acceleration_is_that_of_the_filter_wherever_its_steps_lie_between_the_samples() -> None:
-    for start in (0.0, 2.2, 3.4):
-        trip = Round(load_flat(), None, people=0, seed=4)
-        trip._rig.clock.advance(start)
-        assert 0.95 < trip.drive().acceleration < 1.02
+@pytest.mark.slow
+@pytest.mark.parametrize("start", sweep([2.2, 0.0, 3.4], every=3))
+def test_the_acceleration_is_that_of_the_filter_wherever_its_steps_lie_between_the_samples(
+    start: float,
+) -> None:
+    trip = Round(load_flat(), None, people=0, seed=4)
+    trip._rig.clock.advance(start)
+    assert 0.95 < trip.drive().acceleration < 1.02
 
 
 def test_what_is_no_home_ends_with_the_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

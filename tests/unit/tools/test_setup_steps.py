@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import sysconfig
 import threading
 import time
 import tomllib
@@ -14,6 +15,8 @@ from packaging.requirements import Requirement
 from florence_bt.app.interfaces import building
 
 ROOT = Path(__file__).parents[3]
+PYTHON = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+MODULE = f"lib/{PYTHON}/site-packages/tf2_msgs/_tf.py"
 
 
 @pytest.fixture
@@ -46,31 +49,32 @@ def interfaces(steps, monkeypatch, tmp_path):
 
 
 class FakeBuild:
-    """Answers the commands of a build like CMake: what it installs is the message and a header."""
+    """Answers the commands of a build: the generators write a header and a Python module, and are counted."""
 
-    def __init__(self, message: Path, fails: Exception | None = None) -> None:
-        self.message, self.fails = message, fails
+    def __init__(self, fails: Exception | None = None) -> None:
+        self.fails = fails
         self.builds = 0
 
     def call(self, command, environment=None) -> None:
         words = [str(word) for word in command]
-        if "-S" in words:
-            self.prefix = Path(next(word for word in words if "INSTALL_PREFIX" in word).partition("=")[2])
+        if "generating.py" not in words[1]:
+            out = Path(words[words.index("-o") + 1])
+            out.write_text(out.name)
             return
         self.builds += 1
-        for file in ("lib/python/tf2_msgs/_tf.py", "include/tf.h", "share/tf2_msgs/package.xml"):
-            (self.prefix / file).parent.mkdir(parents=True, exist_ok=True)
-            (self.prefix / file).write_text(self.message.read_text())
+        folder, name, (message,) = Path(words[2]), words[3], words[5:]
+        for generator in building.LINKED_WITH:
+            (folder / generator / name).mkdir(parents=True)
+            (folder / f"{generator}.c").touch()
+        text = (folder / "source" / message).read_text()
+        (folder / "rosidl_generator_c" / name / "tf.h").write_text(text)
+        (folder / "rosidl_generator_py" / name / "_tf.py").write_text(text)
         if self.fails:
             raise self.fails
 
     def side_by_side(self, *works) -> None:
         for work in works:
             work()
-
-
-def fake_build(tmp_path: Path, fails: Exception | None = None) -> FakeBuild:
-    return FakeBuild(tmp_path / "interfaces" / "tf2_msgs" / "msg" / "TFMessage.msg", fails)
 
 
 def installed(tmp_path: Path) -> set[str]:
@@ -83,38 +87,48 @@ def installed(tmp_path: Path) -> set[str]:
 
 
 def test_a_package_is_built_once_for_all_checkouts(interfaces, tmp_path, monkeypatch, capsys):
-    build = fake_build(tmp_path)
+    build = FakeBuild()
     interfaces.step(build).work()
-    assert installed(tmp_path) == {"lib/python/tf2_msgs/_tf.py", "include/tf.h", "share/tf2_msgs/package.xml"}
+    assert installed(tmp_path) == {
+        MODULE,
+        "include/tf2_msgs/tf2_msgs/tf.h",
+        *(f"lib/libtf2_msgs__{generator}.so" for generator in building.LINKED_WITH),
+        f"lib/{PYTHON}/site-packages/tf2_msgs/"
+        f"tf2_msgs_s__rosidl_typesupport_c{sysconfig.get_config_var('EXT_SUFFIX')}",
+        "share/tf2_msgs/package.xml",
+        "share/tf2_msgs/msg/TFMessage.msg",
+        "share/ament_index/resource_index/packages/tf2_msgs",
+        "share/ament_index/resource_index/rosidl_interfaces/tf2_msgs",
+    }
     monkeypatch.setattr(interfaces.machine, "VENV", tmp_path / "second")
     interfaces.step(build).work()
     assert build.builds == 1
-    assert (tmp_path / "second" / "lib/python/tf2_msgs/_tf.py").read_text() == "int8 a"
+    assert (tmp_path / "second" / MODULE).read_text() == "int8 a"
     said = capsys.readouterr().out
     assert said.index("tf2_msgs built") < said.index("tf2_msgs from the cache")
 
 
 def test_a_changed_message_is_built_and_the_one_of_before_comes_from_the_cache(interfaces, tmp_path):
-    build, step = fake_build(tmp_path), interfaces.step(fake_build(tmp_path))
+    build, step = FakeBuild(), interfaces.step(FakeBuild())
+    message = tmp_path / "interfaces" / "tf2_msgs" / "msg" / "TFMessage.msg"
     interfaces.step(build).work()
     assert step.is_done()
-    build.message.write_text("int8 b")
+    message.write_text("int8 b")
     assert not step.is_done()
     interfaces.step(build).work()
-    assert (tmp_path / "venv" / "lib/python/tf2_msgs/_tf.py").read_text() == "int8 b"
-    build.message.write_text("int8 a")
+    assert (tmp_path / "venv" / MODULE).read_text() == "int8 b"
+    message.write_text("int8 a")
     interfaces.step(build).work()
     assert build.builds == 2
-    assert (tmp_path / "venv" / "lib/python/tf2_msgs/_tf.py").read_text() == "int8 a"
+    assert (tmp_path / "venv" / MODULE).read_text() == "int8 a"
 
 
 @pytest.mark.parametrize("change", ["generator", "compiler"])
 def test_other_tools_build_again(interfaces, steps, tmp_path, monkeypatch, change):
-    build = fake_build(tmp_path)
+    build = FakeBuild()
     interfaces.step(build).work()
     if change == "generator":
-        python = f"python{sys.version_info[0]}.{sys.version_info[1]}"
-        installed = tmp_path / "venv" / "lib" / python / "site-packages" / "ros_rosidl_parser-9.dist-info"
+        installed = tmp_path / "venv" / "lib" / PYTHON / "site-packages" / "ros_rosidl_parser-9.dist-info"
         installed.mkdir(parents=True)
     else:
         monkeypatch.setattr(building, "_version", lambda program: "cc 99")
@@ -125,10 +139,10 @@ def test_other_tools_build_again(interfaces, steps, tmp_path, monkeypatch, chang
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("the compiler failed")])
 def test_a_build_that_did_not_end_leaves_nothing_in_the_cache(interfaces, tmp_path, error):
     with pytest.raises(type(error)):
-        interfaces.step(fake_build(tmp_path, error)).work()
+        interfaces.step(FakeBuild(error)).work()
     assert list((tmp_path / "cache" / "florence_bt" / "interfaces").iterdir()) == []
     assert installed(tmp_path) == set()
-    interfaces.step(build := fake_build(tmp_path)).work()
+    interfaces.step(build := FakeBuild()).work()
     assert build.builds == 1
 
 
@@ -143,8 +157,8 @@ def test_two_set_ups_that_build_the_same_package_keep_one(interfaces, tmp_path):
 def test_a_cache_that_cannot_be_written_is_replaced_by_one_in_the_environment(interfaces, tmp_path):
     (tmp_path / "cache").write_text("a file, so that nobody can make the folder, not even root")
     assert building.cache_folder(interfaces._environment()) == tmp_path / "venv" / "florence-setup" / "cache"
-    interfaces.step(fake_build(tmp_path)).work()
-    assert "lib/python/tf2_msgs/_tf.py" in installed(tmp_path)
+    interfaces.step(FakeBuild()).work()
+    assert MODULE in installed(tmp_path)
 
 
 def test_files_that_a_package_no_longer_has_are_removed_and_no_others(interfaces, tmp_path):
@@ -163,7 +177,7 @@ def test_a_package_of_the_distribution_is_not_built(interfaces, tmp_path):
     theirs = tmp_path / "venv" / "share" / "tf2_msgs" / "package.xml"
     theirs.parent.mkdir(parents=True)
     theirs.write_text("theirs")
-    interfaces.step(build := fake_build(tmp_path)).work()
+    interfaces.step(build := FakeBuild()).work()
     assert build.builds == 0
     assert theirs.read_text() == "theirs"
 
@@ -173,7 +187,8 @@ def test_every_requirement_is_pinned_in_its_section(steps):
     project = tomllib.loads(steps.dependencies.PROJECT.read_text())
     extras = project["project"]["optional-dependencies"]
     needed = {
-        "build": [*project["build-system"]["requires"], *extras["ros"], *extras["build"]],
+        "base": project["build-system"]["requires"],
+        "build": [*extras["ros"], *extras["build"]],
         "run": [*project["project"]["dependencies"], *extras["robot"], *extras["sim"], *extras["draw"]],
         "test": extras["dev"],
     }
@@ -194,9 +209,11 @@ def test_no_package_is_in_two_sections(steps):
 
 def test_a_lock_is_read_as_it_was_written(steps):
     text = steps.dependencies.write_lock(
-        ["a==1", "b==2", "c==3", "d==4"], {"build": ["a==1"], "run": ["c==3", "a==1"]}
+        ["a==1", "b==2", "c==3", "d==4", "e==5"],
+        {"base": ["e==5"], "build": ["a==1", "e==5"], "run": ["c==3", "a==1"]},
     )
     assert steps.dependencies.read_lock(text) == {
+        "base": ["e==5"],
         "build": ["a==1"],
         "run": ["c==3"],
         "test": ["b==2", "d==4"],
@@ -204,7 +221,7 @@ def test_a_lock_is_read_as_it_was_written(steps):
 
 
 def test_a_lock_without_a_section_is_refused(steps):
-    with pytest.raises(steps.progress.StepFailed, match="run, test: make lock"):
+    with pytest.raises(steps.progress.StepFailed, match="base, run, test: make lock"):
         steps.dependencies.read_lock(f"# {steps.dependencies.SECTIONS['build']}\na==1\n")
 
 

@@ -25,6 +25,7 @@ from florence_bt.trees.language.compile import compile_mission, origin_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
 from tests.scripted_skill import ScriptedSkill
+from tests.sweeps import examples
 from tests.ticking import make_context, tick_until
 
 WORK = SkillDeclaration(
@@ -120,7 +121,7 @@ STEPS = st.lists(
 
 
 @pytest.mark.slow
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400))
 @given(NODES, STEPS)
 def test_nothing_happens_that_the_check_excludes(tree, steps):
     mission = parse_mission(HEAD + tree + "\n", Path(tempfile.gettempdir()) / "m.yaml")

@@ -15,6 +15,7 @@ from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.findings import has_errors
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
+from tests.sweeps import examples
 from tests.ticking import make_context
 
 DECLARATIONS = own_declarations()
@@ -76,7 +77,7 @@ def mutations(draw_from):
     return name, "\n".join(lines)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200))
 @given(mutations())
 def test_checking_a_mutated_mission(mutated):
     name, text = mutated

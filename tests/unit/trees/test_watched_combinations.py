@@ -5,12 +5,15 @@ check has an error with a place in the file, or: the later node is started once;
 reaches the tree, and stops the later node, when the wrappers let it through; nothing spins or is left.
 """
 
+import itertools
+
 import pytest
 from py_trees.common import Status
 
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
 from florence_bt.trees.checks.lint import check
+from tests.sweeps import sweep
 from tests.unit.trees.language import DECLARATIONS, ENDLESS, Play, takes
 from tests.unit.trees.test_watched_skills import AWAY
 
@@ -183,15 +186,15 @@ def door(monkeypatch):
     monkeypatch.setitem(DECLARATIONS, "door", reporting)
 
 
-@pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("guard", GUARDS)
+@pytest.mark.parametrize(("guard", "place"), sweep(itertools.product(GUARDS, PLACES), every=4))
 def test_below_one_wrapper(tmp_path, guard, place):
     for wrapper in WRAPPERS:
         holds(tmp_path, (wrapper,), guard, place)
 
 
-@pytest.mark.parametrize("place", ["sequence", "selector"])
-@pytest.mark.parametrize("outer", WRAPPERS)
+@pytest.mark.parametrize(
+    ("outer", "place"), sweep(itertools.product(WRAPPERS, ["sequence", "selector"]), every=5)
+)
 def test_below_two_wrappers(tmp_path, outer, place):
     for inner in WRAPPERS:
         holds(tmp_path, (inner, outer), "instant" if place == "sequence" else "reports", place)

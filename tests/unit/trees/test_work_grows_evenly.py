@@ -5,6 +5,7 @@ import cProfile
 import pytest
 
 from florence_bt.app.mission_files.checking import check_files
+from tests.sweeps import sweep
 
 SEQUENCE = "mission: m\ntree:\n  sequence:\n"
 
@@ -56,14 +57,17 @@ def valid(n):
 
 @pytest.mark.parametrize(
     ("shape", "n"),
-    [
-        (keys_misspelt, 300),
-        (keys_read_too_early, 300),
-        (skills_misspelt, 300),
-        (chain, 75),
-        (ring, 75),
-        (valid, 150),
-    ],
+    sweep(
+        [
+            (keys_misspelt, 300),
+            (keys_read_too_early, 300),
+            (skills_misspelt, 300),
+            (chain, 75),
+            (ring, 75),
+            (valid, 150),
+        ],
+        every=3,
+    ),
 )
 def test_checking(tmp_path, shape, n):
     folders = [tmp_path / name for name in ("first", "small", "large")]

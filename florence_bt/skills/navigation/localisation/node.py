@@ -112,7 +112,7 @@ class LocaliserNode(FlorenceNode):
         if self._settings.refine:
             self.create_service(Empty, "reinitialize_global_localization", self._on_lose)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", LATCHED)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
         self._grid: OccupancyGrid | None = None
         self._saved: Pose2 | None = None

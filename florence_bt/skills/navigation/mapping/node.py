@@ -133,7 +133,7 @@ class MappingNode(FlorenceNode):
             TurtlebotSensorState, "turtlebot_node/sensor_state", self._on_base_state, RELIABLE
         )
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", LATCHED)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
         self._work: queue.Queue[_Work | _Touch | None] = queue.Queue()
         self._thread = threading.Thread(target=self._make_map, name="mapping", daemon=True)

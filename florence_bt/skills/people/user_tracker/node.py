@@ -1,7 +1,7 @@
 """The user tracker on ROS (``user_tracker_ni_node``): pictures in, tracked users, their frames and looks out.
 
-Stopped it takes no pictures at all. The filter of the document's section 4.2 is a pure function, published
-beside the unfiltered users.
+Stopped it takes no pictures and no frames at all. The filter of the document's section 4.2 is a pure
+function, published beside the unfiltered users.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ class UserTrackerNodeParameters(CheckedParameters):
         colour_period_s: It is asked at most this often, seconds.
         colour_most: Of how many candidates at a time.
         colour_age_s: A colour picture may differ this much in time from the depth picture, seconds.
-        keep_pictures_s: Pictures are listened to for this long after a stop, seconds: between two looks the
-            tracker is stopped for a moment, and it would take a while to find the pictures again.
+        keep_pictures_s: Pictures and frames are listened to for this long after a stop, seconds: between two
+            looks the tracker is stopped for a moment, and it would take a while to find them again.
         use_map: Whether the map takes walls and furniture out of the pictures.
         map_frame: The frame of the map.
         odom_frame: The frame in which people are tracked: a correction of the robot's place moves nobody.
@@ -147,7 +147,7 @@ class UserTrackerNode(FlorenceNode):
         self._known: KnownObstacles | None = None
         self._last_stamp = float("-inf")
         self._waiting: Image | None = None
-        self._tf = TransformListener(self)
+        self._tf: TransformListener | None = None
         self._frames = TransformBroadcaster(self)
         self._users_topic = self.create_publisher(TrackedUsers, "tracked_users", RELIABLE)
         self._filtered_topic = self.create_publisher(TrackedUsers, "filtered_tracked_users", RELIABLE)
@@ -187,6 +187,8 @@ class UserTrackerNode(FlorenceNode):
         if self._forget_timer is not None:
             self._forget_timer.cancel()
             self._forget_timer = None
+        if self._tf is None:
+            self._tf = TransformListener(self)
         if not self._readings:
             self._readings = [
                 self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR),
@@ -211,6 +213,9 @@ class UserTrackerNode(FlorenceNode):
         for subscription in self._readings:
             self.destroy_subscription(subscription)
         self._readings = []
+        if self._tf is not None:
+            self._tf.close()
+            self._tf = None
 
     # ---- pictures -------------------------------------------------------------------------------------
 
@@ -286,6 +291,7 @@ class UserTrackerNode(FlorenceNode):
             return None
 
     def _take_picture(self, depth: DepthImage) -> None:
+        assert self._tf is not None
         params, buffer = self._params, self._tf.buffer
         optical_in_base = buffer.lookup(params.base_frame, depth.frame_id, depth.stamp)
         robot_in_odom = buffer.lookup_pose(params.odom_frame, params.base_frame, depth.stamp)
@@ -308,7 +314,7 @@ class UserTrackerNode(FlorenceNode):
 
     def _on_scan(self, message: LaserScanMsg) -> None:
         """Go on with the legs of those whom the camera does not see."""
-        if not self._tracker.running or self._known is None:
+        if not self._tracker.running or self._known is None or self._tf is None:
             return
         params, buffer = self._params, self._tf.buffer
         try:

@@ -13,9 +13,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from florence_bt.behaviours.ticking import Ticker
+from tests.sweeps import sweep
 from tests.unit.behaviours.ticking import random_reactive, random_trees
 
-CHUNK = 200
+CHUNK = 100
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +29,7 @@ def restart_time(monkeypatch) -> Callable[[], None]:
     return restart
 
 
-@pytest.mark.parametrize("first", range(0, 1200, CHUNK))
+@pytest.mark.parametrize("first", sweep(range(0, 1200, CHUNK), every=4))
 def test_random_trees(first, restart_time):
     for seed in range(first, first + CHUNK):
         restart_time()
@@ -37,7 +38,7 @@ def test_random_trees(first, restart_time):
         assert random_trees.play(seed, random_trees.TickedTree, depth=4) == stock, f"seed {seed}"
 
 
-@pytest.mark.parametrize("first", range(5000, 5400, CHUNK))
+@pytest.mark.parametrize("first", sweep(range(5000, 5400, CHUNK), every=4))
 def test_random_trees_with_leaves_that_answer_nonsense(first, restart_time, capsys):
     for seed in range(first, first + CHUNK):
         restart_time()
@@ -49,7 +50,7 @@ def test_random_trees_with_leaves_that_answer_nonsense(first, restart_time, caps
 
 
 @pytest.mark.parametrize("quiet", [True, False])
-@pytest.mark.parametrize("first", range(0, 400, CHUNK))
+@pytest.mark.parametrize("first", sweep(range(0, 400, CHUNK), every=4))
 def test_random_trees_of_our_own_nodes(first, quiet, restart_time):
     for seed in range(first, first + CHUNK):
         restart_time()

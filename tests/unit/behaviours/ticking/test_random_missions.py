@@ -13,9 +13,10 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.ticking import Ticker
 from florence_bt.behaviours.why import explain
+from tests.sweeps import sweep
 from tests.unit.behaviours.ticking.random_missions import KEYS, Stage, write
 
-CHUNK = 40
+CHUNK = 20
 STEPS = 25
 TICKS_AT_ONE_MOMENT = 6
 Ticks = tuple[Callable[[], object], Callable[[], object]]
@@ -71,7 +72,7 @@ def play(stage: Stage, seed: int, make: Callable[[Behaviour], Ticks]) -> list[An
     return story
 
 
-@pytest.mark.parametrize("first", range(0, 80, CHUNK))
+@pytest.mark.parametrize("first", sweep(range(0, 80, CHUNK), every=4))
 def test_random_missions(first, tmp_path: Path):
     for seed in range(first, first + CHUNK):
         library = write(seed, tmp_path)
@@ -79,7 +80,7 @@ def test_random_missions(first, tmp_path: Path):
         assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"
 
 
-@pytest.mark.parametrize("first", range(0, 120, CHUNK))
+@pytest.mark.parametrize("first", sweep(range(0, 120, CHUNK), every=6))
 def test_random_missions_with_watched_skills(first, tmp_path: Path):
     for seed in range(first, first + CHUNK):
         library = write(seed, tmp_path, asks=True)
@@ -88,7 +89,7 @@ def test_random_missions_with_watched_skills(first, tmp_path: Path):
 
 
 @pytest.mark.parametrize("asks", [False, True])
-@pytest.mark.parametrize("first", range(0, 80, CHUNK))
+@pytest.mark.parametrize("first", sweep(range(0, 80, CHUNK), every=4))
 def test_random_missions_that_deal_with_failures(first, asks, tmp_path: Path):
     for seed in range(first, first + CHUNK):
         library = write(seed, tmp_path, asks=asks, catches=True)
@@ -98,8 +99,9 @@ def test_random_missions_that_deal_with_failures(first, asks, tmp_path: Path):
 
 @pytest.mark.parametrize("catches", [False, True])
 @pytest.mark.parametrize("asks", [False, True])
-def test_random_missions_whose_branches_are_built_when_they_are_reached(asks, catches, tmp_path: Path):
-    for seed in range(60):
+@pytest.mark.parametrize("first", sweep(range(0, 60, CHUNK), every=3))
+def test_random_missions_whose_branches_are_built_when_they_are_reached(first, asks, catches, tmp_path: Path):
+    for seed in range(first, first + CHUNK):
         library = write(seed, tmp_path, asks=asks, catches=catches)
         stock = play(Stage(library, seed), seed, by_us)
         for make in (by_us, by_py_trees):

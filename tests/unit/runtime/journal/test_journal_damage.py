@@ -14,10 +14,11 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JOURNAL_FILE, JournalReader
 from florence_bt.runtime.journal.schema import VERSION
 from florence_bt.runtime.run import RunStatus, TriggerPolicy
+from tests.sweeps import sweep
 from tests.unit.runtime.recovery_bench import Process, missions, trip
 
-TRIES = 40
-"""How many seeds of each kind of damage."""
+TRIES, CHUNK = 40, 8
+"""How many seeds there are of each kind of damage, and how many a test has."""
 VALUES = (
     None,
     -1,
@@ -136,8 +137,9 @@ def schema(rng, runs):
 
 
 @pytest.mark.parametrize("damage", [bytes_, header, pages, log, truncation, values, schema])
-def test_a_damaged_journal_stops_no_start_and_nothing_is_lost_in_silence(tmp_path, wreck, damage):
-    for seed in range(TRIES):
+@pytest.mark.parametrize("first", sweep(range(0, TRIES, CHUNK), every=5))
+def test_a_damaged_journal_stops_no_start_and_nothing_is_lost_in_silence(tmp_path, wreck, damage, first):
+    for seed in range(first, first + CHUNK):
         folder = tmp_path / str(seed)
         folder.mkdir()
         missions(folder, "resume")

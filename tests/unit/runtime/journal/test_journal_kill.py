@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import signal
 import sqlite3
 import subprocess
@@ -12,8 +11,11 @@ from pathlib import Path
 import pytest
 
 from florence_bt.runtime.journal import JournalReader
+from tests.sweeps import sweep
 
 CHILD = Path(__file__).with_name("journal_child.py")
+MOMENTS = (166, 78, 203, 334, 25, 38, 275, 49, 188, 299, 30, 260)
+"""After how many lines of the child it is killed."""
 TOIL = """
 mission: toil
 description: Works.
@@ -42,25 +44,22 @@ def killed_after(lines: int, folder: Path, mode: str) -> list[tuple[str, str]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", ["background", "at once"])
-def test_nothing_that_was_acknowledged_is_lost(tmp_path, mode):
-    moments = random.Random(7)
-    for number in range(12):
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        (folder / "toil.yaml").write_text(TOIL)
-        said = killed_after(moments.randrange(1, 400), folder, mode)
-        assert said and not [word for word, _ in said if word == "trouble"]
-        with sqlite3.connect(folder / "runs" / "journal.sqlite") as connection:
-            assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-        connection.close()
-        with JournalReader(folder / "runs") as reader:
-            for word, run_id in said:
-                row = reader.run(run_id)
-                assert row is not None, (number, word, run_id)
-                assert word != "ended" or row.state == "SUCCEEDED"
-                kinds = [event.kind for event in reader.events(run_id)]
-                assert word in kinds or word == "accepted"
-            # What is there is whole: no event is missing before another.
-            for row in reader.runs(limit=10_000):
-                numbers = [event.seq for event in reader.events(row.run_id)]
-                assert numbers == list(range(1, len(numbers) + 1))
+@pytest.mark.parametrize("lines", sweep(MOMENTS, every=4))
+def test_nothing_that_was_acknowledged_is_lost(tmp_path, lines, mode):
+    (tmp_path / "toil.yaml").write_text(TOIL)
+    said = killed_after(lines, tmp_path, mode)
+    assert said and not [word for word, _ in said if word == "trouble"]
+    with sqlite3.connect(tmp_path / "runs" / "journal.sqlite") as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    connection.close()
+    with JournalReader(tmp_path / "runs") as reader:
+        for word, run_id in said:
+            row = reader.run(run_id)
+            assert row is not None, (word, run_id)
+            assert word != "ended" or row.state == "SUCCEEDED"
+            kinds = [event.kind for event in reader.events(run_id)]
+            assert word in kinds or word == "accepted"
+        # What is there is whole: no event is missing before another.
+        for row in reader.runs(limit=10_000):
+            numbers = [event.seq for event in reader.events(row.run_id)]
+            assert numbers == list(range(1, len(numbers) + 1))

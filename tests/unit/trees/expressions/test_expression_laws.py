@@ -24,6 +24,7 @@ from florence_bt.trees.language.expressions.syntax import (
     Unary,
     print_term,
 )
+from tests.sweeps import examples
 
 HERE = Position()
 NUMBERS = st.one_of(
@@ -87,7 +88,7 @@ def exactly(text, keys):
     return eval(text, {"F": Fraction, "keys": keys, "min": min, "max": max, "abs": abs})
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(st.one_of(SUMS, CONDITIONS), st.lists(st.integers(-5, 5), min_size=3, max_size=3))
 def test_values_are_those_of_exact_arithmetic(term, numbers):
     keys = dict(zip("abc", numbers, strict=True))

@@ -1,0 +1,151 @@
+"""The fork server: imports what the processes of a bring-up need, and forks them.
+
+``python -m florence_bt.app.bringup.fork_server_main FOLDER SOCKET HOW``, started by
+:class:`florence_bt.app.bringup.fork_server.ForkServer`. It ends when the other end of its socket is closed.
+
+A fork has only the thread that called it, so nothing may hold a lock on another one. Nothing that Florence
+imports starts a thread before ``rclpy.init`` (a test counts them), with one exception: importing rclpy loads
+LTTng-UST, whose two threads wait for a tracing daemon. They hold its locks only while they hear from one.
+A fork has not got these threads, so it cannot be traced by LTTng.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import importlib
+import inspect
+import json
+import os
+import socket
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from florence_bt.app.bringup.fork_server import MESSAGE_BYTES
+
+EVERYBODY = (
+    "florence_bt.ros.rclpy_internals:load_no_generator",
+    "florence_bt.app.bringup.process",
+    "florence_bt.app.bringup.topology",
+    "florence_bt.ros.process",
+    # What rclpy imports for the first node.
+    "rosidl_generator_py",
+    "service_msgs.msg",
+    "type_description_interfaces.msg",
+)
+"""Every process of a bring-up needs these."""
+MOST_DESCRIPTORS = 16
+ARG_START, ARG_END = 45, 46
+"""Fields of ``/proc/PID/stat`` behind the name, from 0: where the command line lies in memory (proc(5))."""
+
+
+def main(channel: socket.socket, *, alone: bool) -> int:
+    """Import and fork until the socket is closed at its other end.
+
+    Args:
+        channel: What the orders come by.
+        alone: Whether nothing is imported before it is asked for.
+
+    Returns:
+        The exit code: 0 of the server; of a fork that of its process.
+    """
+    # Of Python 3.12 and later, about the threads of LTTng-UST.
+    warnings.filterwarnings("ignore", "This process .* is multi-threaded", DeprecationWarning)
+    gc.disable()  # which would write to all that the forks share
+    if not alone:
+        _load(EVERYBODY)
+    while True:
+        message, descriptors, _, _ = socket.recv_fds(channel, MESSAGE_BYTES, MOST_DESCRIPTORS)
+        if not message:
+            return 0
+        order = json.loads(message)
+        if "load" in order:
+            _load(order["load"])
+            channel.send(b"{}")
+            continue
+        # The first log line of a process finds the file of every module that there is, which takes 50 ms.
+        inspect.getmodule(main.__code__)
+        gc.freeze()
+        pid = _fork()
+        if not pid:
+            channel.close()
+            return _run(order, descriptors)
+        for descriptor in descriptors:
+            os.close(descriptor)
+        channel.send(json.dumps({"pid": pid}).encode())
+
+
+def _load(what: Sequence[str]) -> None:
+    for each in what:
+        module, _, function = each.partition(":")
+        try:
+            imported = importlib.import_module(module)
+            if function:
+                getattr(imported, function)()
+        except Exception as error:
+            # The process that needs it fails in the same way, and that is in its log and in what people read.
+            print(f"the fork server could not load {each}: {error}", file=sys.stderr)
+
+
+def _fork() -> int:
+    """Fork a process that is not a child of this one.
+
+    Returns:
+        Its process id; in the fork itself 0, as soon as it has its new parent.
+    """
+    told, tell = os.pipe()
+    begin, hold = os.pipe()
+    between = os.fork()
+    if not between:
+        pid = os.fork()
+        if pid:
+            os.write(tell, str(pid).encode())
+            os._exit(0)
+        for descriptor in (told, tell, hold):
+            os.close(descriptor)
+        os.read(begin, 1)  # until the server has closed its end
+        os.close(begin)
+        return 0
+    os.close(tell)
+    pid = int(os.read(told, 32))
+    os.waitpid(between, 0)
+    for descriptor in (told, begin, hold):
+        os.close(descriptor)
+    return pid
+
+
+def _run(order: dict[str, Any], descriptors: Sequence[int]) -> int:
+    """Become the process of a group of nodes, and return its exit code."""
+    os.setsid()
+    output, *rest = descriptors
+    for standard in (1, 2):
+        os.dup2(output, standard)
+    os.close(output)
+    os.chdir(order["folder"])
+    os.umask(order["umask"])
+    for name, value in order["variables"].items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
+    os.environ.update({name: str(number) for name, number in zip(order["descriptors"], rest, strict=False)})
+    group, options_file, parent = order["group"], order["options_file"], order["parent"]
+    _show_as([sys.executable, "-m", order["module"], group, options_file, str(parent)])
+    gc.enable()
+    code: int = importlib.import_module(order["module"]).main(group, Path(options_file), parent)
+    return code
+
+
+def _show_as(words: Sequence[str]) -> None:
+    """Show another command line to ps(1) and the like, as far as there is room for it."""
+    fields = Path("/proc/self/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    start, end = int(fields[ARG_START]), int(fields[ARG_END])
+    text = "\0".join(words).encode(errors="surrogateescape")[: end - start - 1]
+    ctypes.memmove(start, text.ljust(end - start, b"\0"), end - start)
+
+
+if __name__ == "__main__":
+    sys.exit(main(socket.socket(fileno=int(sys.argv[2])), alone=sys.argv[3].strip() == "alone"))

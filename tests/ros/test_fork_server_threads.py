@@ -1,0 +1,29 @@
+"""What the fork server imports starts no thread: a fork has only the one that forked it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from florence_bt.app.bringup.fork_server import ForkServer
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.topology import loaded_for, processes
+
+
+def threads_of(pid: int) -> int:
+    return len(os.listdir(f"/proc/{pid}/task"))
+
+
+def test_what_the_processes_of_a_bring_up_import_starts_no_thread(tmp_path: Path) -> None:
+    options = BringUp(folder=str(tmp_path), record=True, page_port=8080, home_file="home.yaml")
+    with ForkServer(tmp_path) as server:
+        server.load(["rclpy"])  # whose tracing library has two, which wait for a tracing daemon
+        with_rclpy = threads_of(server.pid)
+        for group in processes(options):
+            server.load(loaded_for(group, options))
+            assert threads_of(server.pid) == with_rclpy, group
+        assert with_rclpy <= 3
