@@ -85,7 +85,7 @@ def merged(figures: Figures, before: str) -> str:
 
 def _rows_of(text: str) -> list[list[str]]:
     lines = [line for line in text.splitlines() if line.startswith("| ")]
-    return [[cell.strip() for cell in line.strip("| ").split(" | ", 2)] + [""] for line in lines[2:]]
+    return [[cell.strip() for cell in line[1:-1].split(" | ", 2)] for line in lines[2:]]
 
 
 def write_figures(page: Path, sections: dict[str, Figures]) -> None:

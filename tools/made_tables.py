@@ -23,7 +23,8 @@ class Figures:
         tables: Names of their marks.
         tool: What Python is given to run, e.g. ``tools/crossing.py`` or ``-m tools.rooms``.
         arguments: Those that make what is in the page.
-        small: Those of a run of seconds, for the suite.
+        small: Those of a run of seconds, for the suite; empty where what it needs is not part of the
+            repository. ``LOG`` is a small log.
         depends: Folders and files whose changes can change the figures.
         write: What stands before the page in the command.
         alone: Whether it measures times, so that nothing else may run beside it.
@@ -70,7 +71,7 @@ FIGURES: tuple[Figures, ...] = (
         ("detection",),
         "tools/detection.py",
         "--first 5000 --jobs 1",
-        "--first 5000 --homes 2 --pictures 2 --jobs 1",
+        "--first 5000 --homes 2 --pictures 6 --jobs 1",
         ("tools/detection.py", "tools/person_network", "florence_bt/skills/people", "florence_bt/simulation"),
     ),
     Figures(
@@ -78,7 +79,7 @@ FIGURES: tuple[Figures, ...] = (
         ("colour",),
         "tools/colour_detection.py",
         "",
-        "--photographs 2",
+        "",
         ("tools/colour_detection.py", "tools/colour_network", "florence_bt/skills/people"),
         alone=True,
     ),
@@ -143,7 +144,7 @@ FIGURES: tuple[Figures, ...] = (
         ("localisation",),
         "tools/localisation.py",
         f"--log {_FREIBURG} --seeds 1",
-        "",
+        "--log LOG --seeds 1 --part 0.02",
         ("tools/localisation.py", "tools/carmen_log.py", "florence_bt/skills/navigation/localisation"),
     ),
     Figures(
@@ -167,7 +168,7 @@ FIGURES: tuple[Figures, ...] = (
         ("log",),
         "tools/mapping.py",
         f"--log {_FREIBURG} --picture docs/img/freiburg-079.png",
-        "",
+        "--log LOG",
         ("tools/mapping.py", "tools/carmen_log.py", "florence_bt/skills/navigation/mapping"),
         alone=True,
     ),
@@ -191,12 +192,12 @@ FIGURES: tuple[Figures, ...] = (
     ),
     _attack("overrides", "--count 500"),
     _attack("kills", "", "--count 1 --others 0"),
-    _attack("hangs", "--count 5"),
+    _attack("hangs", "--count 5", "--count 1 --processes people"),
     _attack("pauses", ""),
-    _attack("hands", ""),
-    _attack("restarts", "--count 200"),
-    _attack("messages", "--count 120"),
-    _attack("busy", "--count 50"),
+    _attack("hands", "", "--count 1 --processes people"),
+    _attack("restarts", "--count 200", ""),
+    _attack("messages", "--count 120", "--count 2"),
+    _attack("busy", "--count 50", ""),
     _bench("test_bench_check", "florence_bt/trees", "florence_bt/app/mission_files", "florence_bt/cli"),
     _bench("test_bench_drivers", "florence_bt/drivers", "florence_bt/ros"),
     _bench("test_bench_localisation", "florence_bt/skills/navigation/localisation"),

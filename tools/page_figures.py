@@ -231,13 +231,12 @@ class Viewer(threading.Thread):
 def robot_process(nodes: int, tree_rate: float, name: str = "1") -> Iterator[subprocess.Popen[str]]:
     """Have a robot in this domain."""
     words = [sys.executable, "-m", "tools.page_figures", "--robot", str(nodes), str(tree_rate), name]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout is not None and process.stdout.readline() == "up\n"
-        yield process
-    finally:
-        process.kill()
-        process.wait()
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "up\n"
+            yield process
+        finally:
+            process.kill()
 
 
 # ---- the measurements -----------------------------------------------------------------------------------

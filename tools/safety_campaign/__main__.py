@@ -17,13 +17,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tools.safety_campaign.busy import goto_user_beside_load
 from tools.safety_campaign.hands import drive_by_hand_many, hands_table
-from tools.safety_campaign.hangs import hang_many, hangs_table
+from tools.safety_campaign.hangs import PROCESSES, hang_many, hangs_table
 from tools.safety_campaign.kills import kill_many, kills_table
 from tools.safety_campaign.messages import attack_with_messages
 from tools.safety_campaign.overrides import override_many, overrides_table
 from tools.safety_campaign.pauses import stand_many, stands_table
 from tools.safety_campaign.restarts import restart_many
-from tools.safety_campaign.running_system import RunningSystem
+from tools.safety_campaign.running_system import BringUp, RunningSystem
 from tools.tables import command_of, table, write_table
 
 ATTACK_S = 120.0
@@ -35,29 +35,31 @@ def _say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _overrides(options: argparse.Namespace) -> str:
-    return overrides_table(override_many(options.count or 500, options.seed, _say))
+def _overrides(options: argparse.Namespace, bring_up: BringUp) -> str:
+    return overrides_table(override_many(options.count or 500, options.seed, _say, bring_up))
 
 
-def _kills(options: argparse.Namespace) -> str:
-    return kills_table(kill_many(options.count or 60, options.others, options.seed, _say))
+def _kills(options: argparse.Namespace, bring_up: BringUp) -> str:
+    return kills_table(kill_many(options.count or 60, options.others, options.seed, _say, bring_up))
 
 
-def _hangs(options: argparse.Namespace) -> str:
-    return hangs_table(hang_many(options.count or 20, options.seed, _say))
+def _hangs(options: argparse.Namespace, bring_up: BringUp) -> str:
+    return hangs_table(hang_many(options.count or 20, options.seed, _say, bring_up, options.processes))
 
 
-def _pauses(options: argparse.Namespace) -> str:
-    return stands_table(stand_many(options.count or 12, options.seed, _say))
+def _pauses(options: argparse.Namespace, bring_up: BringUp) -> str:
+    return stands_table(stand_many(options.count or 12, options.seed, _say, bring_up))
 
 
-def _hands(options: argparse.Namespace) -> str:
-    return hands_table(drive_by_hand_many(options.count or 3, options.seed, _say))
+def _hands(options: argparse.Namespace, bring_up: BringUp) -> str:
+    return hands_table(
+        drive_by_hand_many(options.count or 3, options.seed, _say, bring_up, options.processes)
+    )
 
 
-def _messages(options: argparse.Namespace) -> str:
+def _messages(options: argparse.Namespace, bring_up: BringUp) -> str:
     """Send messages for a while; then undo what any program may set, and drive the robot by a mission."""
-    with RunningSystem(options.seed) as system:
+    with bring_up(options.seed) as system:
         before = system.pids()
         report = attack_with_messages(float(options.count or ATTACK_S), options.seed)
         ended = [name for name, pid in before.items() if system.pid(name) != pid]
@@ -81,15 +83,15 @@ def _messages(options: argparse.Namespace) -> str:
     return "\n\n".join(lines)
 
 
-def _restarts(options: argparse.Namespace) -> str:
+def _restarts(options: argparse.Namespace, _bring_up: BringUp) -> str:
     return f"{restart_many(options.count or 200, options.seed)}."
 
 
-def _busy(options: argparse.Namespace) -> str:
+def _busy(options: argparse.Namespace, _bring_up: BringUp) -> str:
     return f"{goto_user_beside_load(options.count or 50, options.seed).text()}."
 
 
-ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {
+ATTACKS: dict[str, Callable[[argparse.Namespace, BringUp], str]] = {
     "overrides": _overrides,
     "kills": _kills,
     "hangs": _hangs,
@@ -101,7 +103,7 @@ ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {
 }
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, bring_up: BringUp = RunningSystem) -> int:
     """Run one attack and print what came of it."""
     parser = argparse.ArgumentParser(prog="python tools/safety_campaign", description=__doc__)
     parser.add_argument("attack", choices=sorted(ATTACKS))
@@ -114,13 +116,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=5,
         help="kills of each process but the mission server",
     )
+    parser.add_argument(
+        "--processes", nargs="+", choices=PROCESSES, default=PROCESSES, help="that hang, one after the other"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the result between the marks of this page"
     )
     options = parser.parse_args(arguments)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what was started is ended, too
-    text = ATTACKS[options.attack](options)
+    text = ATTACKS[options.attack](options, bring_up)
     print(text)
     if options.write:
         write_table(options.write, options.attack, text, command_of("tools/safety_campaign", arguments))
@@ -128,4 +132,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what was started is ended, too
     sys.exit(main())

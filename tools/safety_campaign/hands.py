@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import random
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
-from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.running_system import BringUp, CampaignFailed, RunningSystem
 from tools.tables import table
 
 HANGS = {"missions": 10.0, "navigation": 4.0, "people": 4.0}
@@ -38,13 +38,19 @@ class HandDrive:
     moved: bool
 
 
-def drive_by_hand_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[HandDrive]:
-    """Drive by hand so many times beside each process that hangs."""
+def drive_by_hand_many(
+    count: int,
+    seed: int,
+    say: Callable[[str], None] = print,
+    bring_up: BringUp = RunningSystem,
+    processes: Sequence[str] = tuple(HANGS),
+) -> list[HandDrive]:
+    """Drive by hand so many times beside each of some processes that hang."""
     dice = random.Random(seed)
     drives = []
-    for number, group in enumerate(HANGS):
+    for number, group in enumerate(processes):
         for index in range(count):
-            with RunningSystem(seed + 100 * number + index) as system:
+            with bring_up(seed + 100 * number + index) as system:
                 drives.append(_drive(system, group, dice))
         say(f"{count} drives by hand while {group} hung")
     return drives

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import random
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.running_system import BringUp, CampaignFailed, RunningSystem
 from tools.tables import milliseconds, table
 
 PROCESSES = ("missions", "navigation", "people")
@@ -31,12 +31,18 @@ class Hang:
     well: bool
 
 
-def hang_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Hang]:
-    """Let each process hang so many times."""
+def hang_many(
+    count: int,
+    seed: int,
+    say: Callable[[str], None] = print,
+    bring_up: BringUp = RunningSystem,
+    processes: Sequence[str] = PROCESSES,
+) -> list[Hang]:
+    """Let each of some processes hang so many times."""
     dice = random.Random(seed)
     hangs = []
-    for number, group in enumerate(PROCESSES):
-        with RunningSystem(seed + number) as system:
+    for number, group in enumerate(processes):
+        with bring_up(seed + number) as system:
             system.drive_by_mission()
             hangs += [_hang(system, group, dice) for _ in range(count)]
         say(f"{count} hangs of {group}")
@@ -57,6 +63,8 @@ def hangs_table(hangs: list[Hang]) -> str:
     rows = []
     for group in PROCESSES:
         mine = [hang for hang in hangs if hang.group == group]
+        if not mine:
+            continue
         times = sorted(hang.standing_s for hang in mine)
         well = str(sum(hang.well for hang in mine))
         rows.append((group, str(len(mine)), milliseconds(times, 0.5), milliseconds(times, 1.0), well))

@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.running_system import BringUp, CampaignFailed, RunningSystem
 from tools.tables import milliseconds, table
 
 OTHERS = ("hardware", "navigation", "people", "simulator")
@@ -35,7 +35,13 @@ class Kill:
     left: int
 
 
-def kill_many(missions: int, others: int, seed: int, say: Callable[[str], None] = print) -> list[Kill]:
+def kill_many(
+    missions: int,
+    others: int,
+    seed: int,
+    say: Callable[[str], None] = print,
+    bring_up: BringUp = RunningSystem,
+) -> list[Kill]:
     """Kill the mission server, and each other process, so many times."""
     dice = random.Random(seed)
     kills: list[Kill] = []
@@ -43,14 +49,14 @@ def kill_many(missions: int, others: int, seed: int, say: Callable[[str], None] 
         done = 0
         while done < count:
             in_a_row = 1 if group == ENDS_ALL else min(IN_A_ROW, count - done)
-            kills += _kill_in_a_row(group, in_a_row, seed + len(kills), dice)
+            kills += _kill_in_a_row(group, in_a_row, seed + len(kills), dice, bring_up)
             done += in_a_row
         say(f"{count} kills of {group}")
     return kills
 
 
-def _kill_in_a_row(group: str, count: int, seed: int, dice: random.Random) -> list[Kill]:
-    with RunningSystem(seed) as system:
+def _kill_in_a_row(group: str, count: int, seed: int, dice: random.Random, bring_up: BringUp) -> list[Kill]:
+    with bring_up(seed) as system:
         system.drive_by_mission()
         if group == ENDS_ALL:
             return [_kill_the_world(system, dice)]

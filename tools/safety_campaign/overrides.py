@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
-from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.running_system import BringUp, CampaignFailed, RunningSystem
 from tools.tables import milliseconds, table
 
 SERVERS = ("alive", "hung", "dead")
@@ -63,7 +63,12 @@ class Trial:
     shifted_m: float
 
 
-def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Trial]:
+def override_many(
+    count: int,
+    seed: int,
+    say: Callable[[str], None] = print,
+    bring_up: BringUp = RunningSystem,
+) -> list[Trial]:
     """Run the trials, a bring-up for a block of each state; one whose robot is stuck is given up.
 
     Raises:
@@ -77,7 +82,7 @@ def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> 
     while servers:
         dead = 0
         try:
-            with RunningSystem(next(numbers)) as system:
+            with bring_up(next(numbers)) as system:
                 while servers and (servers[0] == "dead" or not dead):  # it does not come back
                     trials.append(_next_trial(system, servers[0], dead, dice, say))
                     dead += servers.popleft() == "dead"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from std_msgs.msg import Bool
 
 from tools.safety_campaign.kills import IN_A_ROW
-from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.running_system import BringUp, CampaignFailed, RunningSystem
 from tools.tables import table
 
 DEATHS = ("killed", "hung until the supervisor killed it")
@@ -41,13 +41,18 @@ class Stand:
     well: bool
 
 
-def stand_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Stand]:
+def stand_many(
+    count: int,
+    seed: int,
+    say: Callable[[str], None] = print,
+    bring_up: BringUp = RunningSystem,
+) -> list[Stand]:
     """Let the mission server die so many times, a bring-up for each block of deaths that it survives."""
     dice = random.Random(seed)
     cases = itertools.cycle([(by, death) for by in STANDS_BY for death in DEATHS])
     stands: list[Stand] = []
     while len(stands) < count:
-        with RunningSystem(seed + len(stands)) as system:
+        with bring_up(seed + len(stands)) as system:
             for _ in range(min(IN_A_ROW, count - len(stands))):
                 stands.append(_stand(system, *next(cases), dice))
         say(f"{len(stands)} of {count} deaths")

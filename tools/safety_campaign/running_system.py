@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -335,6 +336,10 @@ class RunningSystem:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+
+
+BringUp = Callable[[int], AbstractContextManager[RunningSystem]]
+"""Brings a system up by a seed; with one that gives the same system again and again, attacks share it."""
 
 
 def _goal_client(node: FlorenceNode, action: Any, name: str) -> Any:
