@@ -4,7 +4,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
 PARALLEL = -n $(WORKERS) --dist loadgroup
-WORKERS ?= 2
+# More than cores, at least on two: a good part of the tests over ROS waits most of its time.
+WORKERS ?= 3
 ARGS ?=
 
 .DEFAULT_GOAL := help

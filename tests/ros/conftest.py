@@ -42,7 +42,7 @@ GENEROUS_S = 120.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the whole systems: they mostly wait, and what is short fills the cores beside and after them."""
+    """Begin with the whole systems: they mostly wait, and what is short fills the cores beside them."""
     here = Path(__file__).parent
     items.sort(key=lambda item: here not in item.path.parents or not item.get_closest_marker("slow"))
 

@@ -71,9 +71,7 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
     # A machine that is so busy that commands come seconds late turns the robot too far, and that is told. So
     # there are some chances; what is wrong with the calibration fails each time.
     for _ in range(5):
-        done = florence(
-            "calibrate", "--rest", "3", "--speed", "1.0", "--speed", "1.5", "--write", str(wrong_config)
-        )
+        done = florence("calibrate", "--rest", "3", "--speed", "1.0", "--write", str(wrong_config))
         if done.returncode == 0:
             break
     assert done.returncode == 0, done.stdout + done.stderr

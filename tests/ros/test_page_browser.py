@@ -28,6 +28,7 @@ pytestmark = [
     pytest.mark.ros,
     pytest.mark.slow,
     pytest.mark.timeout(1800),
+    pytest.mark.xdist_group("browser"),
     pytest.mark.skipif(CHROMIUM is None, reason="there is no browser: apt install chromium"),
 ]
 expect = playwright.expect

@@ -28,6 +28,12 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 pytestmark = pytest.mark.ros
 
 
+@pytest.fixture(autouse=True)
+def looks_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let new topics be found at once: each test waits for several."""
+    monkeypatch.setattr(recording, "LOOK_S", 0.05)
+
+
 def read(folder: Path) -> list[tuple[str, int, Any]]:
     """Return topic, time in nanoseconds and message of everything in the files of a folder, in order."""
     found = []

@@ -8,10 +8,13 @@ import sys
 import threading
 from collections import deque
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.runtime.recorder import RunRecord
+
+if TYPE_CHECKING:  # the process that draws has no use for the runtime
+    from florence_bt.runtime.recorder import RunRecord
 
 PICTURE = "flat.png"
 FINISH_BUDGET_S = 4.0
