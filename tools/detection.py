@@ -48,6 +48,8 @@ SMALLEST_PIXELS = 150
 
 
 PICTURE, PERSON, NOBODY = "picture", "person", "nobody"
+UNKNOWN = "unknown"
+"""The posture of somebody whom the picture cuts above."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +179,7 @@ def report(lines: Sequence[Line]) -> str:
     """Write all results as Markdown."""
     people = [each for each in lines if each.what == PERSON]
     errors = sorted(each.error for each in people if each.error is not None)
-    right = [each.posture_right for each in people if each.error is not None]
+    found = [each for each in people if each.error is not None]
     head = ("", *(f"{a:g} to {b:g} m" for a, b in DISTANCES))
 
     def count(what: str, *, empty: bool) -> int:
@@ -191,9 +193,17 @@ def report(lines: Sequence[Line]) -> str:
         text += (
             f" Position: {100 * statistics.median(errors):.0f} cm off (median), "
             f"{100 * errors[int(0.95 * len(errors))]:.0f} cm (95 %). "
-            f"The posture was right for {100 * sum(right) / len(right):.0f} %."
+            f"{posture_text(found)}"
         )
     return f"{table(head, rows(people))}\n\n{text}"
+
+
+def posture_text(found: Sequence[Line]) -> str:
+    """Write how often the posture of those who were found was right, not told, and wrong."""
+    right = sum(each.posture_right for each in found)
+    unknown = sum(each.posture == UNKNOWN for each in found)
+    shares = (100 * count / len(found) for count in (right, unknown, len(found) - right - unknown))
+    return "The posture was right for {:.0f} %, not told for {:.0f} %, wrong for {:.0f} %.".format(*shares)
 
 
 TABLE = RowTable("detection", Line, report)

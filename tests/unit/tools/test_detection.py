@@ -138,7 +138,7 @@ def test_the_report_has_recall_by_distance_and_hiding() -> None:
     assert "| standing, in full view |  | 50 % of 2 |  |  |" in text
     assert "| standing, 40 to 60 % hidden |  |  | 100 % of 1 |  |" in text
     assert "Of 2 pictures with people 2 detections were nobody; of 1 pictures without people 1." in text
-    assert "5 cm off (median)" in text and "right for 100 %" in text
+    assert "5 cm off (median)" in text and "right for 100 %, not told for 0 %, wrong for 0 %" in text
     assert set(POSTURES) == {"standing", "sitting", "lying"}
 
 
