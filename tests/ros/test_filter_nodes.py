@@ -412,7 +412,7 @@ def test_wheels_that_stand_are_told_of_once_a_second(ros: Any) -> None:
         message = JointState(name=["left_wheel_joint"], position=[float(turned)])
         message.header.stamp = stamp_to_ros(tenth / 10)
         joints.publish(message)
-        ros.spin_until(lambda: len(told) > tenth)
+        ros.spin_until(lambda heard=tenth: len(told) > heard)
     ros.spin_until(lambda: stamps and stamps[-1] == 2.5)
     assert stamps == [0.0, 1.0, 2.0, 2.4, 2.5]
 
