@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import MissionRequest
 from tools.lost import CASES, STARTED, LostRun, Places, rows_of
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_carried_arrives_all_the_same() -> None:
     rig = make_rig(person="absent", seed=3)
     places = Places(rig.world.flat, 3)
