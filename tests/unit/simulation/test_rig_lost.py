@@ -37,7 +37,7 @@ def test_who_begins_elsewhere_than_it_believes() -> None:
 
 def test_a_success_elsewhere_is_not_counted_as_arrived() -> None:
     runs = [
-        LostRun(case, succeeded=True, arrived=case != STARTED, reason="", seconds=9.0, contacts=())
+        LostRun("flat", 1, case, succeeded=True, arrived=case != STARTED, reason="", seconds=9.0, contacts=())
         for case in CASES
     ]
     assert [row[1:3] for row in rows_of(runs)] == [["1 of 1", "0"], ["1 of 1", "0"], ["0 of 1", "1"]]
