@@ -125,7 +125,7 @@ def test_a_folder_of_init_is_brought_up_and_what_dies_comes_back(
 
 
 def drives_in_the_end(start_process: Any) -> None:
-    """Run the patrol until it drives: a rehearsal is in real time, a busy machine answers some goals too late."""
+    """Run the patrol until it drives: a rehearsal waits for no busy machine, whose answers are late."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         run = start_process(*FLORENCE, "run", "patrol", "--headless")
