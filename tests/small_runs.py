@@ -13,7 +13,7 @@ from tools.made_tables import FIGURES, Figures
 from tools.tables import made_of, text_between_marks
 
 ROOT = Path(__file__).resolve().parents[1]
-OVER_ROS = ("drivers", "recording", "ros", "stack")
+OVER_ROS = ("drivers", "recording", "ros", "stack", "start")
 """Benchmarks that start ROS nodes."""
 BENCHMARKS = [each for each in FIGURES if each.write == "--figures"]
 

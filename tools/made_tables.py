@@ -208,6 +208,7 @@ FIGURES: tuple[Figures, ...] = (
     _bench("test_bench_ros", "florence_bt/ros", "florence_bt/runtime", "florence_bt/trees"),
     _bench("test_bench_runs", "florence_bt/runtime", "florence_bt/trees", "florence_bt/behaviours"),
     _bench("test_bench_stack", *_STACK),
+    _bench("test_bench_start", *_STACK, "florence_bt/cli"),
     _bench("test_bench_ticking", "florence_bt/behaviours", "florence_bt/trees", "florence_bt/runtime"),
 )
 

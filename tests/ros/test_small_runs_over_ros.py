@@ -28,7 +28,7 @@ def test_the_attacks_of_the_safety_campaign(tmp_path: Path, ros_domain: int) -> 
 
     attacks = [each for each in FIGURES if each.page == "notes/safety.md"]
     assert all((ROOT / file).exists() for file in TRIED_IN.values())
-    with RunningSystem(1, "--speed", "3") as system:
+    with RunningSystem(1) as system:
         for figures in attacks:
             name = figures.tables[0]
             if name in TRIED_IN:
