@@ -120,6 +120,18 @@ def test_start_up(benchmark, figures, tmp_path):
     )
 
 
+def test_the_list_of_verbs(benchmark, figures):
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    command = [sys.executable, "-m", "florence_bt.cli", "--help"]
+    benchmark.pedantic(
+        lambda: subprocess.run(command, check=True, capture_output=True, env=environment),
+        rounds=size(15, 1),
+        warmup_rounds=size(1, 0),
+    )
+    stats = benchmark.stats.stats
+    figures.add("florence --help", f"{stats.median:.2f} s", f"longest {stats.max:.2f} s; aim: under 0.3 s")
+
+
 def test_a_file_that_means_harm(benchmark, figures, tmp_path):
     file = tmp_path / "harm.yaml"
     file.write_text("mission: harm\ntree:\n  sequence:\n" + "    - flyaway: {where: $x, how: 5}\n" * HARM)

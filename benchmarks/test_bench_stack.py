@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import statistics
+import subprocess
+import sys
 import time
 
 import pytest
@@ -16,11 +19,13 @@ from tf2_msgs.msg import TFMessage
 
 from benchmarks.measure import size
 from benchmarks.running_system import Systems, cpu_seconds, run_mission
+from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
 IDLE_S = size(10.0, 0.5)
+END_S = 20.0
 LOOKS = size(20, 1)
 SPEEDS = size((3.0, 5.0), (1.0,))
 """Simulated seconds per wall second asked for; the first is the aim. Beyond what the machine can do, the
@@ -55,6 +60,32 @@ def test_idle_cpu(benchmark, figures, systems: Systems):
     )
     rest = ", ".join(f"{group} {share:.1f}" for group, share in used.items())
     figures.add("idle stack, all processes", f"{sum(used.values()):.0f} % of a core", rest)
+
+
+COMMANDS = (("status",), ("where",), ("run", "goto_room", "room=hall", "--detach"), ("stop",))
+"""What is typed all day, beside a system that is up."""
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
+def test_a_command(benchmark, figures, systems: Systems, words):
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    command = [sys.executable, "-m", "florence_bt.cli", *words]
+    with systems.running(**IDLE) as system:
+
+        def no_mission() -> None:
+            system.client.stop("a benchmark")
+            system.client.spin_until(lambda: system.client.state.state not in ACTIVE_STATES, END_S)
+
+        benchmark.pedantic(
+            lambda: subprocess.run(command, capture_output=True, env=environment),
+            setup=no_mission,
+            rounds=size(15, 1),
+        )
+    stats = benchmark.stats.stats
+    what = " ".join(("florence", *words))
+    figures.add(
+        what, f"{stats.median:.2f} s", f"longest of {stats.rounds} {stats.max:.2f} s; aim: under 0.7 s"
+    )
 
 
 def test_detection_latency(benchmark, figures, systems: Systems):

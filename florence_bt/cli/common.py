@@ -34,10 +34,11 @@ class Verbs(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of verbs, one section for each panel; with whole sentences, as far as the first."""
-        verbs = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
-        widest = max(len(name) for name, _ in verbs)
+        names = self.list_commands(ctx)
+        widest = max(map(len, names))
         panels: dict[str, list[tuple[str, str]]] = {}
-        for name, verb in verbs:
+        for name in names:
+            verb: Any = self.get_command(ctx, name)
             says = verb.get_short_help_str(_WHOLE_SENTENCE)
             panels.setdefault(verb.rich_help_panel or "Commands", []).append((name.ljust(widest), says))
         for panel, rows in panels.items():

@@ -228,7 +228,11 @@ class FlorenceNode(Node):
         return receive
 
     def _decoded(
-        self, callback: Callable[..., None], topic: str, msg_type: Any, sift: Callable[[bytes], bool] | None
+        self,
+        callback: Callable[..., None],
+        topic: str,
+        msg_type: Any,
+        sift: Callable[[bytes], bool] | None = None,
     ) -> Callable[..., None]:
         """Make a callback for serialised messages, which decodes those that are wanted."""
         decode = read_message if is_read_here(msg_type) else deserialize_message

@@ -215,10 +215,10 @@ def _floats(data: bytes, place: int, order: _Order) -> tuple[NDArray[np.float32]
 
 def _scan(data: bytes, order: _Order) -> Scan:
     header, place = _header(data, _AHEAD, order)
-    geometry = order.scan.unpack_from(data, place)
+    low, high, step, between_beams, scan_time, near, far = order.scan.unpack_from(data, place)
     ranges, place = _floats(data, place + order.scan.size, order)
     intensities, _ = _floats(data, place, order)
-    return Scan(header, *geometry, ranges, intensities)
+    return Scan(header, low, high, step, between_beams, scan_time, near, far, ranges, intensities)
 
 
 _READERS: Mapping[type, Callable[[bytes, _Order], Any]] = {

@@ -37,7 +37,7 @@ FIRST_PORT, PORTS_OF_DOMAIN = 7400, 250
 """Of RTPS (DDSI-RTPS 2.5, 9.6.2.3)."""
 _tests = itertools.count()
 
-GENEROUS_S = 120.0
+GENEROUS_S = 300.0
 """How long to wait for what takes milliseconds, on a machine that may be busy."""
 
 

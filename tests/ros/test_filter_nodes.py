@@ -403,13 +403,16 @@ def test_wheels_that_stand_are_told_of_once_a_second(ros: Any) -> None:
         stamps.append(stamp_from_ros(message.transforms[0].header.stamp))
 
     base.create_subscription(TFMessage, "/tf", take, TF)
+    told: list[Any] = []
+    base.create_subscription(JointState, "joint_states", told.append, RELIABLE)
     joints = base.create_publisher(JointState, "joint_states", RELIABLE)
-    ros.spin_until(lambda: joints.get_subscription_count() and base.count_publishers("/tf"))
+    ros.spin_until(lambda: joints.get_subscription_count() == 2 and base.count_publishers("/tf"))
     for tenth in range(26):
         turned = max(0, tenth - 23)  # the wheel begins to turn at 2.4 s
         message = JointState(name=["left_wheel_joint"], position=[float(turned)])
         message.header.stamp = stamp_to_ros(tenth / 10)
         joints.publish(message)
+        ros.spin_until(lambda heard=tenth: len(told) > heard)
     ros.spin_until(lambda: stamps and stamps[-1] == 2.5)
     assert stamps == [0.0, 1.0, 2.0, 2.4, 2.5]
 

@@ -18,7 +18,7 @@ from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.runtime.node import MissionNode
 from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import mappings_in
-from tests.ros.conftest import Child, MissionBench, RosBench
+from tests.ros.conftest import GENEROUS_S, Child, MissionBench, RosBench
 
 pytestmark = pytest.mark.ros
 
@@ -181,31 +181,31 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
     robot = start_process(sys.executable, EXAMPLE / "robot.py")
     system.wait_for("every server that missions need is there")
     run = start_process(*florence, "run", "try_places", "--headless")
-    assert run.process.wait(120) == 0, run.output
+    assert run.process.wait(GENEROUS_S) == 0, run.output
     check = start_process(*florence, "check", "--live", EXAMPLE / "missions")
-    assert check.process.wait(120) == 0, check.output
+    assert check.process.wait(GENEROUS_S) == 0, check.output
     needs_ours = start_process(*florence, "run", "goto_pose", "x=1 m", "y=1 m", "--headless")
-    assert needs_ours.process.wait(120) == 1 and "server_lost" in needs_ours.output, needs_ours.output
+    assert needs_ours.process.wait(GENEROUS_S) == 1 and "server_lost" in needs_ours.output, needs_ours.output
 
     quiz = start_process(*florence, "run", "quiz", "--headless")
     quiz.wait_for("the robot says: Is it 0.3 m/s?")
     answer = start_process(*florence, "answer", "yes", "it", "is")
-    assert answer.process.wait(120) == 0 and "Is it 0.3 m/s?" in answer.output, answer.output
-    assert quiz.process.wait(120) == 0 and "yes it is" in quiz.output, quiz.output
+    assert answer.process.wait(GENEROUS_S) == 0 and "Is it 0.3 m/s?" in answer.output, answer.output
+    assert quiz.process.wait(GENEROUS_S) == 0 and "yes it is" in quiz.output, quiz.output
     nobody = start_process(*florence, "answer")
-    assert nobody.process.wait(120) == 1, nobody.output
+    assert nobody.process.wait(GENEROUS_S) == 1, nobody.output
     assert "the robot says: Is it 0.3 m/s?" in system.output
     runs = start_process(*florence, "runs")
-    assert runs.process.wait(120) == 0 and "-quiz" in runs.output, runs.output
+    assert runs.process.wait(GENEROUS_S) == 0 and "-quiz" in runs.output, runs.output
 
     with (missions / "robot.skills.yaml").open("a") as file:
         file.write("\n# edited\n")
     reload = start_process(*florence, "reload")
-    assert reload.process.wait(120) == 1 and "robot.skills.yaml: " in reload.output, reload.output
+    assert reload.process.wait(GENEROUS_S) == 1 and "robot.skills.yaml: " in reload.output, reload.output
     told = system.output
     robot.end(signal.SIGKILL)
     # Far less than the 20 s after which discovery misses it.
     lost = start_process(*florence, "run", "open_hand", "--headless")
-    assert lost.process.wait(120) == 1 and "server_lost" in lost.output, lost.output
+    assert lost.process.wait(GENEROUS_S) == 1 and "server_lost" in lost.output, lost.output
     system.wait_for("  grip: service /tb4/gripper (std_srvs/srv/SetBool)", begin=len(told))
     assert system.end() == 130

@@ -30,6 +30,7 @@ from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.mapping.drive import load_drive
 from florence_bt.skills.navigation.mapping.node import MappingNode
 from florence_bt.skills.navigation.mapping.slam import Slam
+from tests.ros.conftest import GENEROUS_S
 from tests.two_rooms import write_two_rooms
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World
 
@@ -179,4 +180,4 @@ def test_the_robot_explores_by_itself(ros_domain: int, start_process: Any, tmp_p
     assert out.with_suffix(".drive.png").read_bytes().startswith(b"\x89PNG")
     assert len(load_hotspots(out.with_suffix(".hotspots.yaml"))) == 2, run.output
     again = start_process(*florence, "map", "explore", out, *simulated)
-    assert again.process.wait(60.0) == 2 and "--overwrite" in again.output
+    assert again.process.wait(GENEROUS_S) == 2 and "--overwrite" in again.output

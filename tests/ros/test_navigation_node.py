@@ -46,7 +46,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
-from tf2_msgs.msg import TFMessage
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.maps.save import save_published_map
@@ -135,11 +134,12 @@ class Reader:
     def __init__(self, subscription: Any) -> None:
         self.topic = subscription.topic_name
         self.stamp = -math.inf
+        self._type = subscription.msg_type
         self._callback = subscription.callback
         subscription.callback = self._take
 
     def _take(self, message: Any) -> None:
-        plain = deserialize_message(message, TFMessage) if isinstance(message, bytes) else message
+        plain = deserialize_message(message, self._type) if isinstance(message, bytes) else message
         for part in getattr(plain, "transforms", [plain]):
             if getattr(part, "child_frame_id", "base_footprint") == "base_footprint":
                 self.stamp = max(self.stamp, stamp_from_ros(part.header.stamp))

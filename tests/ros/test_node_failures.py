@@ -16,6 +16,7 @@ from geometry_msgs.msg import Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.action import ActionClient
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
@@ -118,12 +119,17 @@ def test_refused_messages_are_counted_and_told_until_it_is_quiet(
     assert capfd.readouterr().err.count("message refused") == 1
 
 
+def give(subscription: Any, message: Any) -> None:
+    """Hand a subscription a message, as its bytes where it takes those."""
+    subscription.callback(serialize_message(message) if subscription.raw else message)
+
+
 @pytest.fixture
 def navigation(going: Any) -> NavigationNode:
     node = going.add(NavigationNode())
     for subscription in node.subscriptions:
         if subscription.topic_name in ("/map", "/odom"):
-            subscription.callback(ordinary(subscription.msg_type, node.timebase.now()))
+            give(subscription, ordinary(subscription.msg_type, node.timebase.now()))
     going.spin_until(lambda: node.has_map, what="the costmaps")
     return node
 
@@ -234,11 +240,11 @@ def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> No
     (odometry,) = (one for one in node.subscriptions if one.topic_name == "/odom")
     tell = clock_of(ros, node)
     tell(100.0)
-    odometry.callback(ordinary(Odometry, 100.0))
+    give(odometry, ordinary(Odometry, 100.0))
     assert node._queue.odometry.stamp == 100.0
     tell(40.0)
     assert node._queue.odometry is None
-    odometry.callback(ordinary(Odometry, 40.0))
+    give(odometry, ordinary(Odometry, 40.0))
     assert node._queue.odometry.stamp == 100.0, "the time goes on, whatever the stamps say"
 
 

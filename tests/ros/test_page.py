@@ -290,5 +290,5 @@ def test_on_the_network_it_needs_a_token(
 ) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     child = start_process("-m", "florence_bt.cli", "page", "--host", "0.0.0.0")
-    assert child.process.wait(60) == 2
+    assert child.process.wait(GENEROUS_S) == 2
     assert "florence page --token" in child.output

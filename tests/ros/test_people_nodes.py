@@ -250,7 +250,7 @@ def test_people_keep_their_ids_when_the_clock_is_set(
     known = list(robot.users[-1].user_ids_ni)
     for ahead[0] in (3600.0, 0.0, -3600.0, -3603.0):
         robot.users.clear()
-        ros.spin_until(lambda: len(robot.users) >= 5, timeout_s=30.0, what="pictures that are used")
+        ros.spin_until(lambda: len(robot.users) >= 5, what="pictures that are used")
         assert all(list(users.user_ids_ni) == known for users in robot.users)
     assert look(ros, robot, 15.0).result.found
 

@@ -26,7 +26,6 @@ from tests.ros.heard_topics import HeardTopics, recorded_in
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
-SPEED = "2"
 PATIENCE_S = 600.0
 """For what takes half a minute."""
 
@@ -52,10 +51,7 @@ def processes_of(folder: Path) -> list[int]:
 
 
 def test_the_demo_finds_and_approaches_the_person(ros_domain, tmp_path):
-    done = florence(
-        *("demo", "--headless", "--person", "hall", "--seed", "27", "--speed", SPEED),
-        *("--out", str(tmp_path)),
-    )
+    done = florence("demo", "--headless", "--person", "hall", "--seed", "27", "--out", str(tmp_path))
     assert done.returncode == 0, done.stdout + done.stderr
     assert "The mission succeeded" in done.stdout and "The robot touched nothing" in done.stdout
     assert [path for path in tmp_path.rglob("*") if path.stat().st_mode & 0o077] == []
@@ -107,7 +103,7 @@ def wait_for(condition, what: str):
 def system(ros_domain, tmp_path, patrol):
     """A running ``florence up --sim`` and the file it prints to."""
     output = tmp_path / "up.txt"
-    command = [*FLORENCE, "up", "--sim", "--person", "hall", "--seed", "27", "--speed", SPEED]
+    command = [*FLORENCE, "up", "--sim", "--person", "hall", "--seed", "27"]
     command += ["--missions", str(patrol), "--record"]
     with output.open("w") as file:
         process = subprocess.Popen(

@@ -18,6 +18,7 @@ from std_msgs.msg import Bool
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+from tests.ros.conftest import GENEROUS_S
 from tools.terminal import Terminal
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
@@ -148,7 +149,7 @@ def test_a_release_by_somebody_else_ends_it(ros):
 
 def test_without_a_terminal_it_says_so(start_process):
     child = start_process(*TELEOP)
-    assert child.process.wait(60) == 2
+    assert child.process.wait(GENEROUS_S) == 2
     assert "terminal" in child.output and "--joy" in child.output
 
 

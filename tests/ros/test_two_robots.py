@@ -21,7 +21,7 @@ from florence_bt.ros.arguments import start_ros, use_arguments
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.tf import TF_TOPIC
-from tests.ros.conftest import Child
+from tests.ros.conftest import GENEROUS_S, Child
 
 pytestmark = pytest.mark.ros
 
@@ -140,7 +140,7 @@ def test_two_systems_side_by_side(
     def done(*commands: str) -> list[tuple[int, str]]:
         """Run commands at the same time; gives the exit code and the output of each."""
         children = [florence(*command.split()) for command in commands]
-        return [(child.process.wait(120), child.output) for child in children]
+        return [(child.process.wait(GENEROUS_S), child.output) for child in children]
 
     def status_of(*robots: str) -> list[str]:
         return [said.split()[1] for _, said in done(*(f"status --namespace {robot}" for robot in robots))]

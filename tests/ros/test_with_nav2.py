@@ -18,6 +18,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.paths import find_data
 from florence_bt.skills.navigation.navigate.bindings import NOT_OF_NAV2
+from tests.ros.conftest import GENEROUS_S
 
 pytestmark = pytest.mark.ros
 
@@ -116,7 +117,7 @@ def test_a_goal_that_is_accepted_late_is_reached_or_cancelled(ros: Any, skills: 
 def test_a_nav2_that_dies_is_told(ros: Any, skills: Any, nav2: Any) -> None:
     result = run(ros, skills, "navigate_to", goal=Pose2(3.0))
     assert (result.outcome, result.code) == (Outcome.FAILED, "server_lost")
-    assert nav2.process.wait(10.0) == 1
+    assert nav2.process.wait(GENEROUS_S) == 1
     assert run(ros, skills, "navigate_to", goal=HERE).code == "server_lost"
 
 
@@ -166,7 +167,7 @@ def test_a_system_with_nav2_runs_missions(
     assert "'follow_user' is missing: nothing serves follow_user with --nav nav2" in up.output
 
     def mission(*words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run([*florence, "run", *words], capture_output=True, text=True, timeout=120)
+        return subprocess.run([*florence, "run", *words], capture_output=True, text=True, timeout=GENEROUS_S)
 
     there = mission("goto_pose", "x=0.2 m", "y=2.0 m", "phi=0 rad")
     assert there.returncode == 0, there.stdout + there.stderr
@@ -178,7 +179,7 @@ def test_a_system_with_nav2_runs_missions(
     assert failed.returncode == 1
     assert "error code 106 [blocked]" in failed.stdout
     os.kill(up.process.pid, signal.SIGTERM)
-    up.process.wait(60.0)
+    up.process.wait(GENEROUS_S)
 
 
 def wait_for(condition: Any, limit_s: float = 240.0) -> None:

@@ -105,7 +105,9 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> Started:
 def brought_up(monkeypatch: pytest.MonkeyPatch, words: list[str]) -> BringUp:
     """What ``florence up`` makes of a command line."""
     made: list[BringUp] = []
-    monkeypatch.setattr("florence_bt.app.bringup.up.run_up", made.append)
+    monkeypatch.setattr(
+        "florence_bt.app.bringup.up.run_up", lambda options, fork_server: made.append(options)
+    )
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 0, result.output
     return made[0]

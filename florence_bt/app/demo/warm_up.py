@@ -103,8 +103,8 @@ def _share_the_cache() -> None:
 
         return touch_alone
 
-    IndexDataCacheFile.save = alone(IndexDataCacheFile.save)
-    IndexDataCacheFile.load = alone(IndexDataCacheFile.load)
+    IndexDataCacheFile.save = alone(IndexDataCacheFile.save)  # type: ignore[method-assign]
+    IndexDataCacheFile.load = alone(IndexDataCacheFile.load)  # type: ignore[method-assign]
 
 
 def _warm_up_planning() -> None:

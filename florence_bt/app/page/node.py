@@ -219,7 +219,7 @@ class SceneNode(FlorenceNode):
         self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        self._decode_tree = self._sifted(self._on_tree, TREE, BehaviourTree, lambda _: True)
+        self._decode_tree = self._decoded(self._on_tree, TREE, BehaviourTree)
         self.create_subscription(BehaviourTree, TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)

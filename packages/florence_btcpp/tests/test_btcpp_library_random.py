@@ -153,6 +153,7 @@ def here(xml: str, seed: int, folder: Path) -> tuple[str, list[str], dict[str, i
     return tree.root.status.value, calls, {key: tree.keys.as_dict()[key] for key in "xy"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", sweep(range(0, 400, 50), every=4))
 def test_random_trees_do_the_same(tmp_path, first):
     for seed in range(first, first + 50):
@@ -162,6 +163,7 @@ def test_random_trees_do_the_same(tmp_path, first):
         assert here(xml, seed, folder) == there(xml, seed), xml
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", sweep(range(0, 400, 50), every=4))
 def test_random_trees_with_skipped_nodes_do_the_same_or_warn(tmp_path, first):
     for seed in range(first, first + 50):

@@ -116,6 +116,7 @@ def test_trees(file, nodes):
     imported(file, nodes)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(script=SCRIPTS, condition=SCRIPTS)
 def test_scripts(file, script, condition):
@@ -169,6 +170,7 @@ def mutant(dice):
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", sweep(range(8), every=4))
 def test_files_after_accidents(tmp_path, seed):
     dice = random.Random(seed)
@@ -186,6 +188,7 @@ def test_files_after_accidents(tmp_path, seed):
                 assert done.files or any(finding.severity == "error" for finding in done.findings)
 
 
+@pytest.mark.slow
 def test_long_chains_of_trees(tmp_path):
     chain = [
         f'<BehaviorTree ID="T{n}"><SubTree ID="T{n + 1}" _autoremap="true"/></BehaviorTree>'

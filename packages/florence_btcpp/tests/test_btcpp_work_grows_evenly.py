@@ -33,6 +33,7 @@ def guarded(n):
     return "<Sequence>" * 5 + "".join(f'<A _skipIf="a{i} == 1"/>' for i in range(n)) + "</Sequence>" * 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", sweep([scripts, switches, guarded], every=3))
 def test_importing(tmp_path, shape):
     calls = []

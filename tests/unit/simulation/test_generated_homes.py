@@ -30,6 +30,7 @@ def spots(flat):
     return [hotspot.pose for hotspot in (*(room.hotspot for room in flat.rooms), *flat.objects)]
 
 
+@pytest.mark.slow
 def test_a_seed_gives_the_same_home_bit_for_bit_and_another_seed_another_one():
     assert source_text(generate_home(3)) == source_text(home_of(3))
     assert build_files(build_flat(home_of(3))) == build_files(generated_flat(3))
@@ -119,6 +120,7 @@ def test_homes_have_what_makes_them_hard():
     assert max(tall) <= 1.5
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_home_that_can_be_edited(tmp_path, capsys):
     assert main(["--world-seed", "3", "--output", str(tmp_path)]) == 0
     flat = load_flat(tmp_path / "maps/home_3.source.yaml")

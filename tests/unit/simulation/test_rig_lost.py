@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import MissionRequest
 from tools.lost import CASES, STARTED, LostRun, Places, rows_of
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_carried_arrives_all_the_same() -> None:
     rig = make_rig(person="absent", seed=3)
     places = Places(rig.world.flat, 3)
@@ -34,7 +37,7 @@ def test_who_begins_elsewhere_than_it_believes() -> None:
 
 def test_a_success_elsewhere_is_not_counted_as_arrived() -> None:
     runs = [
-        LostRun(case, succeeded=True, arrived=case != STARTED, reason="", seconds=9.0, contacts=())
+        LostRun("flat", 1, case, succeeded=True, arrived=case != STARTED, reason="", seconds=9.0, contacts=())
         for case in CASES
     ]
     assert [row[1:3] for row in rows_of(runs)] == [["1 of 1", "0"], ["1 of 1", "0"], ["0 of 1", "1"]]

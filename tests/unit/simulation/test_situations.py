@@ -44,6 +44,7 @@ def people(flats, situation, each=12):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_a_seed_gives_the_same_person_in_a_room(flats, situation):
     placed = people(flats[:2], situation, 4)
@@ -52,6 +53,7 @@ def test_a_seed_gives_the_same_person_in_a_room(flats, situation):
     assert len({spec for _, spec in placed}) > 4
 
 
+@pytest.mark.slow
 def test_a_company_is_two_or_three_people_apart_and_the_user_among_them(flats):
     sizes = set()
     for flat in flats:
@@ -83,6 +85,7 @@ def test_who_stands_is_in_nothing_and_sizes_and_clothes_differ(flats):
     }
 
 
+@pytest.mark.slow
 def test_who_sits_is_on_a_piece_of_furniture(flats):
     for flat, spec in people(flats, "sitting"):
         under = [
@@ -142,6 +145,7 @@ def test_beyond_the_home_nothing_fits(small):
     assert not space.fits(corner, (float(x[-1]) + 3.0, float(y[-1]) + 3.0), 0.0)
 
 
+@pytest.mark.slow
 def test_a_led_walk_is_long_and_goes_through_doors_where_the_robot_fits(led):
     for flat, walk in led:
         points = [(walk.leader.pose.x, walk.leader.pose.y), *walk.leader.route]
@@ -195,6 +199,7 @@ def test_the_same_seed_leads_the_same_way(small, led):
     assert led_walk(small, np.random.default_rng(4), 20.0) != led[0][1]
 
 
+@pytest.mark.slow
 def test_aids_and_loads_come_up(flats):
     specs = [spec for _, spec in people(flats, "aided", 20)]
     assert {spec.aid for spec in specs} == {"none", "rollator", "wheelchair"}

@@ -149,6 +149,7 @@ def test_without_the_camera_the_laser_finds_them_at_the_place_of_the_goal() -> N
     visit.assert_at(0.8, math.pi / 2)
 
 
+@pytest.mark.slow
 def test_the_legs_of_who_steps_aside_beside_the_picture_are_followed() -> None:
     visit = Visit()
     visit.start(0.0, math.pi / 2)
@@ -206,6 +207,7 @@ def test_who_walks_away_is_lost_and_the_robot_stops() -> None:
     assert "5 s" in result.reason
 
 
+@pytest.mark.slow
 def test_what_the_laser_shows_in_the_way_is_not_driven_into() -> None:
     visit = Visit()
     visit.start()
@@ -235,6 +237,7 @@ def test_a_base_that_does_not_move_makes_no_progress() -> None:
     assert (result.code, result.reason) == ("no_progress", "the robot has not moved for 10 s")
 
 
+@pytest.mark.slow
 def test_after_a_minute_it_gives_up() -> None:
     visit = Visit(Pose2(0.4, 2.4), (3.6, 2.4))
     visit.start(speeds=(0.035, 0.0))
@@ -318,6 +321,7 @@ def test_blind_it_stands_and_then_says_why(code: str, monkeypatch: pytest.Monkey
     assert all(command == STANDSTILL for command in visit.commands[-60:])
 
 
+@pytest.mark.slow
 def test_a_cancel_stops_it_at_every_moment() -> None:
     visit = Visit()
     visit.start(0.0, math.pi / 2, math.pi / 2)

@@ -37,6 +37,7 @@ class LostTrip(Trip):
         return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turn", "way"), [(1.5, 0.0), (3.0, 1.8)])
 def test_who_finds_its_place_by_turning_and_driving_arrives(turn: float, way: float) -> None:
     trip = LostTrip(START, find_s=60.0)

@@ -165,6 +165,7 @@ def test_it_turns_after_who_walks_past_and_follows_them() -> None:
     assert walk.distances[-1] == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.slow
 def test_without_a_way_it_forgets_what_the_camera_marked_where_somebody_was() -> None:
     walk = Walk(Pose2(0.6, 2.4), along([(2.6, 2.4), (3.4, 2.4)], 0.2))
     costmaps = walk.trip.navigator.global_costmap, walk.trip.navigator.local_costmap
@@ -190,6 +191,7 @@ def test_without_a_speed_to_back_off_with_it_stands_before_who_comes_nearer() ->
     assert walk.trip.world.hits == 0
 
 
+@pytest.mark.slow
 def test_it_follows_through_a_door_and_round_the_corner() -> None:
     route = [FIRST_ROOM, (4.05, 2.4), (5.0, 2.6), (5.4, 4.2), (7.2, 4.2)]
     walk = Walk(Pose2(1.2, 2.4), along(route, 0.35))
@@ -199,6 +201,7 @@ def test_it_follows_through_a_door_and_round_the_corner() -> None:
     assert walk.distances[-1] == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.slow
 def test_it_follows_along_their_path_where_the_straight_way_would_cut_a_corner() -> None:
     route = [FIRST_ROOM, (4.05, 2.4), (4.5, 2.4), (4.5, 4.4)]
     walk = Walk(Pose2(1.2, 2.4), along(route, 0.35))
@@ -238,6 +241,7 @@ def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
     assert walk.distances[-1] < 1.35
 
 
+@pytest.mark.slow
 def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Controller, "control", lambda *arguments: Control(Twist2(0.0, 0.3), 2.0))
     monkeypatch.setattr(PersonTrail, "ahead", lambda *arguments: [])
@@ -250,6 +254,7 @@ def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch:
     assert "looking for the person" in texts
 
 
+@pytest.mark.slow
 def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(PersonBelief, "best_view", lambda self, robot: (robot.yaw + 2.0, 1.0))
     monkeypatch.setattr(PersonBelief, "best_place", lambda self, robot: (3.3, 1.0))
@@ -260,6 +265,7 @@ def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) ->
     assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
 
 
+@pytest.mark.slow
 def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
     walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3))
     assert walk.go_and_search(22.0) is None
@@ -271,6 +277,7 @@ def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
     assert walk.trip.world.hits == 0
 
 
+@pytest.mark.slow
 def test_who_came_and_walks_on_slowly_round_the_robot_is_not_stepped_aside_for() -> None:
     come = along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3)
     arc = [(1.87 + 0.88 * math.cos(angle), 2.4 + 0.88 * math.sin(angle)) for angle in np.linspace(0, 1.3, 14)]
@@ -289,6 +296,7 @@ def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_o
     assert "stepping aside" not in walk.trip.texts
 
 
+@pytest.mark.slow
 def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Motions, "is_free_turn", lambda self, clearance, speed, *turn: speed != 0.0)
     monkeypatch.setattr(PersonBelief, "best_view", lambda self, robot: (3.0, 1.0))
@@ -361,6 +369,7 @@ def test_it_steps_aside_until_there_is_room_also_when_they_seem_to_walk_away(
     assert max(walk.distances) > 1.2
 
 
+@pytest.mark.slow
 def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_know_them() -> None:
     wrong = along([(0.5, 3.7), (3.5, 3.7), (0.5, 3.7)], 0.25)
 
@@ -394,6 +403,7 @@ def test_who_is_not_seen_after_stepping_aside_is_looked_for_where_the_robot_stoo
     assert walk.trip.navigator.person == pytest.approx(stood[0], abs=0.05)
 
 
+@pytest.mark.slow
 def test_it_goes_round_what_stands_between() -> None:
     table = (2.3, 2.2, 2.9, 2.8)
     walk = Walk(
@@ -589,6 +599,7 @@ def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.Mo
     assert min(walk.distances) > 0.45
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [1.88, 1.92])
 def test_it_stays_before_somebody_when_something_keeps_it_a_hand_away(x: float) -> None:
     walk = Walk(Pose2(0.9, 2.4), lambda seconds: (2.2, 2.4), (*WALLS, (x, 2.2, x + 0.03, 2.6)))

@@ -67,6 +67,7 @@ def test_a_pose_on_the_way_that_cannot_be_reached_is_named() -> None:
     assert not any(trip.commands)
 
 
+@pytest.mark.slow
 def test_along_a_path_of_somebody_else() -> None:
     trip = Trip(Pose2(1.0, 1.0, 0.0))
     # A detour that no planner would take.
@@ -90,6 +91,7 @@ def test_along_a_path_of_somebody_else() -> None:
     assert trip.navigator.plan is None
 
 
+@pytest.mark.slow
 def test_a_path_that_is_blocked_ends_without_another_way() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.world.boxes.append((2.2, 1.2, 2.4, 1.8))

@@ -72,6 +72,7 @@ def test_the_plain_filter_works_too() -> None:
     assert max(distance for distance, _ in drive(world, localiser)) < 0.12
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_poses() -> None:
     poses = []
     for _ in range(2):

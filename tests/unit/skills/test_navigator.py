@@ -76,6 +76,7 @@ def test_short_ways(goal: Pose2) -> None:
     trip.assert_at(goal)
 
 
+@pytest.mark.slow
 def test_a_speed_limit_slows_the_whole_drive_until_it_is_taken_back() -> None:
     trip = Trip(Pose2(1.0, 2.4, 0.0))
     trip.navigator.speed_limit = 0.15
@@ -101,6 +102,7 @@ def test_around_an_obstacle_that_is_not_in_the_map() -> None:
     trip.assert_at(Pose2(3.4, 2.4, 0.0))
 
 
+@pytest.mark.slow
 def test_around_a_table_top_that_only_the_camera_sees() -> None:
     table: Box = (2.2, 1.9, 2.8, 2.9)
     trip = Trip(Pose2(0.8, 2.4, 0.0), only_camera=(table,))
@@ -122,6 +124,7 @@ def test_a_robot_that_is_too_near_to_a_door_post_gets_clear_of_it(start: Pose2, 
     assert trip.world.hits == 0
 
 
+@pytest.mark.slow
 def test_somebody_closes_the_door() -> None:
     quick = NavigatorParameters(
         recovery=RecoveryParameters(planner_patience=1.0, controller_patience=1.0, rotate_angle=1.0)
@@ -366,6 +369,7 @@ def test_the_costmap_for_others() -> None:
     assert grid.cells[grid.cell_of(4.05, 1.0)] == 100
 
 
+@pytest.mark.slow
 def test_a_goal_beside_something_is_entered_from_its_run_up_at_once() -> None:
     """A planned way would bend away from what is beside the goal: the robot would line up again and again."""
     x, y = 2.52 + 0.265 * math.cos(0.5), 2.4 + 0.265 * math.sin(0.5)
@@ -479,6 +483,7 @@ def test_a_bumper_that_stays_pressed_fails_the_drive_within_two_seconds(code: st
     assert min(trip.commands) < 0.0
 
 
+@pytest.mark.slow
 def test_a_bumper_that_is_released_by_backing_off_does_not_end_the_drive() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     table_leg = 1.6
@@ -493,6 +498,7 @@ def test_a_bumper_that_is_released_by_backing_off_does_not_end_the_drive() -> No
     assert any(text.startswith("backing off: the left bumper") for text in trip.texts)
 
 
+@pytest.mark.slow
 def test_what_was_touched_is_driven_round() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     box, touches = Pose2(2.0, 1.5), []
@@ -516,6 +522,7 @@ def test_what_was_touched_long_ago_may_be_gone() -> None:
     assert trip.navigator.cost_at(2.0, 1.5) == 0
 
 
+@pytest.mark.slow
 def test_what_was_touched_a_while_ago_does_not_close_the_only_way() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     began = trip.world.now
@@ -525,6 +532,7 @@ def test_what_was_touched_a_while_ago_does_not_close_the_only_way() -> None:
     assert trip.world.now - began > 10.0  # until then it is believed
 
 
+@pytest.mark.slow
 def test_a_drive_that_finds_no_way_round_what_it_touches_ends() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     result = trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: touch(trip, LEFT_BUMPER, world.pose.x > 1.6))
@@ -532,6 +540,7 @@ def test_a_drive_that_finds_no_way_round_what_it_touches_ends() -> None:
     assert result.reason.startswith(f"{LEFT_BUMPER.text}, and no way round it was found: ")
 
 
+@pytest.mark.slow
 def test_a_drive_that_touches_something_again_and_again_ends() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     driven = [0.0]
@@ -554,12 +563,14 @@ def hold(world: World, x: float, half: float) -> None:
         world.pose = Pose2(x, pose.y, pose.yaw)
 
 
+@pytest.mark.slow
 def test_what_only_the_wheels_feel_is_driven_round() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     assert trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: hold(world, 1.6, 0.3)).succeeded
     assert any(text.startswith("backing off: the wheels turn") for text in trip.texts)
 
 
+@pytest.mark.slow
 def test_a_drive_that_nothing_but_the_wheels_feel_ends_with_the_reason() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     result = trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: hold(world, 1.6, 9.0))

@@ -97,6 +97,7 @@ def test_switched_off_it_drives_to_where_they_are_about_to_walk() -> None:
     assert min(meeting.distances) < 0.4
 
 
+@pytest.mark.slow
 def test_it_waits_for_somebody_who_comes_towards_it_in_a_corridor() -> None:
     meeting = Encounter(Pose2(0.4, 2.3), oncoming, CORRIDOR)
     assert meeting.go(Pose2(3.4, 2.3)).succeeded
@@ -106,6 +107,7 @@ def test_it_waits_for_somebody_who_comes_towards_it_in_a_corridor() -> None:
     assert meeting.trip.world.hits == 0
 
 
+@pytest.mark.slow
 def test_it_passes_somebody_who_stands_where_there_is_room() -> None:
     meeting = Encounter(Pose2(0.6, 2.4), lambda seconds: (2.0, 2.4))
     assert meeting.go(Pose2(3.4, 2.4)).succeeded
@@ -122,6 +124,7 @@ def test_it_still_gets_to_half_a_metre_before_somebody(seed: int) -> None:
     assert meeting.trip.texts[-1] == "arrived"
 
 
+@pytest.mark.slow
 def test_somebody_who_stays_in_the_only_door_ends_the_drive() -> None:
     quick = NavigatorParameters(
         recovery=RecoveryParameters(planner_patience=1.0, controller_patience=1.0, rotate_angle=1.0)

@@ -52,6 +52,7 @@ def error(world: World, localiser: Localiser) -> float:
     return told.distance_to(world.pose)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("there", [Pose2(1.4, 3.2, 2.0), Pose2(5.0, 1.2, -2.5)])
 def test_who_is_carried_away_says_so_and_is_found(there: Pose2) -> None:
     world, localiser = furnished(Pose2(1.0, 1.0, 0.4))

@@ -115,6 +115,7 @@ def test_what_is_seen_through_a_window_is_no_part_of_a_room():
     assert sum(areas(OccupancyGrid(CELL, grid.origin, wider))) < 34.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 7])
 def test_a_generated_home(seed):
     flat = generated_flat(seed)
@@ -137,6 +138,7 @@ def test_nothing_is_proposed_where_nothing_is_known():
     assert propose_rooms(OccupancyGrid(CELL, Pose2(), np.full((1, 1), OCCUPIED, np.int8))) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", sweep([0.02, 0.1, 1.0, 0.25], every=2))
 def test_cells_may_have_any_size(cell):
     fine = laser_map(generated_flat(1))

@@ -81,6 +81,7 @@ def far_cells(grid: OccupancyGrid, boxes: tuple[Box, ...], metres: float) -> flo
     return float((nearest > metres).mean())
 
 
+@pytest.mark.slow
 def test_a_loop_is_closed_and_the_map_is_right() -> None:
     slam, world = Slam(), World(START, boxes=list(RING), seed=3)
     drive(slam, world, 2)
@@ -118,6 +119,7 @@ def test_what_is_touched_where_nobody_knows_leaves_no_wall() -> None:
     assert before_it(later) == OCCUPIED, "now it is known"
 
 
+@pytest.mark.slow
 def test_the_same_drive_gives_the_same_map() -> None:
     made = []
     for _ in range(2):
@@ -129,6 +131,7 @@ def test_the_same_drive_gives_the_same_map() -> None:
     assert (made[0][1].cells == made[1][1].cells).all()
 
 
+@pytest.mark.slow
 def test_somebody_who_walks_by_leaves_no_trace() -> None:
     slam, world = Slam(), World(START, boxes=list(RING), seed=3)
     for step, motion in enumerate(laps(1)):
@@ -139,6 +142,7 @@ def test_somebody_who_walks_by_leaves_no_trace() -> None:
     assert far_cells(slam.grid(), RING, 0.2) < 0.005
 
 
+@pytest.mark.slow
 def test_the_map_grows_while_it_drives() -> None:
     slam, world = Slam(), World(START, boxes=list(RING), seed=3)
     assert (slam.grid().cells == UNKNOWN).all()
@@ -217,6 +221,7 @@ def test_what_is_no_drive_is_refused(tmp_path: Path, data: bytes) -> None:
         load_drive(tmp_path / "none.drive")
 
 
+@pytest.mark.slow
 def test_a_drive_that_is_damaged_anywhere_is_refused_or_read(tmp_path: Path) -> None:
     slam, world = Slam(), World(START, boxes=list(RING), seed=3)
     go(slam, world, [Pose2(STEP_M)] * 4)

@@ -44,6 +44,7 @@ def home() -> list[Picture]:
     return list(pictures_of_home(FIRST_SEED - 1, 16, bent=False, width=160))
 
 
+@pytest.mark.slow
 def test_what_shows_a_person_is_where_the_person_is(home: list[Picture]) -> None:
     shown = with_people(home)
     assert shown, "some pictures show people"
@@ -77,6 +78,7 @@ def test_the_same_seed_gives_the_same_pictures() -> None:
         np.testing.assert_array_equal(one.depth.depth, other.depth.depth)
 
 
+@pytest.mark.slow
 def test_plain_rooms_have_people_in_reach_of_their_parts() -> None:
     pictures = with_people(list(plain_pictures(3, 12)))
     assert pictures
@@ -154,6 +156,7 @@ def label(folder: Path, text: str) -> None:
     (folder / LABELS).write_text(text)
 
 
+@pytest.mark.slow
 def test_a_labelled_recording_gives_the_same_table(tmp_path: Path) -> None:
     pictures = list(pictures_of_home(FIRST_SEED - 4, 8, bent=False, width=320, situations=("standing",)))
     record(tmp_path, pictures)
@@ -183,6 +186,7 @@ def test_a_labelled_recording_gives_the_same_table(tmp_path: Path) -> None:
         assert one.distance == pytest.approx(other.distance, abs=0.02)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_used_of_labels_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -31,6 +31,7 @@ def turns(records: list[Record]) -> tuple[float, float]:
     return sum(map(abs, true)), sum(told)
 
 
+@pytest.mark.slow
 def test_a_generated_drive_is_a_drive_through_free_space(two_rooms: Place) -> None:
     records = drive(two_rooms, Conditions(noise=0.0), 300, seed=1)
     assert len(records) == 300

@@ -2,6 +2,8 @@
 
 import dataclasses
 
+import pytest
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED
 from florence_bt.simulation.home.build_map import laser_map
@@ -22,6 +24,7 @@ def test_right_and_wrong_homes_are_told_apart():
     assert row_of([right, wrong])[1] == "1 of 2"
 
 
+@pytest.mark.slow
 def test_a_driven_map_shows_the_walls_where_they_are():
     flat = load_flat()
     grid, frame = driven_map(flat, 1)

@@ -55,6 +55,7 @@ def test_there_are_no_other_codes():
     assert headings() - CODES - OF_MISSIONS - OF_RUNS == set()
 
 
+@pytest.mark.slow
 def test_what_it_quotes_is_what_the_code_says():
     said = "\n".join(sentences())
     quoted = re.findall(r"^> (.*)$", PAGE, re.MULTILINE)

@@ -55,6 +55,7 @@ def valid(n):
     return {"m": SEQUENCE + "".join(lines)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "n"),
     sweep(
