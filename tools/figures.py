@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tools.made_tables import FIGURES, Figures
-from tools.tables import ROOT, Made, git, made_of, text_between_marks
+from tools.tables import COMMIT, ROOT, Made, git, made_of, text_between_marks
 
 AT_A_TIME = 2
 """Commands that measure no times; each works on one core."""
@@ -125,6 +125,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.figures", description=__doc__)
     parser.add_argument("--only", metavar="NAME", help="make those of a page or a name again, or all")
     given = parser.parse_args(arguments)
+    if not COMMIT:
+        print("this is no checkout of git: which tables are old cannot be told", file=sys.stderr)
+        return 2 if given.only else 0
     found = list(tables())
     if not given.only:
         for table in sorted(found, key=lambda table: table.state is State.UP_TO_DATE):

@@ -156,8 +156,8 @@ def kidnapped(
             stretch = records[before - scans_before : before]
             then = [replace(records[here], motion=Pose2()), *records[here + 1 : here + after]]
             followed = follow(grid, [*stretch, *then], seed, stretch[0].reference @ START)
-            after = Followed(followed.metres[scans_before:], followed.radians[scans_before:])
-            searches.append(searched(then, after))
+            found = Followed(followed.metres[scans_before:], followed.radians[scans_before:])
+            searches.append(searched(then, found))
     return searches
 
 
@@ -274,7 +274,7 @@ def of_log(path: Path, seeds: Sequence[int], part: float) -> Iterator[Located]:
     )
     for (name, search), count in zip(SEARCHES.items(), (STARTS, KIDNAPS), strict=True):
         for seed in seeds:
-            for each in search(grid, records, seed, max(1, round(part * count)), part):
+            for each in search(grid, records, seed, max(2, round(part * count)), part):
                 yield Located(name, place, search=each)
 
 
@@ -293,7 +293,7 @@ def of_generated(maps: Sequence[Path], seeds: Sequence[int], part: float) -> Ite
                 SEARCHES.items(), (STARTS_GENERATED, KIDNAPS_GENERATED), strict=True
             ):
                 for log in logs[HARDEST]:
-                    for each in search(place.grid, log, seeds[0], max(1, round(part * count)), part):
+                    for each in search(place.grid, log, seeds[0], max(2, round(part * count)), part):
                         yield Located(f"{kind}, {name}", place.name, search=each)
 
 

@@ -43,8 +43,8 @@ def git(*words: str, root: Path = ROOT) -> str:
     return done.stdout.strip() if done.returncode == 0 else ""
 
 
-COMMIT = git("rev-parse", "--short=8", "HEAD") or "unknown"
-"""What a tool works on: it is of when the tool began, which may take an hour."""
+COMMIT = git("rev-parse", "--short=8", "HEAD")
+"""What a tool works on: it is of when the tool began, which may take an hour. Empty without a repository."""
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -157,7 +157,7 @@ def made_line(name: str, command: str) -> str:
     changed = " with changes" if git("status", "--porcelain", "--", *figures.depends) else ""
     machine = f", {os.cpu_count()} cores, Python {platform.python_version()}" if figures.alone else ""
     return (
-        f"*Made {datetime.now(UTC):%Y-%m-%d} on {COMMIT}{changed} by `{command}`{machine}; "
+        f"*Made {datetime.now(UTC):%Y-%m-%d} on {COMMIT or 'unknown'}{changed} by `{command}`{machine}; "
         f"depends on {depends_text(figures.depends)}.*"
     )
 

@@ -113,6 +113,16 @@ def test_what_is_not_here_is_told_and_nothing_is_run() -> None:
     assert figures.make(far) == "not here: ../nowhere/a.log"
 
 
+@pytest.mark.parametrize(("arguments", "code"), [([], 0), (["--only", "all"], 2)])
+def test_without_a_repository_nothing_is_said_to_be_up_to_date(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], arguments: list[str], code: int
+) -> None:
+    monkeypatch.setattr(figures, "COMMIT", "")
+    assert figures.main(arguments) == code
+    told = capsys.readouterr()
+    assert told.out == "" and "cannot be told" in told.err
+
+
 def test_every_table_in_the_docs_says_what_it_was_made_on_and_depends_on() -> None:
     found = list(tables())
     assert found
