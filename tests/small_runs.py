@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -38,8 +39,10 @@ def run_small_benchmarks(mine: Sequence[Figures], folder: Path, *options: str) -
     (page := folder / "benchmarks.md").write_text("# Figures\n")
     files = [each.tool.split()[-1] for each in mine]
     words = ["-m", "pytest", *files, "--benchmark-only", "--small", "--figures", str(page), "-q", *options]
+    # pytest-benchmark measures nothing in a worker of xdist, which the process would take itself for.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_XDIST")}
     done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=False, timeout=900
+        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=900
     )
     assert done.returncode == 0, done.stdout + done.stderr
     for each in mine:

@@ -16,6 +16,8 @@ KEYS = {
     "paho": "python3-paho-mqtt",
     "usb": "python3-usb",
     "pydantic_core": "python3-pydantic",
+    "em": "python3-empy",
+    "lark": "python3-lark-parser",
 }
 """Module -> rosdep key, where the key is neither the module nor ``python3-MODULE``."""
 FROM_PIP = {
