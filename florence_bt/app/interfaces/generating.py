@@ -164,7 +164,7 @@ def _read_everything_once() -> None:
     def compiled(expression: str) -> CodeType:
         return compile(expression.strip(), "<template>", "eval")
 
-    class Interpreter(em.Interpreter):  # type: ignore[misc]
+    class Interpreter(em.Interpreter):
         """Expands a template whose text was taken apart before."""
 
         def parse(self, scanner: Any, locals: Any = None) -> None:
