@@ -66,8 +66,8 @@ class Up:
         return {"florence up": self._process.pid, **children}
 
     def end(self) -> None:
-        """End it in order."""
-        self._process.send_signal(signal.SIGINT)
+        """End it in order; a SIGINT is ignored by what a shell began in the background."""
+        self._process.terminate()
         self._process.communicate()
 
 
