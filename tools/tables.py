@@ -155,7 +155,10 @@ def made_line(name: str, command: str) -> str:
     """Write the line below a table that is being made now."""
     figures = figures_of(name)
     changed = " with changes" if git("status", "--porcelain", "--", *figures.depends) else ""
-    machine = f", {os.cpu_count()} cores, Python {platform.python_version()}" if figures.alone else ""
+    machine = ""
+    if figures.alone:
+        cores, load = os.cpu_count(), os.getloadavg()[1]
+        machine = f", {cores} cores, Python {platform.python_version()}, load {load:.0f}"
     return (
         f"*Made {datetime.now(UTC):%Y-%m-%d} on {COMMIT or 'unknown'}{changed} by `{command}`{machine}; "
         f"depends on {depends_text(figures.depends)}.*"

@@ -11,7 +11,7 @@ import pytest
 from tools import figures
 from tools.figures import State, changes_since, chosen, make_all, tables
 from tools.made_tables import FIGURES, Figures
-from tools.tables import Made
+from tools.tables import Made, text_between_marks
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_BYTES = 2_000_000
@@ -127,7 +127,10 @@ def test_every_table_in_the_docs_says_what_it_was_made_on_and_depends_on() -> No
     found = list(tables())
     assert found
     for table in found:
-        assert table.made is not None, f"{table.figures.page}: {table.name} says not what it was made on"
+        if table.made is None:
+            text = text_between_marks(ROOT / "docs" / table.figures.page, table.name)
+            assert text is not None and "|" not in text, f"{table.name} says not what it was made on"
+            continue
         assert table.made.depends == table.figures.depends, f"{table.name}: change the line below it, too"
         if table.made.noted:
             assert table.made.command.startswith(f"python {table.figures.tool}"), table.name
