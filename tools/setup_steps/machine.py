@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from florence_bt.app.interfaces.building import C_COMPILERS, CXX_COMPILERS, compiler
+from florence_bt.app.interfaces.building import C_COMPILERS, CXX_COMPILERS, compiler, has_python_headers
 
 from .progress import StepFailed
 
@@ -42,6 +42,8 @@ def check() -> None:
             "no C and C++ compiler (the ROS interfaces are compiled here): apt install build-essential; "
             "or name one: CC=... CXX=... make setup"
         )
+    if not has_python_headers():
+        problems.append("Python's headers are not there: apt install python3-dev")
     if os.environ.get("AMENT_PREFIX_PATH"):
         problems.append(
             "a ROS 2 installation is sourced in this shell, and .venv brings its own: use a shell without "

@@ -103,8 +103,8 @@ def _share_the_cache() -> None:
 
         return touch_alone
 
-    IndexDataCacheFile.save = alone(IndexDataCacheFile.save)  # type: ignore[method-assign]
-    IndexDataCacheFile.load = alone(IndexDataCacheFile.load)  # type: ignore[method-assign]
+    for name in ("load", "save"):
+        setattr(IndexDataCacheFile, name, alone(getattr(IndexDataCacheFile, name)))
 
 
 def _warm_up_planning() -> None:

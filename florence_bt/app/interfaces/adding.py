@@ -22,6 +22,7 @@ from florence_bt.app.interfaces.building import (
     Environment,
     InterfacePackage,
     compiler,
+    has_python_headers,
     provide,
 )
 from florence_bt.app.interfaces.installed import InstalledPackage, installed_packages, sourced
@@ -147,6 +148,8 @@ def _check_tools() -> None:
         raise ConfigError(
             "no C and C++ compiler", valid=["apt install build-essential", "CC=... CXX=... florence ..."]
         )
+    if not has_python_headers():
+        raise ConfigError("Python's headers are not there", valid=["apt install python3-dev"])
     generators = ("rosidl_generator_py", "rosidl_generator_c", "rosidl_typesupport_fastrtps_c", "em", "lark")
     lacking = [name for name in generators if find_spec(name) is None]
     if lacking:

@@ -95,6 +95,11 @@ def compiler(variable: str, *names: str) -> str:
     return next(filter(None, found), "")
 
 
+def has_python_headers() -> bool:
+    """Tell whether extensions of this Python can be compiled."""
+    return Path(sysconfig.get_path("include"), "Python.h").is_file()
+
+
 @dataclass(frozen=True)
 class InterfacePackage:
     """The sources of a package of interfaces.

@@ -4,6 +4,8 @@ import json
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 
@@ -193,3 +195,61 @@ def test_a_kernel_that_the_warm_up_did_not_call_is_named(tmp_path, monkeypatch):
         warm_up.compiled_files()
     assert _some_kernels.halve(4) == 2
     assert len(warm_up.compiled_files()) == 2
+
+
+@pytest.fixture
+def warm_up(monkeypatch):
+    pytest.importorskip("mujoco")
+    from numba.core.caching import IndexDataCacheFile
+
+    from florence_bt.app.demo import warm_up
+
+    for name in ("load", "save"):  # what it changes there is taken back
+        monkeypatch.setattr(IndexDataCacheFile, name, getattr(IndexDataCacheFile, name))
+    return warm_up
+
+
+def test_processes_that_compile_beside_each_other_lose_nothing(warm_up, tmp_path):
+    from numba.core.caching import IndexDataCacheFile
+
+    warm_up._share_the_cache()
+    caches = [IndexDataCacheFile(str(tmp_path), "spread", "stamp") for _ in range(2)]
+    keys = [[f"signature {number} of {who}" for number in range(30)] for who in range(2)]
+    together = threading.Barrier(2)
+
+    def compile_all(who: int) -> None:
+        together.wait(30.0)
+        for key in keys[who]:
+            caches[who].save(key, f"code of {key}")
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(compile_all, range(2)))
+    for key in (*keys[0], *keys[1]):
+        assert caches[0].load(key) == f"code of {key}"
+
+
+@pytest.mark.parametrize(("cores", "in_this_process"), [({0}, ["rest", "mission"]), ({0, 1}, ["mission"])])
+def test_a_second_core_compiles_the_rest(warm_up, tmp_path, monkeypatch, cores, in_this_process):
+    done: list[str] = []
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: cores)
+    monkeypatch.setattr(warm_up, "_run_mission", lambda: done.append("mission"))
+    monkeypatch.setattr(warm_up, "_warm_up_rest", lambda: done.append("rest"))
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\necho "$@" > {tmp_path}/beside\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(python))
+    warm_up.warm_up()
+    assert done == in_this_process
+    if len(cores) > 1:
+        assert (tmp_path / "beside").read_text() == "-m florence_bt.app.demo.warm_up rest\n"
+
+
+def test_why_the_second_process_failed_is_told(warm_up, tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    monkeypatch.setattr(warm_up, "_run_mission", lambda: None)
+    python = tmp_path / "python"
+    python.write_text('#!/bin/sh\necho Traceback >&2\necho "OSError: no space left" >&2\nexit 1\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(python))
+    with pytest.raises(FlorenceError, match=r"^OSError: no space left$"):
+        warm_up.warm_up()

@@ -314,3 +314,11 @@ def test_the_step_of_the_kernels_asks_the_stamp_that_florence_up_asks(steps, tmp
     assert step.is_done()
     step.work()
     assert commands == [[sys.executable, "-m", "florence_bt.app.demo.kernel_cache"]]
+
+
+def test_a_machine_without_the_headers_of_python_is_refused(steps, tmp_path, monkeypatch):
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    steps.machine.check()
+    monkeypatch.setattr(sysconfig, "get_path", lambda name: str(tmp_path))
+    with pytest.raises(steps.progress.StepFailed, match="apt install python3-dev"):
+        steps.machine.check()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
@@ -96,6 +97,12 @@ def test_without_a_compiler(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     error = refused(package(tmp_path, msg_Finger="float64 force\n"), tmp_path)
     assert "compiler" in error.problem and "apt install build-essential" in error.valid
+
+
+def test_without_the_headers_of_python(tmp_path, monkeypatch):
+    monkeypatch.setattr(sysconfig, "get_path", lambda name: str(tmp_path))
+    error = refused(package(tmp_path, msg_Finger="float64 force\n"), tmp_path)
+    assert "headers" in error.problem and "apt install python3-dev" in error.valid
 
 
 def test_with_a_sourced_ros_nothing_is_built(tmp_path, monkeypatch):
