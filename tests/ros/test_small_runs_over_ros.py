@@ -11,7 +11,8 @@ from tests.small_runs import BENCHMARKS, OVER_ROS, ROOT, module_of, page_with_ma
 from tools.made_tables import FIGURES
 from tools.tables import made_of, text_between_marks
 
-pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
+# Three minutes of a processor: with the sweeps, for make test-all.
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.sweep, pytest.mark.timeout(1800)]
 
 TRIED_IN = {"restarts": "tests/ros/test_restarts.py", "busy": "tests/unit/tools/test_busy.py"}
 """Attacks that need many processes of their own, and where they are tried."""
