@@ -287,8 +287,9 @@ def check_recording(file: Path, heard: HeardTopics) -> None:
         lost[topic] += count
     assert not {topic: lost[topic] for topic in lost if topic in heard.reliable}
     assert all(count <= 0.02 * topics[topic] for topic, count in lost.items()), (lost, topics)
-    for topic in ("/odom", "/filtered_laser_scan"):  # each has a stamp of its own
-        assert max(count for (name, _), count in recorded.items() if name == topic) == 1, topic
+    for topic in ("/odom", "/filtered_laser_scan"):  # of a time that stands still, two may be alike
+        twice = [key for key, count in heard.messages.items() if key[0] == topic and recorded[key] > count]
+        assert not twice, topic
 
 
 def test_a_bring_up_travels_as_json(tmp_path):
