@@ -27,6 +27,7 @@ test: setup ## run every test that needs no hardware, and a part of the sweeps o
 test-all: setup ## run every test that needs no hardware, with all seeds and inputs
 	$(PYTEST) $(PARALLEL) --hypothesis-profile=all $(ARGS)
 
+unit: WORKERS = 2
 unit: setup ## run the tests that start no ROS and no whole missions
 	$(PYTEST) $(PARALLEL) -m "not ros and not slow and not sweep" tests/unit packages $(ARGS)
 
