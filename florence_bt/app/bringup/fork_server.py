@@ -26,12 +26,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from florence_bt.core.closing import Closing
 from florence_bt.core.errors import FlorenceError
 
 PR_SET_CHILD_SUBREAPER = 36
 """prctl(2): whether orphans among the descendants become children of this process."""
 SERVER = "florence_bt.app.bringup.fork_server_main"
 PROCESS = "florence_bt.app.bringup.process"
+EVERYBODY = (
+    "florence_bt.ros.rclpy_internals:load_no_generator",
+    "florence_bt.app.bringup.process",
+    "florence_bt.app.bringup.topology",
+    "florence_bt.ros.process",
+    # What rclpy imports for the first node.
+    "rosidl_generator_py",
+    "service_msgs.msg",
+    "type_description_interfaces.msg",
+)
+"""Every process of a bring-up needs these."""
 MESSAGE_BYTES = 65536
 """No message is longer."""
 ANSWER_BUDGET_S = 2.0
@@ -74,26 +86,19 @@ class ForkedProcess:
             os.kill(self.pid, number)
 
 
-class ForkServer:
+class ForkServer(Closing):
     """The process that imports and forks. Use as a context manager: leaving it ends the server.
 
     Args:
         folder: The folder of the bring-up, for people who read a list of processes.
         module: Its ``main(group, options_file, parent)`` is what a fork runs.
+        first: What it begins to load at once (:meth:`load`).
     """
 
-    def __init__(self, folder: Path, module: str = PROCESS) -> None:
+    def __init__(self, folder: Path, module: str = PROCESS, first: Sequence[str] = EVERYBODY) -> None:
         self._folder = folder
         self._module = module
-        self._start()
-
-    def __enter__(self) -> ForkServer:
-        """Do nothing: it has begun to import already."""
-        return self
-
-    def __exit__(self, *details: object) -> None:
-        """End the server."""
-        self.close()
+        self._start(first)
 
     @property
     def pid(self) -> int:
@@ -152,9 +157,9 @@ class ForkServer:
             self._socket.settimeout(ANSWER_BUDGET_S)
             answer = self._ask(order, descriptors)
             if answer is None:
-                # The new one imports nothing beforehand: whoever watches the other processes cannot wait.
+                # The new one loads nothing beforehand: whoever watches the other processes cannot wait.
                 self.close()
-                self._start("alone")
+                self._start(())
                 answer = self._ask(order, descriptors)
         if answer is None:
             raise FlorenceError(f"no process can be started: the fork server {self._process.pid} is gone")
@@ -166,14 +171,14 @@ class ForkServer:
         self._process.kill()
         self._process.wait()
 
-    def _start(self, how: str = "") -> None:
+    def _start(self, first: Sequence[str]) -> None:
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with its:
             self._environment = dict(os.environ)
             self._process = subprocess.Popen(
                 [
                     *(sys.executable, "-u", "-m", SERVER),
-                    *(str(self._folder), str(its.fileno()), how.ljust(TITLE_SPACE)),
+                    *(str(self._folder), str(its.fileno()), " " * TITLE_SPACE),
                 ],
                 stdin=subprocess.DEVNULL,
                 pass_fds=[its.fileno()],
@@ -183,6 +188,9 @@ class ForkServer:
                 env={"OPENBLAS_NUM_THREADS": "1", **os.environ},
             )
         self._socket = ours
+        self._loads = bool(first)
+        if first:
+            self._send({"load": list(first)})
 
     def _changed(self) -> dict[str, str | None]:
         """Return what has changed in the environment since the server began; None: is not there any more."""
@@ -194,11 +202,16 @@ class ForkServer:
     def _ask(self, message: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any] | None:
         """Send a message and return the answer; None when the server has ended or does not answer."""
         try:
-            socket.send_fds(self._socket, [json.dumps(message).encode()], array.array("i", descriptors))
+            if self._loads:  # what it began with
+                self._loads = not self._socket.recv(MESSAGE_BYTES)
+            self._send(message, descriptors)
             answer = self._socket.recv(MESSAGE_BYTES)
         except (TimeoutError, ConnectionError):
             return None
         return json.loads(answer) if answer else None
+
+    def _send(self, message: Mapping[str, Any], descriptors: Sequence[int] = ()) -> None:
+        socket.send_fds(self._socket, [json.dumps(message).encode()], array.array("i", descriptors))
 
 
 @contextmanager

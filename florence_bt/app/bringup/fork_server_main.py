@@ -1,6 +1,6 @@
 """The fork server: imports what the processes of a bring-up need, and forks them.
 
-``python -m florence_bt.app.bringup.fork_server_main FOLDER SOCKET HOW``, started by
+``python -m florence_bt.app.bringup.fork_server_main FOLDER SOCKET``, started by
 :class:`florence_bt.app.bringup.fork_server.ForkServer`. It ends when the other end of its socket is closed.
 
 A fork has only the thread that called it, so nothing may hold a lock on another one. Nothing that Florence
@@ -26,28 +26,16 @@ from typing import Any
 
 from florence_bt.app.bringup.fork_server import MESSAGE_BYTES
 
-EVERYBODY = (
-    "florence_bt.ros.rclpy_internals:load_no_generator",
-    "florence_bt.app.bringup.process",
-    "florence_bt.app.bringup.topology",
-    "florence_bt.ros.process",
-    # What rclpy imports for the first node.
-    "rosidl_generator_py",
-    "service_msgs.msg",
-    "type_description_interfaces.msg",
-)
-"""Every process of a bring-up needs these."""
 MOST_DESCRIPTORS = 16
 ARG_START, ARG_END = 45, 46
 """Fields of ``/proc/PID/stat`` behind the name, from 0: where the command line lies in memory (proc(5))."""
 
 
-def main(channel: socket.socket, *, alone: bool) -> int:
-    """Import and fork until the socket is closed at its other end.
+def main(channel: socket.socket) -> int:
+    """Load and fork until the socket is closed at its other end.
 
     Args:
         channel: What the orders come by.
-        alone: Whether nothing is imported before it is asked for.
 
     Returns:
         The exit code: 0 of the server; of a fork that of its process.
@@ -55,8 +43,6 @@ def main(channel: socket.socket, *, alone: bool) -> int:
     # Of Python 3.12 and later, about the threads of LTTng-UST.
     warnings.filterwarnings("ignore", "This process .* is multi-threaded", DeprecationWarning)
     gc.disable()  # which would write to all that the forks share
-    if not alone:
-        _load(EVERYBODY)
     while True:
         message, descriptors, _, _ = socket.recv_fds(channel, MESSAGE_BYTES, MOST_DESCRIPTORS)
         if not message:
@@ -148,4 +134,4 @@ def _show_as(words: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(socket.socket(fileno=int(sys.argv[2])), alone=sys.argv[3].strip() == "alone"))
+    sys.exit(main(socket.socket(fileno=int(sys.argv[2]))))

@@ -37,7 +37,7 @@ class Bench:
 
     def __init__(self, folder):
         self.folder = folder
-        self.server = ForkServer(folder, PROBE)
+        self.server = ForkServer(folder, PROBE, first=())
         self.forks = []
         self.heart, self._writer = os.pipe()
         self._held = (folder / "held").open("w")
@@ -149,7 +149,7 @@ def test_a_server_whose_supervisor_was_killed_ends(tmp_path):
 import time
 from pathlib import Path
 from florence_bt.app.bringup.fork_server import ForkServer
-server = ForkServer(Path({str(tmp_path)!r}))
+server = ForkServer(Path({str(tmp_path)!r}), first=())
 server.load(["colorsys"])
 print(server.pid, flush=True)
 time.sleep(600)
