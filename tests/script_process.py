@@ -1,11 +1,13 @@
-"""What the supervisor starts in tests: a command in place of a process of nodes."""
+"""Processes of tests: a command in place of a process of nodes, and waiting for what they do."""
 
 from __future__ import annotations
 
 import os
 import subprocess
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 
 class ScriptStart:
@@ -39,3 +41,20 @@ class ScriptStart:
             start_new_session=True,
             pass_fds=(*keep_open.values(), *hold),
         )
+
+
+def wait_for(condition: Callable[[], Any], what: str, budget_s: float = 300.0) -> Any:
+    """Wait until a condition holds, and give its value."""
+    end = time.monotonic() + budget_s
+    while not (value := condition()):
+        assert time.monotonic() < end, f"waited for {what}"
+        time.sleep(0.005)
+    return value
+
+
+def is_alive(pid: int) -> bool:
+    """Tell whether a process runs; one that has ended and was not waited for does not."""
+    try:
+        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False

@@ -7,29 +7,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from pathlib import Path
 
 import pytest
 
 from florence_bt.app.bringup.fork_server import ForkServer
+from tests.script_process import is_alive, wait_for
 
 PROBE = "tests.fork_probe"
-
-
-def wait_for(condition, what, budget_s=300.0):
-    end = time.monotonic() + budget_s
-    while not (value := condition()):
-        assert time.monotonic() < end, f"waited for {what}"
-        time.sleep(0.005)
-    return value
-
-
-def is_alive(pid):
-    try:
-        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
-    except OSError:
-        return False
 
 
 class Bench:
@@ -149,6 +133,7 @@ def test_a_server_whose_supervisor_was_killed_ends(tmp_path):
 import time
 from pathlib import Path
 from florence_bt.app.bringup.fork_server import ForkServer
+from tests.script_process import is_alive, wait_for
 server = ForkServer(Path({str(tmp_path)!r}), first=())
 server.load(["colorsys"])
 print(server.pid, flush=True)

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,7 @@ from florence_bt.app.bringup.supervisor import (
     Supervisor,
 )
 from florence_bt.core.errors import ConfigError
-from tests.script_process import ScriptStart
+from tests.script_process import ScriptStart, is_alive, wait_for
 
 OBEDIENT = """
 import signal, sys, pathlib
@@ -42,21 +41,6 @@ BEATING = BEATING.replace("import signal", "import os, signal").replace(
     "signal.pause()", "signal.sigtimedwait([], 0.01)"
 )
 DYING = "print('the port is gone', flush=True); raise SystemExit(7)"
-
-
-def wait_for(condition, what, budget_s=300.0):
-    end = time.monotonic() + budget_s
-    while not (value := condition()):
-        assert time.monotonic() < end, f"waited for {what}"
-        time.sleep(0.005)
-    return value
-
-
-def is_alive(pid):
-    try:
-        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
-    except OSError:
-        return False
 
 
 @pytest.fixture
