@@ -67,13 +67,13 @@ def _module_for(words: list[str]) -> str:
 
 def _switch_override(on: bool, given: list[str]) -> int:
     try:
-        from florence_bt.app.runs.switch_override import switch_override
+        from florence_bt.app.runs.switch_override import release_the_robot, stop_the_robot
         from florence_bt.core.errors import ConfigError, FlorenceError
 
         try:
             robot = given[-1] if given else os.environ.get(NAMESPACE_VARIABLE, "")
             use_namespace(robot, chosen=bool(given))
-            print(switch_override(on, f"florence {'override' if on else 'release'}"))
+            print(stop_the_robot("florence override").word if on else release_the_robot("florence release"))
         except ConfigError as error:
             print(f"florence: {error}", file=sys.stderr)
             return USAGE

@@ -141,17 +141,17 @@ def resume(
 @app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")
 def override() -> None:
     """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
-    from florence_bt.app.runs.switch_override import switch_override
+    from florence_bt.app.runs.switch_override import stop_the_robot
 
-    typer.echo(switch_override(True, "florence override"))
+    typer.echo(stop_the_robot("florence override").word)
 
 
 @app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
 def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
-    from florence_bt.app.runs.switch_override import switch_override
+    from florence_bt.app.runs.switch_override import release_the_robot
 
-    typer.echo(switch_override(False, "florence release"))
+    typer.echo(release_the_robot("florence release"))
 
 
 @app.command(

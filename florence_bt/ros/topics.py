@@ -12,9 +12,13 @@ MANUAL_OVERRIDE = "manual_override"
 """``std_msgs/Bool``, latched: whether the manual override is on. The base's driver says so; all others read
 it."""
 
-LAST_OVERRIDE = "manual_override_switched_on"
-"""``builtin_interfaces/Time``, latched: the date (UTC, also in a simulation) at which the manual override was
-switched on last, zero when it never was. For those who hung or were not there when it was on and released."""
+OVERRIDE_STATE = "manual_override_state"
+"""``florence_interfaces/ManualOverride``, latched, twice a second: how the override and the base stand, as
+its driver knows it; for people, and for those who hung or were not there when it was on and released."""
+
+RELEASE_OVERRIDE = "release_manual_override"
+"""``florence_interfaces/ReleaseOverride``: the base's driver ends the override for somebody who knows how it
+stands, and not when somebody has stopped the robot since."""
 
 INITIAL_POSE = "initialpose"
 """``geometry_msgs/PoseWithCovarianceStamped``: somebody says where the robot is in the map (as RViz does)."""

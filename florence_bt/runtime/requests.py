@@ -6,6 +6,7 @@ clear sentence and nothing else happens.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -64,6 +65,23 @@ def request_from_texts(
         policy_from_text(policy),
         priority,
     )
+
+
+def check_in_time(valid_until: float) -> None:
+    """Refuse what comes after the date until which somebody wanted it.
+
+    Args:
+        valid_until: Seconds since 1970; 0 for whenever it comes.
+
+    Raises:
+        ConfigError: It is too late.
+    """
+    late_s = time.time() - valid_until
+    if valid_until > 0.0 and late_s > 0.0:
+        raise ConfigError(
+            f"this came {late_s:.1f} s after the date until which it was wanted",
+            valid=["to ask again", "clocks that agree, if it came from another machine"],
+        )
 
 
 def policy_from_text(text: str) -> TriggerPolicy:

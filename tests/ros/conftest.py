@@ -376,13 +376,11 @@ class MissionBench:
 
     def override(self, on):
         """Say what the base's driver would say."""
-        from std_msgs.msg import Bool
+        from tests.ros.override_driver import OverrideDriver
 
-        from florence_bt.ros.qos import LATCHED
-
-        if not hasattr(self, "_override"):
-            self._override = self.node.create_publisher(Bool, "manual_override", LATCHED)
-        self._override.publish(Bool(data=on))
+        if not hasattr(self, "driver"):
+            self.driver = self.ros.add(OverrideDriver())
+        self.driver.override.stop() if on else self.driver.override.release()
 
     def stop(self, run_id=""):
         from florence_interfaces.srv import StopMission

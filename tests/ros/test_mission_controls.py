@@ -88,6 +88,7 @@ def test_who_switches_the_override_counts_for_that_switch_only(bench_of):
 
     assert "Anna" in switch(True, "Anna")
     bench.override(True)
+    bench.driver.override.tell_state()
     bench.ros.spin_for(0.1)
     assert "Anna" in bench.status().blocked_by, "the driver says again that it is on"
     switch(False, "Anna")
@@ -98,17 +99,17 @@ def test_who_switches_the_override_counts_for_that_switch_only(bench_of):
 def test_an_override_that_was_on_and_released_while_the_server_hung_ends_everything(bench_of):
     """Of a latched topic only the last message is left: that the override is off."""
     from builtin_interfaces.msg import Time
+    from florence_interfaces.msg import ManualOverride
 
     from florence_bt.ros.qos import LATCHED
 
     bench = bench_of()
-    switched_on = bench.node.create_publisher(Time, "manual_override_switched_on", LATCHED)
-    switched_on.publish(Time(sec=1_700_000_000))
+    state = bench.node.create_publisher(ManualOverride, "manual_override_state", LATCHED)
+    state.publish(ManualOverride(stops=1, switched_on=Time(sec=1_700_000_000)))
     runs = [bench.run("drive_once", policy="queue").run_id for _ in range(2)]
     bench.ros.spin_for(0.2)
     assert bench.status().state == "RUNNING", "that was before the runs"
-    switched_on.publish(Time(sec=1_700_000_900))
-    bench.override(False)
+    state.publish(ManualOverride(stops=2, switched_on=Time(sec=1_700_000_900)))
     for run_id in runs:
         assert "manual override" in bench.wait("STOPPED", run_id).reason
     assert bench.run("be_quick").accepted

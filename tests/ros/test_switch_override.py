@@ -1,61 +1,94 @@
-"""``florence override`` and ``florence release``: they need the base's driver and nobody else."""
+"""``florence override`` and ``release``: they need the base's driver and nobody else, and say what is so."""
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+import threading
 from typing import Any
 
 import pytest
 
 pytest.importorskip("rclpy")
+from florence_interfaces.msg import ManualOverride
 from std_msgs.msg import Bool
 
 from florence_bt.app.runs import switch_override as module
-from florence_bt.app.runs.switch_override import NoBaseDriver, switch_override
-from florence_bt.core.errors import DeviceTimeout
+from florence_bt.app.runs.switch_override import NoBaseDriver, release_the_robot, stop_the_robot
+from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from tests.ros.override_driver import OverrideDriver
 
 pytestmark = pytest.mark.ros
 
+DRIVER = (
+    "import rclpy\n"
+    "from tests.ros.override_driver import OverrideDriver\n"
+    "rclpy.init(); driver = OverrideDriver(); print('up', flush=True)\n"
+    "rclpy.spin(driver)"
+)
 
-class Driver(FlorenceNode):
-    """Plays the base's driver; hears only of some of the messages."""
 
-    def __init__(self, hears_from: int = 1) -> None:
-        super().__init__("driver")
+class DeafDriver(OverrideDriver):
+    """Misses the first messages."""
+
+    def __init__(self, misses: int) -> None:
+        super().__init__()
+        switch = self.override._on_switch
         self.heard: list[bool] = []
-        self._hears_from = hears_from
-        self._truth = self.create_publisher(Bool, "manual_override", LATCHED)
-        self._truth.publish(Bool(data=False))
-        self.create_subscription(Bool, "florenceLocator/manualOverride", self._on_switch, RELIABLE)
+        self.destroy_subscription(self.override._commands)
 
-    def _on_switch(self, message: Bool) -> None:
-        self.heard.append(message.data)
-        if len(self.heard) >= self._hears_from:
-            self._truth.publish(message)
+        def hear(message: Bool) -> None:
+            self.heard.append(message.data)
+            if len(self.heard) > misses:
+                switch(message)
+
+        self.create_subscription(Bool, "florenceLocator/manualOverride", hear, RELIABLE)
+
+
+def run(ros: Any, start_process: Any, verb: str) -> Any:
+    child = start_process(sys.executable, "-m", "florence_bt.cli", verb)
+    ros.spin_until(lambda: child.process.poll() is not None, what=verb)
+    return child
 
 
 def test_the_command_line_switches_it(ros: Any, start_process: Any) -> None:
-    driver = ros.add(Driver())
-    for verb, on, word in (("override", True, "is on"), ("release", False, "is off")):
-        child = start_process(sys.executable, "-m", "florence_bt.cli", verb)
-        ros.spin_until(lambda child=child: child.process.poll() is not None, what=verb)
+    driver = ros.add(OverrideDriver())
+    for verb, on, word in (("override", True, "is on, the base stands"), ("release", False, "is off")):
+        child = run(ros, start_process, verb)
         assert child.process.returncode == 0 and f"the manual override {word}" in child.output
-        assert driver.heard[-1] is on
+        assert driver.switched[-1] is on
 
 
 def test_it_is_said_again_until_the_driver_obeys(ros: Any, start_process: Any) -> None:
-    driver = ros.add(Driver(hears_from=3))
-    child = start_process(sys.executable, "-m", "florence_bt.cli", "override")
-    ros.spin_until(lambda: child.process.poll() is not None, what="the end of the command")
-    assert child.process.returncode == 0 and driver.heard[:3] == [True] * 3
+    driver = ros.add(DeafDriver(misses=2))
+    child = run(ros, start_process, "override")
+    assert child.process.returncode == 0 and len(driver.heard) > 2 and all(driver.heard)
+
+
+@pytest.mark.parametrize("problem", ["", "/dev/ttyUSB0: the base sent no good frame for 2 s"])
+def test_a_base_that_does_not_stand_is_no_success(ros: Any, start_process: Any, problem: str) -> None:
+    """The driver is there and willing, but its cable is out, or the wheels go on turning."""
+    driver = ros.add(OverrideDriver())
+    driver.say(standing=False, problem=problem)
+    child = run(ros, start_process, "override")
+    assert child.process.returncode != 0 and "by hand" in child.output
+    assert (problem or "its wheels turn") in child.output
+    assert driver.switched[-1] is True, "what could be done is done"
+
+
+def test_an_override_that_is_on_already_is_confirmed_by_its_own_stop(ros: Any, start_process: Any) -> None:
+    driver = ros.add(OverrideDriver(on=True))
+    child = run(ros, start_process, "override")
+    assert child.process.returncode == 0 and driver.switched, "a hand that drives is stopped, too"
 
 
 def test_without_a_driver_it_says_so(ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SIGHT_S", 0.2)
     with pytest.raises(NoBaseDriver, match="switch it off by hand"):
-        switch_override(True, "a test")
+        stop_the_robot("a test")
 
 
 def test_a_driver_that_does_not_obey_is_an_error(
@@ -70,15 +103,53 @@ def test_a_driver_that_does_not_obey_is_an_error(
     child.wait_for("up")
     monkeypatch.setattr(module, "SIGHT_S", 5.0)
     with pytest.raises(DeviceTimeout, match="did not confirm"):
-        switch_override(True, "a test")
+        stop_the_robot("a test")
+
+
+def test_a_release_does_not_undo_a_stop_that_came_meanwhile(
+    ros: Any, start_process: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    driver = ros.add(FlorenceNode("driver"))  # it has no time to answer yet
+    driver.create_subscription(Bool, "florenceLocator/manualOverride", print, RELIABLE)
+    state = driver.create_publisher(ManualOverride, "manual_override_state", LATCHED)
+    state.publish(ManualOverride(on=True, stops=1))
+    found: list[FlorenceError] = []
+
+    def release() -> None:
+        try:
+            release_the_robot("a test")
+        except FlorenceError as error:
+            found.append(error)
+
+    releasing = threading.Thread(target=release)
+    releasing.start()
+    ros.spin_until(state.get_subscription_count, what="the release")
+    ros.spin_for(0.3)
+    state.publish(ManualOverride(on=True, stops=2))
+    ros.spin_until(lambda: not releasing.is_alive(), what="the end of the release")
+    assert "stopped the robot" in str(found[0])
+
+
+def test_a_release_that_waited_in_a_hung_driver_is_refused(ros: Any, start_process: Any) -> None:
+    """A driver that hangs keeps what it was sent: a release is of then."""
+    child = start_process("-c", DRIVER)
+    child.wait_for("up")
+    assert "base stands" in stop_the_robot("a test").word
+    os.kill(child.process.pid, signal.SIGSTOP)
+    go_on = threading.Timer(2.0, os.kill, (child.process.pid, signal.SIGCONT))
+    go_on.start()
+    try:
+        # The command is still there when the driver goes on, and asks again for what its person wants now.
+        assert "is off" in release_the_robot("a test")
+    finally:
+        go_on.join()
 
 
 def test_nothing_else_is_loaded_before_it_publishes(start_process: Any) -> None:
     child = start_process(
         "-c",
         "import sys, florence_bt.cli, florence_bt.app.runs.switch_override\n"
-        "print([name for name in ('typer', 'rich', 'numpy', 'florence_interfaces', 'florence_bt.trees')"
-        " if name in sys.modules])",
+        "print([name for name in ('typer', 'rich', 'numpy', 'florence_bt.trees') if name in sys.modules])",
     )
     child.process.wait()
     assert child.output.splitlines()[-1] == "[]"

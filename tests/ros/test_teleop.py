@@ -13,12 +13,12 @@ pytest.importorskip("pyte")
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import BatteryState, Joy
-from std_msgs.msg import Bool
 
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
 from tests.ros.conftest import GENEROUS_S
+from tests.ros.override_driver import OverrideDriver
 from tools.terminal import Terminal
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
@@ -26,30 +26,19 @@ pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 TELEOP = ("-m", "florence_bt.cli", "teleop")
 
 
-class Base(FlorenceNode):
+class Base(OverrideDriver):
     """Plays the base's driver behind the velocity filter."""
 
     def __init__(self, overridden: bool = False) -> None:
-        super().__init__("turtlebot_node")
+        super().__init__("turtlebot_node", on=overridden)
         self.speed = 0.0
-        self.switched: list[bool] = []
-        self._truth = self.create_publisher(Bool, "manual_override", LATCHED)
-        self._truth.publish(Bool(data=overridden))
         self._stop_reason = self.create_publisher(StopReason, "~/stop_reason", LATCHED)
         self._battery = self.create_publisher(BatteryState, "battery_state", RELIABLE)
-        self.create_subscription(Bool, "florenceLocator/manualOverride", self._on_switch, RELIABLE)
         self.create_subscription(Twist, "filtered_manual_cmd_vel", self._on_velocity, RELIABLE)
-
-    def switch(self, on: bool) -> None:
-        self._truth.publish(Bool(data=on))
 
     def bump(self) -> None:
         self._stop_reason.publish(StopReason(code="bumper", text="the left bumper is pressed"))
         self._battery.publish(BatteryState(percentage=0.87))
-
-    def _on_switch(self, message: Bool) -> None:
-        self.switched.append(message.data)
-        self.switch(message.data)
 
     def _on_velocity(self, message: Twist) -> None:
         self.speed = message.linear.x
@@ -92,12 +81,13 @@ def test_keys_drive_until_they_are_let_go_and_ctrl_c_gives_the_robot_back(ros, k
     rig = Rig(ros)
     with Terminal(TELEOP) as terminal:
         screen = rig.see(terminal, r"(?m)^drives +stands still")
-        assert "0.7 s after the last key" in screen and rig.base.switched == [True]
+        assert "0.7 s after the last key" in screen and set(rig.base.switched) == {True}
         rig.hold(terminal, key)
         assert rig.base.speed * sign > 0.0
         rig.stands()
         rig.base.bump()
-        assert "87%" in rig.see(terminal, r"held +the left bumper is pressed")
+        rig.see(terminal, r"held +the left bumper is pressed")
+        rig.see(terminal, r"battery +87%")
         rig.hold(terminal, key)
         terminal.press("\x03")
         rig.ended(terminal)
@@ -140,11 +130,22 @@ def test_a_release_by_somebody_else_ends_it(ros):
     rig = Rig(ros)
     with Terminal(TELEOP) as terminal:
         rig.see(terminal, "you have the robot")
-        rig.base.switch(False)
+        rig.base.override.release()
         rig.see(terminal, "released by somebody else")
         rig.ended(terminal)
         assert terminal.code == 3
-    assert rig.base.switched == [True]
+    assert rig.base.switched[-1] is False and rig.base.switched.count(False) == 1
+
+
+def test_a_stop_by_somebody_else_outlives_it(ros):
+    rig = Rig(ros)
+    with Terminal(TELEOP) as terminal:
+        rig.see(terminal, "you have the robot")
+        rig.base.override.stop()
+        terminal.press("\x03")
+        rig.see(terminal, "somebody has stopped the robot meanwhile")
+        rig.ended(terminal)
+    assert False not in rig.base.switched
 
 
 def test_without_a_terminal_it_says_so(start_process):

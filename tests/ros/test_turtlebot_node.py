@@ -13,10 +13,9 @@ import pytest
 
 pytest.importorskip("rclpy")
 pytest.importorskip("florence_interfaces")
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import Create2Sensors, StopReason, TurtlebotSensorState
-from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
+from florence_interfaces.msg import Create2Sensors, ManualOverride, StopReason, TurtlebotSensorState
+from florence_interfaces.srv import PlaySong, ReleaseOverride, SetDigitalOutputs, SetLeds, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, JointState
@@ -29,7 +28,6 @@ from florence_bt.ros.base_messages import gyro_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import LAST_OVERRIDE
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
@@ -308,6 +306,54 @@ def test_the_override_stops_the_base_and_leaves_it_to_the_person_who_drives_by_h
     ros.spin_until(lambda: drives(0.2), what="the drive after the release")
 
 
+def test_it_says_whether_the_base_stands_and_why_nothing_reaches_it(
+    ros: Any, device: Device, tmp_path: Path
+) -> None:
+    _, listener = start(ros, tmp_path, data_timeout=0.5)
+    states: list[ManualOverride] = []
+    listener.create_subscription(ManualOverride, "manual_override_state", states.append, LATCHED)
+    ros.spin_until(
+        lambda: states and states[-1].standing and not states[-1].problem, what="a base that stands"
+    )
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), not states[-1].standing][1], what="a base that drives")
+    listener.switch.publish(Bool(data=True))
+    ros.spin_until(lambda: states[-1].on and states[-1].standing, what="the stop")
+    assert states[-1].stops == 1 and not states[-1].driven_by_hand
+    ros.spin_until(
+        lambda: [listener.drive(0.1, 0.0, by_hand=True), states[-1].driven_by_hand][1], what="the hand"
+    )
+    device.unplug()
+    ros.spin_until(lambda: states[-1].problem, what="the word that no command reaches the base")
+    assert states[-1].on and not states[-1].standing
+    device.plug_in()
+    ros.spin_until(lambda: states[-1].standing and not states[-1].problem, what="the base again")
+
+
+def release(ros: Any, listener: Listener, stops: int, pressed_at: float) -> str:
+    client = listener.create_client(ReleaseOverride, "release_manual_override")
+    ros.spin_until(client.service_is_ready)
+    future = client.call_async(ReleaseOverride.Request(stops=stops, pressed_at=pressed_at, by="a test"))
+    ros.spin_until(future.done)
+    return "" if future.result().success else future.result().message
+
+
+def test_a_release_is_for_what_the_person_saw(ros: Any, device: Device, tmp_path: Path) -> None:
+    node, listener = start(ros, tmp_path)
+    states: list[ManualOverride] = []
+    listener.create_subscription(ManualOverride, "manual_override_state", states.append, LATCHED)
+    ros.spin_until(lambda: states and listener.switch.get_subscription_count())
+    for count in (1, 2):
+        listener.switch.publish(Bool(data=True))
+        ros.spin_until(lambda count=count: states[-1].stops == count)
+    now = node.steady.now
+    assert "since" in release(ros, listener, 1, now())
+    for wrong in (now() - 1.5, now() + 60.0, math.nan):
+        assert "too late" in release(ros, listener, 2, wrong)
+    assert states[-1].on
+    assert release(ros, listener, 2, now()) == ""
+    ros.spin_until(lambda: not states[-1].on)
+
+
 def test_the_driver_says_when_the_override_was_switched_on_last(
     ros: Any, device: Device, tmp_path: Path
 ) -> None:
@@ -315,7 +361,12 @@ def test_the_driver_says_when_the_override_was_switched_on_last(
 
     def dates_of(listener: Listener) -> list[int]:
         found: list[int] = []
-        listener.create_subscription(Time, LAST_OVERRIDE, lambda m: found.append(m.sec), LATCHED)
+
+        def note(message: ManualOverride) -> None:
+            if message.switched_on.sec not in found:
+                found.append(message.switched_on.sec)
+
+        listener.create_subscription(ManualOverride, "manual_override_state", note, LATCHED)
         return found
 
     node, listener = start(ros, tmp_path, override_file=str(tmp_path / "override"))

@@ -11,7 +11,6 @@ pytest.importorskip("rclpy")
 pytest.importorskip("florence_interfaces")
 from florence_interfaces.srv import MissionStatus, RunMission, StopMission
 from nav2_msgs.action import Spin
-from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 from unique_identifier_msgs.msg import UUID
 
@@ -20,8 +19,8 @@ from florence_bt.core.outcome import Outcome, success
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.action_skill import ActionSkill
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
 from florence_bt.runtime.node import MissionNode
+from tests.ros.override_driver import OverrideDriver
 
 pytestmark = pytest.mark.ros
 
@@ -59,7 +58,7 @@ class Bench:
             )
         )
         self.node = ros.add(FlorenceNode("somebody"))
-        self.override = self.node.create_publisher(Bool, "manual_override", LATCHED)
+        self.driver = ros.add(OverrideDriver())
         self._clients: dict[str, Any] = {}
 
     def send_goal(self, name: str) -> str:
@@ -156,5 +155,5 @@ def test_the_goal_of_a_mission_is_its_own(bench: Bench) -> None:
 def test_the_override_ends_them(bench: Bench) -> None:
     bench.send_goal("spin_arm")
     bench.ros.spin_until(bench.unowned, what="the goal in the status")
-    bench.override.publish(Bool(data=True))
+    bench.driver.override.stop()
     bench.ros.spin_until(lambda: not bench.server.goals["spin_arm"].active, what="the end of the goal")

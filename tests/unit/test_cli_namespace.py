@@ -79,11 +79,11 @@ def test_a_verb_has_the_namespace_while_it_works(monkeypatch, words, environment
 def test_the_emergency_button_has_it_too(monkeypatch, words, environment, expected):
     seen = []
 
-    def switch(on: bool, by: str) -> str:
-        seen.append((on, namespace()))
-        return ""
+    def stop(by: str) -> switch_override.Stopped:
+        seen.append((True, namespace()))
+        return switch_override.Stopped("", 1)
 
-    monkeypatch.setattr(switch_override, "switch_override", switch)
+    monkeypatch.setattr(switch_override, "stop_the_robot", stop)
     monkeypatch.setattr(sys, "argv", ["florence", "override", *words])
     for name, value in environment.items():
         monkeypatch.setenv(name, value)

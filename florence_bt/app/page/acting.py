@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Any, TypeVar
 
+from builtin_interfaces.msg import Time
 from florence_interfaces.srv import RunMission, SetHotspot
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from florence_bt.app.page.access import Role
+from florence_bt.app.page.presses import EXPIRY_S, LATE, counts
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.runs.client import LOCATOR, RUN_MISSION
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.ros.conversions import stamp_to_ros
 
 T = TypeVar("T")
 
@@ -28,19 +33,35 @@ class Actor:
     Args:
         ros: Talks to the robot.
         role: What the viewer may do.
+        judge: Tells whether a press, as a browser sent it, still counts.
 
     Attributes:
         caller: Who asks, for the journal.
     """
 
-    def __init__(self, ros: RosThread, role: Role) -> None:
+    def __init__(self, ros: RosThread, role: Role, judge: Callable[[Any], bool] = counts) -> None:
         self.ros = ros
         self.role = role
+        self._judge = judge
         self.caller = f"page ({role.name.lower()})"
 
     def may(self, role: Role) -> bool:
         """Tell whether the viewer has a role, or one that includes it."""
         return self.role >= role
+
+    def on_press(self, button: ui.button, do: Callable[[], Any]) -> ui.button:
+        """Let a button act, unless its press comes late: what a broken line has held was meant for then."""
+
+        async def pressed(event: GenericEventArguments) -> None:
+            if not self._judge(event.args):
+                ui.notify(LATE, type="warning")
+                return
+            done = do()
+            if isinstance(done, Awaitable):
+                await done
+
+        button.on("click", pressed, js_handler="() => emit(window.florence_press())")
+        return button
 
     async def told(self, work: Awaitable[Any], message: Callable[[Any], str] = lambda answer: "") -> Any:
         """Wait for an answer and tell it; what went wrong is told, too, and gives None."""
@@ -74,16 +95,13 @@ class Actor:
             input_names=list(given),
             input_values=list(given.values()),
             caller=self.caller,
+            valid_until=soon(),
         )
         answer = await self.told(
             self.ros.ask(RunMission, RUN_MISSION, request),
             lambda answer: "" if answer.accepted else answer.message,
         )
         return answer is not None and bool(answer.accepted)
-
-    async def override(self, on: bool) -> None:
-        """Switch the manual override; that nobody has confirmed it is told."""
-        await self.told(self.ros.override(on, self.caller), lambda _: "")
 
     def tell_pose(self, pose: Pose2) -> None:
         """Tell the localiser where the robot stands."""
@@ -99,12 +117,17 @@ class Actor:
             self.ros.node.get_logger().info(f"{self.caller} put the hotspot {label!r} at {pose}")
 
 
-async def confirmed(question: str, yes: str) -> bool:
+def soon() -> Time:
+    """Return the date until which a request of somebody who has just pressed counts."""
+    return stamp_to_ros(time.time() + EXPIRY_S)
+
+
+async def confirmed(question: str, yes: str, actor: Actor) -> bool:
     """Ask the viewer whether something shall be done."""
     with ui.dialog() as dialog, ui.card():
         ui.label(question).mark("question")
         with ui.row():
-            ui.button(yes, on_click=lambda: dialog.submit(True)).mark("yes")
+            actor.on_press(ui.button(yes), lambda: dialog.submit(True)).mark("yes")
             ui.button("Cancel", on_click=dialog.close).props("flat")
     agreed = await dialog
     dialog.delete()

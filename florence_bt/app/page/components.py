@@ -87,8 +87,18 @@ class StatusView(Element, component="components/status_view.js", esm=_LIVE):
     """A line: the mission and its state, the battery, what holds the robot up."""
 
 
+RECONNECT_S = 300.0
+"""Seconds for which the session of a browser that is cut off is kept: it goes on where it was."""
+ABOVE_BAR = "h-[calc(100dvh-var(--florence-bar,0px))]"
+"""The class of what fills the window above the bar of the robot, if there is one."""
+
+
+class RobotBar(Element, component="components/robot_bar.js", esm=_LIVE):
+    """STOP THE ROBOT with what is known of it, driving by hand, and the release: on every page."""
+
+
 class DrivePad(Element, component="components/drive_pad.js", esm=_LIVE):
-    """A pad that drives the robot by hand; seen while the manual override is on."""
+    """Drives the robot by hand: a pad, while the override is on and somebody wants to drive."""
 
 
 FARTHEST_M = 10_000.0

@@ -11,8 +11,16 @@ from florence_interfaces.srv import PauseMission, ResumeMission, StopMission
 from nicegui import core, ui
 
 from florence_bt.app.page.access import ROLE, Role
-from florence_bt.app.page.acting import Actor
-from florence_bt.app.page.components import DrivePad, MapView, StatusView, TreeView
+from florence_bt.app.page.acting import Actor, soon
+from florence_bt.app.page.components import (
+    ABOVE_BAR,
+    RECONNECT_S,
+    DrivePad,
+    MapView,
+    RobotBar,
+    StatusView,
+    TreeView,
+)
 from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
@@ -29,7 +37,7 @@ def add_page(app: FastAPI, ros: RosThread, runs: Path | None) -> None:
         runs: The folder of the journal; None for that of the running system.
     """
 
-    @ui.page("/")
+    @ui.page("/", reconnect_timeout=RECONNECT_S)
     def page(request: Request) -> None:
         Page(Actor(ros, request.scope.get(ROLE, Role.LOOK)))
 
@@ -50,29 +58,32 @@ class Page:
     def __init__(self, actor: Actor) -> None:
         self._actor = actor
         self._ros = actor.ros
-        ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-screen no-wrap")
-        with ui.row().classes("w-full items-center gap-2"):
-            StatusView().classes("grow")
+        ui.query(".nicegui-content").classes(f"p-2 gap-2 w-full no-wrap {ABOVE_BAR}")
+        with ui.row().classes("w-full items-center gap-2 no-wrap overflow-x-auto shrink-0"):
+            if actor.may(Role.RUN):
+                self._add_controls(actor)
+            ui.space()
             _icon("history", "recorded runs", lambda: ui.navigate.to("runs"))
             if actor.may(Role.EDIT):
                 _icon("edit_note", "write missions", lambda: ui.navigate.to("/edit/"))
-            if actor.may(Role.RUN):
-                self._add_controls(actor)
+        # Two lines, whatever there is to say: nothing below or above moves under a finger.
+        StatusView().classes("w-full shrink-0 h-10 overflow-y-auto shows-robot")
         with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
-            view = MapView().classes("w-full h-full").mark("map")
-            TreeView().classes("w-full h-full").mark("tree")
+            view = MapView().classes("w-full h-full shows-robot").mark("map")
+            TreeView().classes("w-full h-full shows-robot shows-missions").mark("tree")
         if actor.may(Role.RUN):
-            DrivePad().classes("fixed right-2 bottom-2 z-10 max-w-full")
+            RobotBar()
+            DrivePad().classes("fixed right-2 bottom-[calc(var(--florence-bar)+8px)] z-10 max-w-full")
         MapMenu(view, actor)
 
     def _add_controls(self, actor: Actor) -> None:
-        ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").mark("start")
-        ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
-        _icon("pause", "pause the mission", self._pause)
-        _icon("play_circle_outline", "go on with the mission", self._resume)
+        ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").props(
+            "no-wrap"
+        ).mark("start")
+        actor.on_press(ui.button("Stop", icon="stop"), self._stop).props("outline no-wrap").mark("stop")
+        actor.on_press(_icon("pause", "pause the mission"), self._pause)
+        actor.on_press(_icon("play_circle_outline", "go on with the mission"), self._resume)
         QuestionDialog(actor)
-        ui.button("STOP THE ROBOT", on_click=lambda: actor.override(True), color="negative").mark("override")
-        ui.button("release", on_click=lambda: actor.override(False)).props("flat").mark("release")
 
     # ---- what the buttons do --------------------------------------------------------------------------
 
@@ -89,12 +100,14 @@ class Page:
         )
 
     async def _resume(self) -> None:
-        request = ResumeMission.Request()
+        request = ResumeMission.Request(valid_until=soon())
         await self._actor.told(
             self._ros.ask(ResumeMission, "florence_bt/resume", request), lambda answer: answer.message
         )
 
 
-def _icon(icon: str, title: str, do: Callable[[], Any]) -> None:
+def _icon(icon: str, title: str, do: Callable[[], Any] | None = None) -> ui.button:
     """Add a button that has no words: on a phone there is little room."""
-    ui.button(icon=icon, on_click=do).props(f'flat dense aria-label="{title}"').tooltip(title)
+    button = ui.button(icon=icon, on_click=do)
+    button.props(f'flat dense aria-label="{title}"').tooltip(title)
+    return button

@@ -69,10 +69,12 @@ class MapMenu:
 
     async def _do(self, chosen: str | None, pose: Pose2, name: str) -> None:
         where = f"({pose.x:.2f} m, {pose.y:.2f} m), {math.degrees(pose.yaw):.0f}°"
-        if chosen == "drive" and await confirmed(f"Drive to {where}?", "Drive"):
+        if chosen == "drive" and await confirmed(f"Drive to {where}?", "Drive", self._actor):
             at = {"x": f"{pose.x:.3f} m", "y": f"{pose.y:.3f} m", "phi": f"{math.degrees(pose.yaw):.1f} deg"}
             await self._actor.start(DRIVE, at)
-        elif chosen == "initial" and await confirmed(f"Does the robot stand at {where}?", "It does"):
+        elif chosen == "initial" and await confirmed(
+            f"Does the robot stand at {where}?", "It does", self._actor
+        ):
             self._actor.tell_pose(pose)
             ui.notify("told the localiser; the scan must lie on the walls now")
         elif chosen == "place" and not name:
@@ -80,5 +82,5 @@ class MapMenu:
         elif chosen == "place":
             known = self._actor.ros.node.places.get(name) is not None
             question = f"Move the place {name} to {where}?" if known else f"Add the place {name} at {where}?"
-            if await confirmed(question, "Move" if known else "Add"):
+            if await confirmed(question, "Move" if known else "Add", self._actor):
                 await self._actor.set_hotspot(name, pose)

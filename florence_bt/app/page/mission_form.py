@@ -36,7 +36,7 @@ async def choose_mission(actor: Actor) -> None:
         fields: dict[str, Any] = {}
         chosen.on_value_change(lambda event: _fill(form, fields, missions.get(event.value)))
         with ui.row():
-            ui.button("Start", on_click=lambda: dialog.submit(chosen.value)).mark("go")
+            actor.on_press(ui.button("Start"), lambda: dialog.submit(chosen.value)).mark("go")
             ui.button("Cancel", on_click=dialog.close).props("flat")
     name = await dialog
     values = {key: text_of(field.value) for key, field in fields.items()}

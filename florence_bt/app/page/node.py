@@ -6,11 +6,11 @@ import itertools
 import math
 import time
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import RunState, StopReason, Zones
+from florence_interfaces.msg import ManualOverride, RunState, StopReason, Zones
 from florence_interfaces.srv import AnswerQuestion
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
@@ -18,13 +18,13 @@ from nav_msgs.msg import Path as PathMsg
 from py_trees_ros_interfaces.msg import BehaviourTree
 from sensor_msgs.msg import BatteryState, Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
-from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.beam_ends import beam_ends
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.message_skills import OPEN_QUESTION
@@ -34,7 +34,7 @@ from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_fr
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import HOTSPOTS, MANUAL_OVERRIDE, ZONES
+from florence_bt.ros.topics import HOTSPOTS, OVERRIDE_STATE, ZONES
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
 
@@ -61,6 +61,22 @@ LOCALISER = "Place in the map"
 """End of the name of the diagnosis that tells how sure the localiser is."""
 
 
+SILENT_S = 1.5
+"""Seconds without a word after which what somebody has said is old; each of them speaks twice a second."""
+BASE, MISSIONS = "base", "missions"
+FORGET_S = 5.0
+"""Seconds after which an answer of the mission server is not waited for any more: it is asked again."""
+ASK_S = 0.5
+"""How often the mission server is asked whether a mission waits for an answer, while somebody looks."""
+
+
+class HeardOverride(NamedTuple):
+    """What the base's driver has said about the manual override, and when: in steady seconds."""
+
+    state: ManualOverride
+    heard_at: float
+
+
 class PageNode(FlorenceNode):
     """Gathers what the page shows. While nobody looks it hears only what comes seldom.
 
@@ -72,6 +88,7 @@ class PageNode(FlorenceNode):
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
         question: What a mission waits to be answered; empty when none does.
+        override: What the base's driver has said last about the manual override; None when it never has.
     """
 
     def __init__(self, *, context: Any = None) -> None:
@@ -83,14 +100,15 @@ class PageNode(FlorenceNode):
         # than a simulation lasts, and its stamps begin anew.
         self._versions = itertools.count(time.time_ns() // 1_000_000)
         self._state: dict[str, Any] = {
-            "override": False,
             "stop": "",
             "battery": None,
             "said": "",
             "sure": None,
         }
         self.question = ""
-        self._run_state = ""
+        self.override: HeardOverride | None = None
+        self._made_at = self._missions_heard_at = self.steady.now()
+        self._asked: Any = None
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
         self._subscribe_to_states()
         self._put()
@@ -102,8 +120,8 @@ class PageNode(FlorenceNode):
 
     @property
     def overridden(self) -> bool:
-        """Whether the manual override is on."""
-        return bool(self._state["override"])
+        """Whether the manual override is on, as far as the base's driver has said."""
+        return self.override is not None and self.override.state.on
 
     def add_picture(self, name: str, data: bytes) -> list[int]:
         """Keep a picture; return its version, which no other one has had."""
@@ -115,15 +133,24 @@ class PageNode(FlorenceNode):
         self._put(speeds=[round(speeds.linear, 2), round(speeds.angular, 2)])
 
     def look_for_questions(self) -> None:
-        """Ask the mission server whether a mission waits for an answer, unless none runs."""
-        if self._run_state not in ACTIVE_STATES:
-            self.question = ""
-        elif self._answers.service_is_ready():
-            asked = self._answers.call_async(AnswerQuestion.Request())
-            asked.add_done_callback(self.guarded(self._on_question))
+        """Ask the mission server whether a mission waits for an answer; that it answers shows it lives."""
+        if self._asked is not None and not self._asked.done():
+            if self.steady.now() < self._missions_heard_at + FORGET_S:
+                return
+            self._answers.remove_pending_request(self._asked)
+        self._asked = self._answers.call_async(AnswerQuestion.Request())
+        self._asked.add_done_callback(self.guarded(self._on_question))
+
+    def note_silence(self) -> None:
+        """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
+        now = self.steady.now()
+        base = self._made_at if self.override is None else self.override.heard_at
+        heard = {BASE: base, MISSIONS: self._missions_heard_at}
+        self.parts.put("silent", {who: int(now - at) for who, at in heard.items() if now - at > SILENT_S})
 
     def _on_question(self, asked: Any) -> None:
         answer = asked.result()
+        self._missions_heard_at = self.steady.now()
         self.question = answer.message.removeprefix(OPEN_QUESTION) if answer.accepted else ""
 
     # ---- what comes seldom ----------------------------------------------------------------------------
@@ -135,7 +162,7 @@ class PageNode(FlorenceNode):
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
         self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop, LATCHED)
-        self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
         self.create_subscription(String, "speaking", self._on_speaking, LATCHED)
         self.create_subscription(BatteryState, "battery_state", self._on_battery, STATE)
         self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
@@ -167,7 +194,6 @@ class PageNode(FlorenceNode):
 
     def _on_run(self, message: RunState) -> None:
         run = {name: getattr(message, name) for name in ("run_id", "mission", "state", "code", "reason")}
-        self._run_state = message.state
         self.parts.put("run", run)
 
     def _on_goal(self, message: PoseStamped) -> None:
@@ -176,8 +202,19 @@ class PageNode(FlorenceNode):
     def _on_stop(self, message: StopReason) -> None:
         self._put(stop=message.text)
 
-    def _on_override(self, message: Bool) -> None:
-        self._put(override=message.data)
+    def _on_override(self, message: ManualOverride) -> None:
+        self.override = HeardOverride(message, self.steady.now())
+        self.parts.put(
+            "override",
+            {
+                "on": message.on,
+                "stops": message.stops,
+                "standing": message.standing,
+                "by_hand": message.driven_by_hand,
+                "problem": message.problem,
+            },
+        )
+        self.note_silence()
 
     def _on_speaking(self, message: String) -> None:
         self._put(said=message.data)
@@ -223,6 +260,7 @@ class SceneNode(FlorenceNode):
         self.create_subscription(BehaviourTree, TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
+        call_every(self.steady, ASK_S, page.look_for_questions)
 
     def want(self, wanted: frozenset[str]) -> None:
         """Listen to the layers that somebody wants to see, and to no others."""

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import threading
 import time
 from collections.abc import Callable
 from typing import Any
 
 import rclpy
+from florence_interfaces.srv import ReleaseOverride
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from std_msgs.msg import Bool, String
 
 from florence_bt.app.page.driving import HandDriving
-from florence_bt.app.page.node import MAP_FRAME, PageNode, SceneNode
+from florence_bt.app.page.node import MAP_FRAME, SILENT_S, PageNode, SceneNode
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
@@ -22,14 +22,15 @@ from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.conversions import pose_with_covariance_to_ros, twist_to_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, SWITCH_OVERRIDE
+from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 
 ANSWER_S = 10.0
 """Wall seconds to wait for the answer of a service."""
-CONFIRM_S = 5.0
-"""Wall seconds in which the base's driver must confirm that the manual override was switched."""
-REPEAT_S = 0.25
-"""How often to switch it again while there is no confirmation."""
+CONFIRM_S = 0.25
+"""Wall seconds to wait for the base's driver to confirm a stop, before the browser sends it again."""
+STOPPED = "the robot is stopped"
+MOST_PRESSES = 1_000
+"""How many presses are remembered."""
 _CONFIRM_LOOK_S = 0.02
 _SPIN_S = 0.2
 LOOK_S = 1.0
@@ -59,7 +60,8 @@ class RosThread(Closing):
         self._wanted: frozenset[str] = frozenset()
         self._next_look = 0.0
         self._clients: dict[str, Any] = {}
-        self._switches = 0
+        self._pressed: dict[str, int | None] = {}
+        self._confirmed: dict[str, None] = {}
         self._closing = False
         self._thread = threading.Thread(target=self._serve, name="ros")
         self._thread.start()
@@ -94,8 +96,6 @@ class RosThread(Closing):
         if now < self._next_look and wanted == (scene.wanted if scene is not None else frozenset()):
             return
         self._next_look = now + LOOK_S
-        if wanted:
-            self.node.look_for_questions()
         simulated = self.node.simulated
         if scene is not None and not (wanted and scene.simulated == simulated):
             scene.shut_down()
@@ -113,36 +113,76 @@ class RosThread(Closing):
         """Run something on the thread of the node, soon."""
         self.node.call_soon(work)
 
-    async def override(self, on: bool, by: str) -> None:
-        """Switch the manual override: on, it stops the base at once. The journal is told who did it.
+    async def stop(self, press: str, by: str) -> tuple[bool, str]:
+        """Stop the robot by the manual override, for one press; call it again until it is confirmed.
 
-        It is published until the base's driver confirms it, or somebody switches again.
+        Args:
+            press: Names the press: what was confirmed once is not done again, however often it comes.
+            by: Who pressed, for the journal.
 
-        Raises:
-            DeviceTimeout: There is no confirmation.
+        Returns:
+            Whether the base's driver has counted a stop since the press came, and the base stands or a hand
+            drives it; and what to tell the person.
         """
+        if press in self._confirmed:
+            return True, STOPPED
+        heard = self.node.override
+        before = self._pressed.setdefault(press, heard.state.stops if heard is not None else None)
 
         def publish() -> None:
             self._override_by.publish(String(data=by))
-            self._override.publish(Bool(data=on))
+            self._override.publish(Bool(data=True))
 
-        self._switches += 1
-        switch, begin = self._switches, time.monotonic()
-        for number in itertools.count(1):
-            self.on_thread(publish)
-            while (now := time.monotonic()) < begin + number * REPEAT_S:
-                await asyncio.sleep(_CONFIRM_LOOK_S)
-                heard = (
-                    self._override.get_subscription_count() > 0
-                )  # else the state is of a driver that is gone
-                if switch != self._switches or (heard and self.node.overridden is on):
-                    return
-            if now > begin + CONFIRM_S:
-                break
-        raise DeviceTimeout(
-            "the base's driver did not confirm it: "
-            + ("if the robot moves, switch it off by hand" if on else "the manual override may still be on")
-        )
+        begin = time.monotonic()
+        self.on_thread(publish)
+        while time.monotonic() < begin + CONFIRM_S:
+            await asyncio.sleep(_CONFIRM_LOOK_S)
+            if before is None:  # the first word that is heard may be of before the press
+                heard = self.node.override
+                before = self._pressed[press] = None if heard is None else heard.state.stops
+                self.on_thread(publish)
+            elif self._problem_of_stop(before) == "":
+                self._confirmed[press] = None
+                self._pressed.pop(press, None)
+                _bound(self._confirmed)
+                return True, STOPPED
+        _bound(self._pressed)
+        return False, self._problem_of_stop(before)
+
+    def _problem_of_stop(self, before: int | None) -> str:
+        """Say why a stop is not confirmed yet; empty when it is."""
+        heard = self.node.override
+        if heard is None or self.node.steady.now() > heard.heard_at + SILENT_S:
+            return "the base's driver says nothing"
+        state = heard.state
+        if not state.on or state.stops == before:
+            return "the base's driver has not answered yet"
+        if state.problem:
+            return str(state.problem)
+        return "" if state.standing or state.driven_by_hand else "the wheels still turn"
+
+    async def release(self, stops: int, ago_s: float, by: str) -> tuple[bool, str]:
+        """End the manual override for somebody who pressed a moment ago, by what they saw.
+
+        Args:
+            stops: How many stops there were on their screen.
+            ago_s: Seconds since they pressed.
+            by: Who pressed.
+
+        Returns:
+            Whether it was released; and what to tell the person.
+
+        Raises:
+            FlorenceError: The base's driver is not there, or says nothing.
+        """
+        heard, now = self.node.override, self.node.steady.now()
+        if heard is None or now > heard.heard_at + SILENT_S:
+            raise FlorenceError("not released: the base's driver says nothing")
+        pressed_at = heard.state.sent_at + (now - heard.heard_at) - ago_s
+        request = ReleaseOverride.Request(stops=stops, pressed_at=pressed_at, by=by)
+        self.on_thread(lambda: self._override_by.publish(String(data=by)))
+        answer = await self.ask(ReleaseOverride, RELEASE_OVERRIDE, request)
+        return bool(answer.success), str(answer.message)
 
     def tell_pose(self, pose: Pose2) -> None:
         """Tell the localiser where the robot stands in the map, as sure as it takes a pose by default."""
@@ -203,3 +243,9 @@ class RosThread(Closing):
         else:
             again = self.node.steady.now() + _SPIN_S
             self.node.steady.call_at(again, lambda: self._when_there(client, left_s - _SPIN_S, then, give_up))
+
+
+def _bound(remembered: dict[str, Any]) -> None:
+    """Forget the oldest of what is remembered."""
+    while len(remembered) > MOST_PRESSES:
+        del remembered[next(iter(remembered))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from florence_bt.app.page.access import LARGEST_REQUEST, ROLE, Access, Guard, Ro
 from florence_bt.app.page.editor.routes import add_editor
 from florence_bt.app.page.layout import add_page
 from florence_bt.app.page.node import CAMERA, SCENE, WANTS
+from florence_bt.app.page.presses import Press, add_presses
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.page.viewers import LONGEST_WORDS, Viewers
 
@@ -48,8 +50,10 @@ class RobotViewers(Viewers):
         match words:
             case ["want", *names]:
                 self._set_wants(socket, WANTS.intersection(names))
-            case ["drive", forward, left] if (
-                _may_drive(socket) and (push := _push(forward, left)) is not None
+            case ["drive", forward, left, beat, age] if (
+                _may_drive(socket)
+                and (push := _push(forward, left)) is not None
+                and (push == (0.0, 0.0) or Press.of_texts(beat, age).counts(time.monotonic()))
             ):
                 self._ros.on_thread(lambda: driving.push(socket, *push))
             case ["speed", key] if _may_drive(socket):
@@ -93,6 +97,7 @@ def make_app(ros: RosThread, access: Access, runs: Path | None = None, missions:
         kind = "image/jpeg" if name == CAMERA else "image/png"
         return Response(data, media_type=kind, headers={"cache-control": "private, max-age=3600"})
 
+    add_presses(app, ros)
     add_editor(app, ros, missions)
     add_page(app, ros, runs)
     return Guard(app, access)

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import time
 from collections.abc import Callable
 
 from fastapi import WebSocket, WebSocketDisconnect
 
 from florence_bt.app.page.parts import LiveParts
+from florence_bt.app.page.presses import beat
 
 FRAME_S = 0.1
 """Seconds between two frames for a viewer, at least."""
+BEAT_S = 0.5
+"""Seconds between two frames at most, also when nothing is new: a browser that has none knows that it is cut
+off."""
 ANSWER_S = 20.0
 """A viewer that has not taken a frame for so long is left alone."""
 MOST_VIEWERS = 50
@@ -63,10 +69,14 @@ class Viewers:
         taken = asyncio.Event()
         listening = asyncio.create_task(self._listen(socket, taken))
         seen: dict[str, int] = {}
+        next_beat = -math.inf
         try:
             while not listening.done():
                 frame, seen = self._parts.since(seen)
-                if frame:
+                now = time.monotonic()
+                if frame or now >= next_beat:
+                    next_beat = now + BEAT_S
+                    frame = f'{{"beat":{beat()}{"," + frame[1:] if frame else "}"}'
                     taken.clear()
                     await asyncio.wait_for(socket.send_text(frame), ANSWER_S)
                     done = asyncio.create_task(taken.wait())

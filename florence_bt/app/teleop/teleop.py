@@ -6,14 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
-from florence_interfaces.msg import StopReason
+from florence_interfaces.msg import ManualOverride, StopReason
 from florence_interfaces.srv import StopMission
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rich.console import Console, Group
 from rich.live import Live
 from sensor_msgs.msg import BatteryState, Joy
-from std_msgs.msg import Bool
 
 from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import ignored, once
@@ -24,7 +23,7 @@ from florence_bt.app.runs.client import (
     SystemNotThere,
 )
 from florence_bt.app.runs.keyboard import Keyboard, in_front
-from florence_bt.app.runs.switch_override import switch_override
+from florence_bt.app.runs.switch_override import Stopped, StoppedAgain, release_the_robot, stop_the_robot
 from florence_bt.app.runs.whereabouts import Whereabouts
 from florence_bt.app.teleop.hands import Gamepad, GamepadLayout, Hand, Keys, TeleopParameters
 from florence_bt.app.teleop.panel import KEYS, Situation, lines_of
@@ -32,7 +31,7 @@ from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Twist2
 from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE, STATE
-from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.ros.topics import OVERRIDE_STATE
 
 PERIOD_S = 0.05
 """Seconds between two commands: a fifth of what the velocity filter waits for one."""
@@ -132,6 +131,7 @@ class _Teleop:
         self._read = read
         self._problem = problem
         self._overridden: bool | None = None
+        self._stopped: Stopped | None = None
         self._driven: Twist2 | None = None
         self._stop_reason = ""
         self._charge: float | None = None
@@ -139,7 +139,7 @@ class _Teleop:
         self._told = ""
         node = client.node
         self._velocity = node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
-        node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        node.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
         node.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop_reason, LATCHED)
         node.create_subscription(Odometry, "odom", self._on_odometry, STATE, judge_stamps=False)
         node.create_subscription(BatteryState, "battery_state", self._on_battery, STATE, judge_stamps=False)
@@ -163,13 +163,13 @@ class _Teleop:
         node = self._client.node
         if not self._client.wait_for(lambda: self._overridden is not None):
             raise SystemNotThere(
-                f"no driver of a base says {node.resolve_topic_name(MANUAL_OVERRIDE)}; "
+                f"no driver of a base says {node.resolve_topic_name(OVERRIDE_STATE)}; "
                 f"is the system up? Start it with: {', or '.join(STARTS)}"
             )
         ours = not self._overridden
         if ours:
             self._stop_run()
-            switch_override(True, BY)
+            self._stopped = stop_the_robot(BY)
             self._client.spin_until(lambda: bool(self._overridden), ANSWER_BUDGET_S)
         try:
             self._say(
@@ -195,7 +195,11 @@ class _Teleop:
     def _give_back(self) -> None:
         if not self._overridden:
             return
-        switch_override(False, BY)
+        try:
+            release_the_robot(BY, self._stopped)
+        except StoppedAgain:
+            self._say("somebody has stopped the robot meanwhile: the manual override stays on")
+            return
         self._say("the robot is given back: missions may start again; what was stopped stays stopped")
 
     def _step(self, live: Live | None) -> None:
@@ -210,7 +214,7 @@ class _Teleop:
         if now < self._draw_at + FRAME_S:
             return
         self._draw_at = now
-        if self._client.node.count_publishers(MANUAL_OVERRIDE) == 0:
+        if self._client.node.count_publishers(OVERRIDE_STATE) == 0:
             self._overridden = None
             raise TakenBack(
                 "the base's driver is gone; the manual override stays on: florence release, once it is back"
@@ -236,8 +240,8 @@ class _Teleop:
         except OSError:  # the terminal was closed
             self._console.quiet = True
 
-    def _on_override(self, message: Bool) -> None:
-        self._overridden = bool(message.data)
+    def _on_override(self, message: ManualOverride) -> None:
+        self._overridden = bool(message.on)
 
     def _on_stop_reason(self, message: StopReason) -> None:
         self._stop_reason = message.text if message.code else ""

@@ -272,6 +272,10 @@ class TurtlebotDriver:
             self.end_docking(now)
             self._drive.command(twist, now)
 
+    def driven_by_hand(self, now: float) -> bool:
+        """Tell whether a command by hand moves the base."""
+        return self.manual_override and self._drive.wants_motion(now)
+
     def receive(self, data: bytes, now: float) -> list[BaseReading]:
         """Take bytes from the base.
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
 from florence_interfaces.msg import StopReason as StopReasonMsg
@@ -14,7 +13,6 @@ from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTur
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import BatteryState, Imu, JointState
-from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from florence_bt.core.clock import call_every
@@ -29,6 +27,7 @@ from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import StopReason
 from florence_bt.drivers.turtlebot.odometry import JOINT_NAMES, WheelJoints, covariance
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
+from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwitch
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.drivers.turtlebot.report import RateLimiter, StateReport
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
@@ -37,9 +36,10 @@ from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
-from florence_bt.ros.topics import LAST_OVERRIDE, MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
 DIAGNOSTICS_PERIOD_S = 1.0
+SILENT_S = 0.5
+"""Seconds without a frame of the base after which it is not said to stand; one comes each 15 ms."""
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
 STATE_FIELDS, CREATE_2_FIELDS = (
     tuple(name for name in message.get_fields_and_field_types() if name != "header")
@@ -52,8 +52,8 @@ class TurtlebotNode(FlorenceNode):
     """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
 
     While the manual override is on (``florenceLocator/manualOverride``), the base stops and obeys
-    ``manual_cmd_vel`` only. This node alone says on ``manual_override`` (latched) whether it is on: it acts
-    where the wheels are, needs no other process, and is kept over restarts.
+    ``manual_cmd_vel`` only. This node alone says whether it is on (:class:`OverrideSwitch`): it acts where
+    the wheels are, needs no other process, and is kept over restarts.
 
     Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``~/stop_reason``, ``joint_states``,
     ``battery_state``, ``diagnostics``, of a Create 2 ``~/create2_sensors``, and the transform of the base;
@@ -81,9 +81,6 @@ class TurtlebotNode(FlorenceNode):
         self._settings = self.read_parameters(TurtlebotNodeParameters)
         parameters_of_driver = self.read_parameters(TurtlebotParameters)
         self._driver = TurtlebotDriver(parameters_of_driver)
-        file = self._settings.override_file
-        self._override_file = OverrideFile(Path(file) if file else None)
-        self._driver.manual_override = self._override_file.is_on()
         self._rts: bool | None = None
         self._silent = False
         self._reading: BaseReading | None = None
@@ -112,6 +109,10 @@ class TurtlebotNode(FlorenceNode):
             delay_s=self._settings.reconnect_delay_s,
             name=self._settings.port,
         )
+        file = self._settings.override_file
+        kept = OverrideFile(Path(file) if file else None)
+        self._override = OverrideSwitch(self, kept, self._give_to_person, self._word)
+        self._driver.manual_override = self._override.on
         self._port.open()
 
     def close(self) -> None:
@@ -130,11 +131,6 @@ class TurtlebotNode(FlorenceNode):
         self._battery_topic = self.create_publisher(BatteryState, "battery_state", LATCHED)
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
-        self._override_topic = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
-        self._last_override_topic = self.create_publisher(Time, LAST_OVERRIDE, LATCHED)
-        self._publish_override()
-        self._publish_last_override()
-        self.create_subscription(Bool, SWITCH_OVERRIDE, self._on_override, RELIABLE)
         self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
         self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
@@ -203,33 +199,20 @@ class TurtlebotNode(FlorenceNode):
 
     # ---- commands ---------------------------------------------------------------------------------------
 
-    def _on_override(self, message: Bool) -> None:
-        """Stop the wheels first, then tell the listeners, then the disk, then those who were absent."""
-        on = bool(message.data)
-        news = on is not self._driver.manual_override
-        if on or news:
-            self._driver.set_manual_override(on, self.timebase.now())
-            self._port.pump()
-        # Each message is answered: its sender, or a new subscriber, wants to know.
-        self._publish_override()
-        if not news:
-            return
-        if on:
-            self.get_logger().warning("manual override on: the base obeys manual_cmd_vel only")
-        else:
-            self.get_logger().warning("manual override off: the base obeys velocity commands again")
-        try:
-            self._override_file.keep(on)
-        except ConfigError as error:
-            self.get_logger().error(str(error))
-        if on:
-            self._publish_last_override()
+    def _give_to_person(self, on: bool) -> None:
+        """Give the base to a person, or back; the wheels have their zero when this returns."""
+        self._driver.set_manual_override(on, self.timebase.now())
+        self._port.pump()
 
-    def _publish_override(self) -> None:
-        self._override_topic.publish(Bool(data=self._driver.manual_override))
-
-    def _publish_last_override(self) -> None:
-        self._last_override_topic.publish(stamp_to_ros(self._override_file.switched_on))
+    def _word(self) -> BaseWord:
+        now, reading = self.timebase.now(), self._reading
+        problem = self._port.problem
+        if reading is None or now - reading.stamp > SILENT_S:
+            problem = problem or "the base says nothing"
+        elif reading.stop_reason is StopReason.NO_RESPONSE:
+            problem = reading.stop_text
+        standing = reading is not None and reading.at_rest and not problem
+        return BaseWord(standing, self._driver.driven_by_hand(now), problem)
 
     def _on_command(self, message: Twist) -> None:
         self._command(message, manual=False)

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from datetime import UTC, datetime
 
-from builtin_interfaces.msg import Time
+from florence_interfaces.msg import ManualOverride
 from florence_interfaces.srv import AnswerQuestion, PauseMission, ReloadMissions, ResumeMission, StopMission
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
@@ -16,11 +16,11 @@ from florence_bt.core.message_skills import NOBODY_ASKS, OPEN_QUESTION, AnswerWa
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import DOCK, LAST_OVERRIDE, MANUAL_OVERRIDE, OVERRIDE_BY, SWITCH_OVERRIDE
+from florence_bt.ros.topics import DOCK, OVERRIDE_BY, OVERRIDE_STATE, SWITCH_OVERRIDE
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.node._robot_goals import RobotGoals
-from florence_bt.runtime.requests import MAX_VALUE, checked_text
+from florence_bt.runtime.requests import MAX_VALUE, check_in_time, checked_text
 from florence_bt.runtime.run import RunStatus
 
 OVERRIDE_BY_S = 5.0
@@ -64,10 +64,9 @@ class Controls:
         self._switched_by, self._switched_at = "", -math.inf
         self._overridden_by = ""
         node.create_subscription(String, OVERRIDE_BY, self._on_override_by, RELIABLE)
-        node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.last_override: datetime | None = None
-        self._override_heard = False
-        node.create_subscription(Time, LAST_OVERRIDE, self._on_last_override, LATCHED)
+        self._override: ManualOverride | None = None
+        node.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
         self._dock = node.create_client(SetBool, DOCK)
 
     def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
@@ -107,6 +106,7 @@ class Controls:
         self, request: ResumeMission.Request, response: ResumeMission.Response
     ) -> ResumeMission.Response:
         try:
+            check_in_time(stamp_from_ros(request.valid_until))
             run = self._missions.resume(_id(request.run_id))
         except FlorenceError as error:
             response.message = str(error)
@@ -139,14 +139,18 @@ class Controls:
             response.message = f"{OPEN_QUESTION}{question}" if question else NOBODY_ASKS
         return response
 
-    def _on_override(self, message: Bool) -> None:
-        """Obey the override. True: all runs and goals end, nothing starts. False: missions may, none resumes.
+    def _on_override(self, message: ManualOverride) -> None:
+        """Obey the override. On: all runs and goals end, nothing starts. Off: missions may, none resumes.
 
         The base itself obeys without us: its driver says what is so.
         """
+        before, self._override = self._override, message
+        self._note_date(message, known=before is not None)
+        if before is not None and (message.on, message.stops) == (before.on, before.stops):
+            return  # the driver says it again and again
         by = self._take_switched_by()
-        if message.data:
-            by = self._overridden_by = by or self._overridden_by  # the driver may say again that it is on
+        if message.on:
+            by = self._overridden_by = by or self._overridden_by
             self._missions.override(f"true on {SWITCH_OVERRIDE}{by}")
             self._goals.cancel_all()
             self._node.get_logger().warning(f"manual override{by}: everything stops, missions are refused")
@@ -154,6 +158,15 @@ class Controls:
         self._overridden_by = ""
         if self._missions.release():
             self._node.get_logger().info(f"manual override released{by}: missions may start again")
+
+    def _note_date(self, message: ManualOverride, *, known: bool) -> None:
+        """End everything, too, when the override was on and released while we hung: only its date tells."""
+        seconds = stamp_from_ros(message.switched_on)
+        date = datetime.fromtimestamp(seconds, UTC) if seconds > 0.0 else None
+        news, self.last_override = known and date != self.last_override, date
+        if news:
+            self._missions.give_up_robot("it was switched on")
+            self._goals.cancel_all()
 
     def _take_switched_by(self) -> str:
         """Return who has just switched the override, for people, once; empty when nobody said so."""
@@ -171,20 +184,10 @@ class Controls:
         self._switched_at = self._node.steady.now()
 
     def missing_override(self) -> list[str]:
-        """Return what is not known of the override yet, for people; empty if the driver never tells."""
-        topic = self._node.resolve_topic_name(LAST_OVERRIDE)
-        told = self._override_heard or not self._node.count_publishers(topic)
+        """Return what is not known of the override yet, for people; empty if no driver ever tells."""
+        topic = self._node.resolve_topic_name(OVERRIDE_STATE)
+        told = self._override is not None or not self._node.count_publishers(topic)
         return [] if told else ["the word of the base's driver about the manual override"]
-
-    def _on_last_override(self, message: Time) -> None:
-        """End everything, too, when the override was on and released while we hung: only this tells of it."""
-        seconds = stamp_from_ros(message)
-        date = datetime.fromtimestamp(seconds, UTC) if seconds > 0.0 else None
-        news = self._override_heard and date != self.last_override
-        self._override_heard, self.last_override = True, date
-        if news:
-            self._missions.give_up_robot("it was switched on")
-            self._goals.cancel_all()
 
 
 def _id(text: str) -> str | None:

@@ -13,6 +13,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from florence_bt.core.errors import FlorenceError
+from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.executor import Executor
@@ -23,7 +24,7 @@ from florence_bt.runtime.node._mission_action import (
     PersonMission,
     execute_result,
 )
-from florence_bt.runtime.requests import request_from_texts, same_again
+from florence_bt.runtime.requests import check_in_time, request_from_texts, same_again
 from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.vocabulary import IDENTIFIER
@@ -107,6 +108,11 @@ class Triggers:
     def _on_run_mission(
         self, request: RunMission.Request, response: RunMission.Response
     ) -> RunMission.Response:
+        try:
+            check_in_time(stamp_from_ros(request.valid_until))
+        except FlorenceError as error:
+            response.message = str(error)
+            return response
         answer = self._start_asked(request, "run_mission service")
         response.accepted, response.run_id, response.message = answer
         return response

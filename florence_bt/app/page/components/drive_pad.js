@@ -1,6 +1,6 @@
-// Drives by hand while the manual override is on: a pad to be dragged, and keys. It says ten times a second where the
+// Drives by hand while the manual override is on and somebody has asked for the pad: a pad to be dragged, and keys. It says ten times a second where the
 // hand is; the robot stops when the hand lets go, and when nothing is heard of it.
-import { live } from "florence-live";
+import { robot } from "florence-live";
 
 const SIZE = 150, EVERY_MS = 100;
 // Forward and left, as in florence teleop.
@@ -11,6 +11,7 @@ const KEYS = {
 const STEPS = "qzwxec";
 
 export default {
+  computed: { on() { return this.open && this.override; } },
   template: `<div v-if="on" style="display:flex;align-items:center;gap:.75rem;background:rgba(255,255,255,.92);border-radius:.5rem;padding:.5rem;box-sizing:border-box;max-width:calc(100vw - 1rem)">
     <div ref="pad" role="slider" aria-label="drive by hand" @pointerdown="press" @pointermove="move" @pointerup="let_go" @pointercancel="let_go"
       :style="{position:'relative',width:size+'px',height:size+'px',borderRadius:'50%',background:'#e8eef7',border:'2px solid #1f6fd6',touchAction:'none',cursor:'grab',flex:'none'}">
@@ -24,25 +25,27 @@ export default {
       <button @click="step('q')" title="faster (q)" style="padding:0 .5rem;border:1px solid #999;border-radius:.2rem">+</button>
     </div>
   </div>`,
-  data: () => ({ on: false, hand: [0, 0], speeds: ["?", "?"], size: SIZE }),
+  data: () => ({ open: false, override: false, hand: [0, 0], speeds: ["?", "?"], size: SIZE }),
   mounted() {
     this.held = new Map(); this.timer = 0; this.pointer = null;
-    const leave = live.listen(({ state }) => {
-      if (!state) return;
-      this.speeds = state.speeds || this.speeds;
-      if (!state.override && this.on) this.stop();
-      this.on = state.override;
-    });
+    const ceases = [
+      robot.listen(({ state, override }) => {
+        if (state) this.speeds = state.speeds || this.speeds;
+        if (override) { if (!override.on && this.on) this.stop(); this.override = override.on; }
+      }),
+      robot.on_age((age) => { if (age) this.stop(); }),
+    ];
     const listening = new AbortController(), signal = listening.signal;
     window.addEventListener("keydown", (event) => this.key_down(event), { signal });
     window.addEventListener("keyup", (event) => { if (this.held.delete(event.code)) this.by_keys(); }, { signal });
     window.addEventListener("blur", () => this.stop(), { signal });
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.stop(); }, { signal });
-    this.leave = () => { leave(); listening.abort(); };
+    window.addEventListener("florence-pad", (event) => { if (!event.detail) this.stop(); this.open = event.detail; }, { signal });
+    this.leave = () => { ceases.forEach((each) => each()); listening.abort(); };
   },
   unmounted() { this.stop(); this.leave(); },
   methods: {
-    step(key) { live.send(`speed ${key}`); },
+    step(key) { robot.send(`speed ${key}`); },
     key_down(event) {
       const typing = event.target.closest && event.target.closest("input, textarea, [contenteditable]");
       if (!this.on || typing || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -73,6 +76,9 @@ export default {
       if (now && !was) { this.say(); this.timer = setInterval(() => this.say(), EVERY_MS); }
       if (!now && was) { clearInterval(this.timer); this.timer = 0; this.say(); }
     },
-    say() { live.send(`drive ${this.hand.map((each) => each.toFixed(2)).join(" ")}`); },
+    say() {
+      const { beat, age } = robot.press();
+      robot.send(`drive ${this.hand.map((each) => each.toFixed(2)).join(" ")} ${beat} ${age.toFixed(3)}`);
+    },
   },
 };

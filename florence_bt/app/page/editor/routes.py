@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field
 
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.acting import Actor
+from florence_bt.app.page.components import RECONNECT_S
 from florence_bt.app.page.editor.completion import complete
 from florence_bt.app.page.editor.desk import Desk
 from florence_bt.app.page.editor.view import EditorPage
@@ -75,11 +76,11 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
             return {"from": asked.column, "options": []}
         return complete(asked.text, asked.line, asked.column, desk.words)
 
-    @ui.page("/edit/", response_timeout=RESPONSE_S)
+    @ui.page("/edit/", response_timeout=RESPONSE_S, reconnect_timeout=RECONNECT_S)
     async def editor(request: Request) -> None:
         await show(request, "", "")
 
-    @ui.page("/edit/{name}", response_timeout=RESPONSE_S)
+    @ui.page("/edit/{name}", response_timeout=RESPONSE_S, reconnect_timeout=RECONNECT_S)
     async def one(request: Request, name: str, template: str = "") -> None:
         await show(request, name, template)
 

@@ -10,6 +10,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from florence_bt.app.page.acting import Actor, confirmed, tell_failure
+from florence_bt.app.page.components import ABOVE_BAR, RobotBar
 from florence_bt.app.page.editor.completion import insertion
 from florence_bt.app.page.editor.desk import Desk, Home
 from florence_bt.app.page.editor.elements import InputForm, MissionOutline, MissionText
@@ -64,7 +65,8 @@ class EditorPage:
     # ---- what is where --------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        ui.query(".nicegui-content").classes("p-2 gap-2 w-full h-dvh no-wrap")
+        ui.query(".nicegui-content").classes(f"p-2 gap-2 w-full no-wrap {ABOVE_BAR}")
+        RobotBar()
         self._build_head()
         if self._opened is not None and self._opened.draft is not None:
             self._build_draft_note(self._opened)
@@ -306,7 +308,7 @@ class EditorPage:
         if not look.get("fits"):
             why = "It has errors and would not run" if look else "It could not be checked"
             sentence = f"{why}, so it is not saved as a mission. Keep it as a draft?"
-            if await confirmed(sentence, "Keep the draft"):
+            if await confirmed(sentence, "Keep the draft", self._actor):
                 file = self._actor.attempt(lambda: shelf.save_draft(name, text))
                 if file is not None:
                     ui.notify(f"the draft is kept in {file}; no robot reads it", multi_line=True)
@@ -318,7 +320,7 @@ class EditorPage:
             sentence = (
                 f"{name} comes from {file.parent}. Yours will take its place, also for missions that call it."
             )
-            if not await confirmed(sentence, "Save mine"):
+            if not await confirmed(sentence, "Save mine", self._actor):
                 return
         known = (
             self._opened.print if self._opened is not None and self._opened.own and name == self._name else ""
@@ -348,7 +350,9 @@ class EditorPage:
         try:
             return shelf.save(name, text, known)
         except ChangedMeanwhile as error:
-            if not await confirmed(f"{error}. Save yours over it? The other text is kept.", "Save mine"):
+            if not await confirmed(
+                f"{error}. Save yours over it? The other text is kept.", "Save mine", self._actor
+            ):
                 return None
             there = shelf.open(name)
             return self._actor.attempt(lambda: shelf.save(name, text, there.print if there else ""))
@@ -405,7 +409,8 @@ class EditorPage:
             form = InputForm()
             form.show(self._look.get("inputs", []))
             with ui.row():
-                ui.button("Run", on_click=lambda: dialog.submit(True)).props("no-caps").mark("go")
+                go = ui.button("Run").props("no-caps").mark("go")
+                self._actor.on_press(go, lambda: dialog.submit(True))
                 ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
         agreed, inputs = await dialog, form.values
         dialog.delete()
