@@ -99,6 +99,7 @@ class _Switch:
         self._node.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_state, LATCHED)
         self._state = ManualOverride()
         self._first_stops: int | None = None
+        self._was_on = False
         self._heard_at = 0.0
 
     def __enter__(self) -> Self:
@@ -135,7 +136,8 @@ class _Switch:
             f"the manual override is on, {how}: it takes commands from manual_cmd_vel only, "
             "until florence release"
         )
-        return Stopped(word, (self._first_stops or 0) + published)
+        counted = int(self._was_on)  # the first state was of after our first stop, or of an older one
+        return Stopped(word, (self._first_stops or 0) + published - counted)
 
     def release(self, by: str, after: Stopped | None) -> str:
         self._find_driver()
@@ -165,7 +167,7 @@ class _Switch:
 
     def _on_state(self, message: ManualOverride) -> None:
         if self._first_stops is None:
-            self._first_stops = message.stops
+            self._first_stops, self._was_on = message.stops, message.on
         self._state, self._heard_at = message, time.monotonic()
 
     def _obeys(self) -> bool:
