@@ -26,17 +26,17 @@ from florence_interfaces.srv import SetHotspot  # noqa: E402
 from geometry_msgs.msg import Twist  # noqa: E402
 from nav_msgs.msg import Path as PathMsg  # noqa: E402
 from sensor_msgs.msg import LaserScan as LaserScanMsg  # noqa: E402
-from std_msgs.msg import Bool  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 
 from florence_bt.core.geometry import Pose2  # noqa: E402
 from florence_bt.core.sensing import OccupancyGrid  # noqa: E402
+from florence_bt.drivers.turtlebot.override_file import OverrideFile  # noqa: E402
+from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwitch  # noqa: E402
 from florence_bt.ros.conversions import grid_to_ros  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
-from florence_bt.ros.topics import MANUAL_OVERRIDE  # noqa: E402
 from florence_bt.skills.locator.node import LocatorNode  # noqa: E402
 from tests.ros.conftest import GENEROUS_S, Child, own_domain  # noqa: E402
 from tools.page_figures import browser_socket  # noqa: E402
@@ -53,10 +53,10 @@ class Robot(FlorenceNode):
         self.run = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
         self.scan = self.create_publisher(LaserScanMsg, "filtered_scan", SENSOR)
         self.plan = self.create_publisher(PathMsg, "plan", RELIABLE)
-        self.override = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
+        base = BaseWord(standing=True, driven_by_hand=False, problem="")
+        self.override = OverrideSwitch(self, OverrideFile(None), lambda on: None, lambda: base)
         self.frames = TransformBroadcaster(self)
         self.map.publish(_map())
-        self.override.publish(Bool(data=False))
         self.run.publish(RunState(run_id="7", mission="greet", state="ACTIVE"))
         self.create_timer(0.05, self._tell)
 
@@ -142,6 +142,10 @@ class Viewer:
             pass
         return self.parts
 
+    def drive(self, forward: float, *, age: float = 0.0) -> None:
+        """Say where the hand is, as seen with the newest frame so many seconds ago."""
+        self.socket.send(f"drive {forward} 0 {self.parts['beat'] - age} 0")
+
 
 def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any, page: int) -> None:
     robot = ros.add(Robot())
@@ -149,14 +153,15 @@ def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any,
     viewer = Viewer(page)
     ros.spin_until(lambda: viewer.take().get("scene", {}).get("scan"), what="the scan in the map")
     assert viewer.parts["scene"]["pose"] == [1.0, 2.0, 0.5]
+    assert abs(viewer.parts["beat"] - time.monotonic()) < GENEROUS_S
     ahead = viewer.parts["scene"]["scan"][:2]
     assert ahead == pytest.approx([1.0 + 0.878, 2.0 + 0.479], abs=0.02)
     assert viewer.parts["map"]["origin"] == [-1.0, -0.5, 0.0] and viewer.parts["map"]["size"] == [3.0, 2.0]
     assert viewer.parts["run"]["mission"] == "greet"
     status, picture = get(page, "/picture/map")
     assert status == 200 and picture.startswith(b"\x89PNG")
-    robot.override.publish(Bool(data=True))
-    ros.spin_until(lambda: viewer.take()["state"]["override"])
+    robot.override.stop()
+    ros.spin_until(lambda: viewer.take()["override"]["on"])
     viewer.close()
     ros.spin_until(lambda: not robot.scan.get_subscription_count(), what="the end of the subscriptions")
 
@@ -201,17 +206,20 @@ def test_a_hand_drives_while_the_override_is_on_and_a_viewer_that_vanishes_stops
     )
     viewer = Viewer(page)
     ros.spin_until(lambda: viewer.take().get("scene", {}).get("pose"))
-    ros.spin_until(lambda: not viewer.take()["state"]["override"], what="that the override is off")
-    viewer.socket.send("drive 1 0")
+    ros.spin_until(lambda: not viewer.take()["override"]["on"], what="that the override is off")
+    viewer.drive(1.0)
     ros.spin_for(0.5)
-    robot.override.publish(Bool(data=True))
-    ros.spin_until(lambda: viewer.take()["state"]["override"])
+    robot.override.stop()
+    ros.spin_until(lambda: viewer.take()["override"]["on"])
     assert commands == [], "what was said before the override does not count"
 
     def drives() -> bool:
-        viewer.socket.send("drive 0.5 0")
+        viewer.drive(0.5)
         return bool(commands)
 
+    viewer.drive(1.0, age=2.0)
+    ros.spin_for(0.3)
+    assert commands == [], "what a line has held for seconds does not drive"
     ros.spin_until(drives, what="a command")
     assert commands[-1] == pytest.approx(0.5 * viewer.parts["state"]["speeds"][0])
     viewer.close()

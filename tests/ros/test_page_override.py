@@ -1,9 +1,11 @@
-"""The page's button that stops the robot: it goes on until a driver confirms, or tells that none does."""
+"""The page's part of a stop: the base's driver confirms it, for that very press, or the reason is told."""
 
 from __future__ import annotations
 
 import asyncio
 import threading
+import time
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 import pytest
@@ -11,57 +13,98 @@ import pytest
 pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 
-from std_msgs.msg import Bool
-
-from florence_bt.app.page import ros_thread
 from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.core.errors import DeviceTimeout
-from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.core.errors import FlorenceError
+from tests.ros.override_driver import OverrideDriver
 
 pytestmark = pytest.mark.ros
 
 
-class DeafDriver(FlorenceNode):
-    """A base's driver that misses the first commands."""
+def told(ros: Any, ask: Callable[[], Awaitable[Any]]) -> Any:
+    """Ask the page while the driver is served."""
+    found: list[Any] = []
 
-    def __init__(self, misses: int) -> None:
-        super().__init__("driver")
-        self.heard: list[bool] = []
-        self._misses = misses
-        self._state = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
-        self.create_subscription(Bool, SWITCH_OVERRIDE, self._on_switch, RELIABLE)
+    def run() -> None:
+        try:
+            found.append(asyncio.run(ask()))  # type: ignore[arg-type]
+        except FlorenceError as error:
+            found.append(error)
 
-    def _on_switch(self, message: Bool) -> None:
-        self.heard.append(message.data)
-        if len(self.heard) > self._misses:
-            self._state.publish(Bool(data=message.data))
+    asking = threading.Thread(target=run)
+    asking.start()
+    ros.spin_until(lambda: not asking.is_alive(), what="the answer of the page")
+    return found[0]
 
 
-def test_a_stop_is_repeated_until_the_driver_confirms_it(ros: Any) -> None:
-    driver = ros.add(DeafDriver(misses=2))
+def heard(ros: Any, page: RosThread) -> None:
+    ros.spin_until(lambda: page.node.override is not None, what="the driver's word")
+
+
+def test_a_stop_is_confirmed_by_the_driver_for_that_very_press(ros: Any) -> None:
+    driver = ros.add(OverrideDriver(on=True))
     with RosThread() as page:
-        stopping = threading.Thread(target=lambda: asyncio.run(page.override(True, "a test")))
-        stopping.start()
-        ros.spin_until(lambda: not stopping.is_alive(), what="the confirmation")
-        assert page.node.overridden and len(driver.heard) >= 3 and all(driver.heard)
+        heard(ros, page)
+        assert told(ros, lambda: page.stop("a", "a test")) == (True, "the robot is stopped")
+        assert driver.switched == [True], "that it was on already confirms no press"
+        driver.override.release()
+        ros.spin_until(lambda: not page.node.overridden)
+        assert told(ros, lambda: page.stop("a", "a test"))[0]
+        assert driver.switched == [True, False], "a press that comes again after its release stops nobody"
+        assert told(ros, lambda: page.stop("b", "a test"))[0] and driver.switched[-1]
 
 
-def test_a_stop_that_nobody_confirms_is_told(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ros_thread, "CONFIRM_S", 0.5)
-    with RosThread() as page, pytest.raises(DeviceTimeout, match="by hand"):
-        asyncio.run(page.override(True, "a test"))
-
-
-def test_who_switches_last_has_it(ros: Any) -> None:
-    driver = ros.add(DeafDriver(misses=1))
-
-    async def both(page: RosThread) -> None:
-        await asyncio.gather(page.override(False, "one"), page.override(True, "another"))
-
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"standing": False}, "the wheels still turn"),
+        ({"standing": False, "problem": "the base says nothing"}, "the base says nothing"),
+    ],
+)
+def test_a_base_that_does_not_stand_confirms_nothing(ros: Any, changes: dict[str, Any], why: str) -> None:
+    driver = ros.add(OverrideDriver())
+    driver.say(**changes)
     with RosThread() as page:
-        switching = threading.Thread(target=lambda: asyncio.run(both(page)))
-        switching.start()
-        ros.spin_until(lambda: not switching.is_alive(), what="both to end")
-        assert page.node.overridden and False not in driver.heard[1:]
+        heard(ros, page)
+        assert told(ros, lambda: page.stop("a", "a test")) == (False, why)
+        driver.say(standing=True, problem="")
+        assert told(ros, lambda: page.stop("a", "a test"))[0], "the next time the browser asks"
+
+
+def test_without_a_driver_nothing_is_confirmed_until_one_is_there(ros: Any) -> None:
+    with RosThread() as page:
+        assert told(ros, lambda: page.stop("a", "a test")) == (False, "the base's driver says nothing")
+        assert isinstance(told(ros, lambda: page.release(0, 0.0, "a test")), FlorenceError)
+        driver = ros.add(OverrideDriver())
+        heard(ros, page)
+        end = time.monotonic() + 60.0
+        while not told(ros, lambda: page.stop("a", "a test"))[0]:
+            assert time.monotonic() < end
+        assert driver.override.on
+
+
+def test_a_driver_that_says_nothing_any_more_confirms_nothing(ros: Any) -> None:
+    driver = ros.add(OverrideDriver(on=True))
+    with RosThread() as page:
+        heard(ros, page)
+        ros.close_node(driver)
+        confirmed, why = told(ros, lambda: page.stop("a", "a test"))
+        assert not confirmed and why
+        ros.spin_until(
+            lambda: told(ros, lambda: page.stop("a", "a test"))[1] == "the base's driver says nothing",
+            what="that its silence is noticed",
+        )
+
+
+def test_a_release_is_for_the_stop_that_was_on_the_screen(ros: Any) -> None:
+    driver = ros.add(OverrideDriver())
+    with RosThread() as page:
+        heard(ros, page)
+        told(ros, lambda: page.stop("a", "a test"))
+        seen = page.node.override.state.stops
+        driver.override.stop()
+        ros.spin_until(lambda: page.node.override.state.stops > seen)
+        done, why = told(ros, lambda: page.release(seen, 0.1, "a test"))
+        assert not done and "since" in why and driver.override.on
+        done, why = told(ros, lambda: page.release(seen + 1, 5.0, "a test"))
+        assert not done and "too late" in why and driver.override.on
+        assert told(ros, lambda: page.release(seen + 1, 0.1, "a test"))[0] and not driver.override.on

@@ -22,6 +22,8 @@ from florence_bt.core.errors import FlorenceError
 STOP, RELEASE = "/robot/stop", "/robot/release"
 EXPIRY_S = 1.0
 """Wall seconds after the press in which anything but a stop must have arrived."""
+ROUNDED_S = 0.01
+"""By how much a press may seem to come before it was made: both numbers are rounded."""
 LONGEST_ID = 64
 LARGEST_PRESS = 1_000
 """Bytes of a press."""
@@ -63,11 +65,13 @@ class Press:
 
     def late_s(self, now: float) -> float:
         """Return how long ago it was, in seconds: at most so long, as the frame needed its time, too."""
-        return now - self.beat - self.age_s
+        return max(0.0, now - self.beat - self.age_s)
 
     def counts(self, now: float) -> bool:
         """Tell whether it still counts."""
-        return self.age_s >= 0.0 and 0.0 <= self.late_s(now) <= EXPIRY_S
+        return (
+            self.age_s >= 0.0 and self.beat + self.age_s <= now + ROUNDED_S and self.late_s(now) <= EXPIRY_S
+        )
 
 
 def counts(sent: Any) -> bool:

@@ -12,6 +12,7 @@ pytest.importorskip("rclpy")
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.driving import SILENT_S, HandDriving
 from florence_bt.app.page.parts import LiveParts
+from florence_bt.app.page.presses import beat
 from florence_bt.app.page.server import RobotViewers
 from florence_bt.app.teleop.hands import TeleopParameters
 from florence_bt.core.clock import ManualClock
@@ -118,28 +119,35 @@ class Ros:
 @pytest.mark.parametrize(
     ("said", "drives"),
     [
-        ("drive 1 0", True),
-        ("drive 0.5 -0.5", True),
-        ("drive 2 0", False),
-        ("drive nan 0", False),
-        ("drive inf 0", False),
-        ("drive 1", False),
-        ("drive 1 0 0", False),
-        ("drive x y", False),
-        ("drive 1e-400 1e400", False),
+        ("drive 1 0 {now} 0", True),
+        ("drive 0.5 -0.5 {now} 0", True),
+        ("drive 0.5 -0.5 {old} 1", True),
+        ("drive 0.5 -0.5 {old} 0", False),
+        ("drive 0.5 -0.5 {now} 5", False),
+        ("drive 0.5 -0.5 {now} -1", False),
+        ("drive 0.5 -0.5 nan 0", False),
+        ("drive 0.5 -0.5 null 0", False),
+        ("drive 1 0", False),
+        ("drive 2 0 {now} 0", False),
+        ("drive nan 0 {now} 0", False),
+        ("drive inf 0 {now} 0", False),
+        ("drive 1 {now} 0", False),
+        ("drive 1 0 0 {now} 0", False),
+        ("drive x y {now} 0", False),
+        ("drive 1e-400 1e400 {now} 0", False),
         ("", False),
     ],
 )
 def test_a_hand_that_says_something_else_does_not_drive(bench, said, drives):
     viewers = RobotViewers(Ros(bench.driving))
-    viewers.heed(SimpleNamespace(scope={ROLE: Role.RUN}), said.split())
+    viewers.heed(SimpleNamespace(scope={ROLE: Role.RUN}), said.format(now=beat(), old=beat() - 1.5).split())
     assert bool(bench.take()) is drives
 
 
 def test_who_may_only_look_does_not_drive(bench):
     viewers = RobotViewers(Ros(bench.driving))
-    viewers.heed(SimpleNamespace(scope={ROLE: Role.LOOK}), ["drive", "1", "0"])
-    viewers.heed(SimpleNamespace(scope={}), ["drive", "1", "0"])
+    viewers.heed(SimpleNamespace(scope={ROLE: Role.LOOK}), ["drive", "1", "0", str(beat()), "0"])
+    viewers.heed(SimpleNamespace(scope={}), ["drive", "1", "0", str(beat()), "0"])
     assert bench.take() == []
 
 
