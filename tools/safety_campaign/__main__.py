@@ -83,6 +83,12 @@ def _messages(options: argparse.Namespace, bring_up: BringUp) -> str:
     return "\n\n".join(lines)
 
 
+def _presses(options: argparse.Namespace, _bring_up: BringUp) -> str:
+    from tools.safety_campaign.presses import press_many, presses_table  # needs a browser
+
+    return presses_table(press_many(options.count or 100, options.seed, _say))
+
+
 def _restarts(options: argparse.Namespace, _bring_up: BringUp) -> str:
     return f"{restart_many(options.count or 200, options.seed)}."
 
@@ -98,6 +104,7 @@ ATTACKS: dict[str, Callable[[argparse.Namespace, BringUp], str]] = {
     "pauses": _pauses,
     "hands": _hands,
     "messages": _messages,
+    "presses": _presses,
     "restarts": _restarts,
     "busy": _busy,
 }

@@ -82,9 +82,10 @@ export default {
       this.override = override;
       if (!override.on && this.pad && !this.press) this.show_pad(false);
       const obeyed = override.on && !override.problem && (override.standing || override.by_hand);
-      if (this.press && obeyed && override.stops !== this.press.stops) this.end(this.press, "the robot is stopped");
+      if (this.press && obeyed && override.stops !== this.press.stops) this.end("the robot is stopped");
     },
-    end(press, word) {
+    pends(press) { return this.press !== null && this.press.id === press.id; },
+    end(word) {
       this.press = null; this.confirmed = Date.now(); sessionStorage.removeItem(KEPT);
       this.note = { state: "stopped", word, at: Date.now() - NOTE_MS + 1500 };
     },
@@ -97,7 +98,7 @@ export default {
     async send(press) {
       this.now = Date.now(); this.press = press; this.problem = ""; this.asking = 0;
       sessionStorage.setItem(KEPT, JSON.stringify(press));
-      while (this.press === press) {
+      while (this.pends(press)) {
         if (this.asking < MOST_AT_ONCE) this.ask(press);
         await new Promise((done) => setTimeout(done, AGAIN_MS));
       }
@@ -106,8 +107,8 @@ export default {
       this.asking += 1;
       const answer = await this.post("/robot/stop", { id: press.id });
       this.asking -= 1;
-      if (this.press !== press) return;
-      if (answer.confirmed) this.end(press, answer.word);
+      if (!this.pends(press)) return;
+      if (answer.confirmed) this.end(answer.word);
       else this.problem = answer.word;
     },
     async release() {
