@@ -14,8 +14,8 @@ class FaultyProxy:
     """Passes connections on to a port. A context manager; it serves on a thread of its own.
 
     ``break`` ends every connection and accepts none; ``hold`` takes all and passes nothing on until it is
-    over; ``delay`` passes everything on later; ``reorder`` delays each connection by its own time, so that what
-    was sent on one overtakes what was sent before on another.
+    over; ``delay`` passes everything on later; ``reorder`` delays each connection by its own time, so that
+    what was sent on one overtakes what was sent before on another.
 
     Args:
         target: The port that it leads to.

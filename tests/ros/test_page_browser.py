@@ -159,8 +159,11 @@ def test_a_click_on_the_map_drives_there(page: Any) -> None:
 def test_the_override_refuses_missions_and_a_hand_drives_until_it_lets_go(page: Any) -> None:
     page.get_by_role("button", name="STOP THE ROBOT").click()
     expect(page.get_by_role("status")).to_contain_text("manual override")
+    expect(word(page)).to_have_attribute("data-state", "stopped")
     start_by_form(page, "go_home")
     expect(page.get_by_text(re.compile("florence release"))).to_be_visible()
+    expect(page.get_by_role("slider", name="drive by hand")).to_have_count(0)
+    page.get_by_role("button", name="Drive by hand").click()
     start = place_of_robot(page)
     page.locator("canvas").focus()
     page.keyboard.down("ArrowLeft")
@@ -173,9 +176,73 @@ def test_the_override_refuses_missions_and_a_hand_drives_until_it_lets_go(page: 
     stands = place_of_robot(page)
     page.wait_for_timeout(1500)
     assert place_of_robot(page) == pytest.approx(stands, abs=2.0)
-    page.get_by_role("button", name="release").click()
+    page.get_by_role("button", name="Release").click()
     expect(page.get_by_role("status")).not_to_contain_text("manual override")
     expect(page.get_by_role("slider", name="drive by hand")).to_have_count(0)
+
+
+def word(page: Any) -> Any:
+    """Return what the page says of the robot beside STOP."""
+    return page.locator(".florence-bar .word")
+
+
+def test_stop_is_in_its_place_above_everything(page: Any) -> None:
+    stop = page.get_by_role("button", name="STOP THE ROBOT")
+
+    def place() -> Any:
+        box = stop.bounding_box()
+        middle = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+        top = "([x, y]) => document.elementFromPoint(x, y).innerText"
+        assert page.evaluate(top, middle) == "STOP THE ROBOT"
+        return box
+
+    for width, height in ((390, 844), (1280, 800)):
+        page.set_viewport_size({"width": width, "height": height})
+        calm = place()
+        assert calm["y"] + calm["height"] <= height and calm["x"] + calm["width"] <= width
+        page.get_by_role("button", name="Start…").click()
+        expect(page.get_by_role("dialog")).to_be_visible()
+        assert place() == calm
+        stop.click()
+        expect(word(page)).to_have_attribute("data-state", "stopped")
+        assert place() == calm
+        page.get_by_role("button", name="Cancel").click()
+        page.get_by_role("button", name="Release").click()
+        expect(word(page)).to_have_attribute("data-state", "free")
+        assert place() == calm
+
+
+def test_what_is_shown_has_an_age_and_the_page_stays_through_a_break(page: Any, system: System) -> None:
+    """The page's process is stopped: nothing comes, and nobody closes a connection."""
+    page.evaluate("window.begun = true")
+    pid = int((system.folder / "up" / "page").read_text())
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        page.wait_for_function("document.documentElement.dataset.old.includes('page')")
+        expect(word(page)).to_contain_text("what you see is old")
+        expect(page.get_by_role("button", name="Release")).to_be_disabled()
+        page.get_by_role("button", name="STOP THE ROBOT").click()
+        expect(word(page)).to_contain_text("NOT CONFIRMED: switch the robot off by hand")
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    expect(word(page)).to_have_attribute("data-state", "stopped")
+    page.wait_for_function("document.documentElement.dataset.old === ''")
+    page.get_by_role("button", name="Release").click()
+    expect(word(page)).to_have_attribute("data-state", "free")
+    assert page.evaluate("window.begun"), "it was not loaded anew"
+
+
+def test_a_stop_outlives_a_reload_of_the_page(page: Any, system: System) -> None:
+    page.route("**/robot/stop", lambda route: route.abort())
+    page.get_by_role("button", name="STOP THE ROBOT").click()
+    expect(word(page)).to_contain_text("NOT CONFIRMED")
+    page.unroute("**/robot/stop")
+    page.evaluate("sessionStorage.setItem('florence_stop', JSON.stringify({id: 'kept', began: Date.now()}))")
+    page.reload()
+    expect(word(page)).to_have_attribute("data-state", "stopped")
+    assert page.evaluate("sessionStorage.getItem('florence_stop')") is None
+    page.get_by_role("button", name="Release").click()
+    expect(word(page)).to_have_attribute("data-state", "free")
 
 
 def test_layers_come_on_request(page: Any) -> None:
@@ -196,10 +263,14 @@ def test_the_page_dies_and_comes_back_while_the_mission_goes_on(page: Any, syste
     page.evaluate("window.begun = true")
     pid = int((system.folder / "up" / "page").read_text())
     os.kill(pid, signal.SIGKILL)
-    expect(page.get_by_text("no connection; trying again")).to_be_visible()
+    expect(word(page)).to_contain_text("no connection")
+    expect(word(page)).to_contain_text("started again")
+    assert int((system.folder / "up" / "page").read_text()) != pid
+    expect(page.get_by_role("status")).to_contain_text("patrol runs")
+    assert page.evaluate("window.begun"), "what is on the screen stays"
+    page.get_by_role("button", name="open the page again").click()
     page.wait_for_function("window.begun === undefined")
     expect(page.get_by_role("status")).to_contain_text("patrol runs")
-    assert int((system.folder / "up" / "page").read_text()) != pid
     page.get_by_role("button", name="Stop", exact=True).click()
     expect(page.get_by_role("status")).to_contain_text("patrol was stopped")
 

@@ -5,7 +5,9 @@ export const LOST = "florence-session-lost";
 function keep() {
   const socket = window.socket;
   if (!socket) { setTimeout(keep, 50); return; }
-  const lost = () => { socket.disconnect(); window.dispatchEvent(new Event(LOST)); };
+  const lost = () => {
+    socket.disconnect(); document.getElementById("popup").ariaHidden = true; window.dispatchEvent(new Event(LOST));
+  };
   for (const event of ["connect_error", "try_reconnect"]) socket.off(event);
   socket.on("try_reconnect", lost);
   // "timeout" and the like: socket.io tries again by itself.

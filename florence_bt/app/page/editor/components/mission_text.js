@@ -73,6 +73,8 @@ export default {
   template: `<div style="display:flex;flex-direction:column;min-height:0">
     <div ref="text" data-florence="text" style="flex:1 1 0;min-height:8rem;overflow:hidden"></div>
     <div role="log" aria-label="findings" style="flex:none;max-height:34%;overflow:auto;border-top:1px solid #e0e0e0;font:13px/1.45 sans-serif">
+      <div v-if="restored" style="padding:.35rem .6rem;background:#fff8e1">your text of {{ restored }}, which was not saved
+        <button @click="throw_away" style="text-decoration:underline">throw it away</button></div>
       <div v-if="note" style="padding:.35rem .6rem;color:#666">{{ note }}</div>
       <div v-for="each in shown" @click="go_to(each.line, each.column)" class="florence-finding"
            :style="{padding:'.3rem .6rem',cursor:'pointer',borderLeft:'3px solid ' + colour(each),borderBottom:'1px solid #f0f0f0'}">
@@ -87,12 +89,17 @@ export default {
   </div>`,
   props: { text: String, findings: Array, note: String, dirty: Boolean, most: Number },
   computed: { shown() { return (this.findings || []).slice(0, 100); } },
-  watch: { findings() { this.mark(); } },
+  data: () => ({ restored: "" }),
+  watch: {
+    findings() { this.mark(); },
+    dirty(now, before) { if (before && !now) this.forget(); }, // saved
+  },
   async mounted() {
     const language = new CM.Compartment();
     const words = [{ autocomplete: (context) => this.complete(context) }]; // another function would be asked anew
+    const kept = JSON.parse(localStorage.getItem(this.key()) || "null");
     this.editor = new CM.EditorView({
-      doc: this.text || "",
+      doc: kept ? kept.text : this.text || "",
       parent: this.$refs.text,
       extensions: [
         CM.Prec.high(CM.keymap.of([{ key: "Mod-s", run: () => { this.tell(); this.$emit("save"); return true; }, preventDefault: true }])),
@@ -111,6 +118,7 @@ export default {
     this.leaving = (event) => { if (this.dirty) event.preventDefault(); };
     window.addEventListener("beforeunload", this.leaving);
     this.mark();
+    if (kept) { this.restored = new Date(kept.at).toLocaleString(); this.tell(); }
     const yaml = CM.languages.find((each) => each.name === "YAML");
     if (yaml) this.editor.dispatch({ effects: language.reconfigure(await yaml.load()) });
   },
@@ -122,8 +130,15 @@ export default {
       clearTimeout(this.due);
       this.due = 0;
       // Of one that is too long enough to be refused: it is no mission, and is not to be lost for one.
-      this.$emit("text", { text: this.editor.state.doc.toString().slice(0, this.most + 1) });
+      const text = this.editor.state.doc.toString();
+      if (text === this.text) this.forget();
+      else localStorage.setItem(this.key(), JSON.stringify({ text, at: Date.now() }));
+      this.$emit("text", { text: text.slice(0, this.most + 1) });
     },
+    // What was not saved is kept in the browser: neither a server that is started again nor a closed page loses it.
+    key() { return `florence_text ${location.pathname}`; },
+    forget() { localStorage.removeItem(this.key()); this.restored = ""; },
+    throw_away() { this.set_text(this.text || ""); this.forget(); },
     moved() {
       const line = this.editor.state.doc.lineAt(this.editor.state.selection.main.head).number;
       if (line === this.line) return;
