@@ -58,11 +58,11 @@ def _bench(name: str, *depends: str) -> Figures:
     )
 
 
-def _attack(name: str, arguments: str, small: str = "--count 1", *, alone: bool = True) -> Figures:
-    tool = f"tools/safety_campaign {name}"
-    return Figures(
-        "notes/safety.md", (name,), tool, arguments, small, ("tools/safety_campaign", *_STACK), alone=alone
-    )
+def _attack(
+    name: str, arguments: str, small: str = "--count 1", page: str = "notes/safety.md", *depends: str
+) -> Figures:
+    tool, parts = f"tools/safety_campaign {name}", ("tools/safety_campaign", *_STACK, *depends)
+    return Figures(page, (name,), tool, arguments, small, parts, alone=True)
 
 
 FIGURES: tuple[Figures, ...] = (
@@ -197,6 +197,14 @@ FIGURES: tuple[Figures, ...] = (
     _attack("hands", "", "--count 1 --processes people"),
     _attack("restarts", "--count 200", ""),
     _attack("messages", "--count 120", "--count 2"),
+    _attack(
+        "presses",
+        "--count 100",
+        "--count 1",
+        "manual/safety.md",
+        "tools/faulty_proxy.py",
+        "florence_bt/app/page",
+    ),
     _attack("busy", "--count 50", ""),
     _bench("test_bench_check", "florence_bt/trees", "florence_bt/app/mission_files", "florence_bt/cli"),
     _bench("test_bench_drivers", "florence_bt/drivers", "florence_bt/ros"),

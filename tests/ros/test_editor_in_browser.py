@@ -207,6 +207,27 @@ def test_what_has_errors_becomes_a_draft_and_old_versions_come_back(
     assert "2 s" in (folder / "tea.yaml").read_text()
 
 
+def test_what_was_not_saved_is_kept_in_the_browser(
+    ros: Any, port: int, browser: Browser, tmp_path: Path
+) -> None:
+    folder = tmp_path / "missions"
+    folder.mkdir()
+    (folder / "tea.yaml").write_text("mission: tea\ntree:\n  wait: 1 s\n")
+    browser.open(f"http://localhost:{port}/edit/tea")
+    browser.see("text=nothing is wrong")
+    browser.write("mission: tea\ntree:\n  wait: 7 s\n")
+    browser.see("text=not saved")
+    browser.page.on("dialog", lambda dialog: dialog.accept())
+    browser.open("about:blank")
+    ros.spin_until(lambda: browser.page.url == "about:blank", what="the page to be left")
+    browser.open(f"http://localhost:{port}/edit/tea")
+    browser.see("text=/your text of .*, which was not saved/")
+    assert "7 s" in browser.see(".cm-content").inner_text()
+    browser.click("button:has-text('throw it away')")
+    browser.see("text=nothing is wrong")
+    assert "1 s" in browser.see(".cm-content").inner_text()
+
+
 def test_a_token_that_may_only_run_gets_no_editor(
     start_page: Callable[[], tuple[int, Child]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

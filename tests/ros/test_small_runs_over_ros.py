@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -39,6 +40,17 @@ def test_the_attacks_of_the_safety_campaign(tmp_path: Path, ros_domain: int) -> 
             assert module_of(figures).main(words, lambda _seed: nullcontext(system)) == 0
             text = text_between_marks(page, name) or ""
             assert text.startswith("| ") and made_of(text) is not None
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="there is no browser: apt install chromium")
+def test_presses_on_the_page(tmp_path: Path, ros_domain: int) -> None:
+    (figures,) = (each for each in FIGURES if each.tables == ("presses",))
+    page = page_with_marks(tmp_path, figures)
+    words = ["presses", *figures.small.split(), "--write", str(page)]
+    assert module_of(figures).main(words) == 0
+    lines = (text_between_marks(page, "presses") or "").splitlines()
+    (stops,) = (line for line in lines if line.startswith("| all |"))
+    assert stops.startswith("| all | 1 | 0 | 0 |"), "one stop, not lost, every word true"
 
 
 def test_the_figures_of_the_page(tmp_path: Path, ros_domain: int) -> None:

@@ -11,6 +11,7 @@ import os
 import random
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -30,7 +31,6 @@ from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
 from tools.tables import table
 
 CHROMIUM = shutil.which("chromium")
-PORT = 8391
 BREAKS_S = (0.7, 2.2, 4.2, 8.2)
 SURE_S = 1.0
 """So long after the press the page may say that it is sending."""
@@ -287,9 +287,12 @@ def press_many(
 
 @contextmanager
 def _bench(seed: int) -> Iterator[Bench]:
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        port: int = server.getsockname()[1]
     with (
-        RunningSystem(seed, "--page", "--page-port", str(PORT)) as system,
-        FaultyProxy(PORT, seed) as proxy,
+        RunningSystem(seed, "--page", "--page-port", str(port)) as system,
+        FaultyProxy(port, seed) as proxy,
         playwright.sync_playwright() as started,
     ):
         browser = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])

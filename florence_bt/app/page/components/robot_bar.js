@@ -16,6 +16,7 @@ const STYLE = `
 .florence-bar .stop { grid-area: stop; background: #b3261e; border-color: #7c1410; color: #fff; font-weight: bold; font-size: 17px; touch-action: none; }
 .florence-bar .stop:active { background: #7c1410; }
 .florence-bar .word { grid-area: word; align-self: center; max-height: 100%; overflow: hidden; }
+.florence-bar .word button { padding: 0 6px; }
 .florence-bar .hand { grid-area: hand; } .florence-bar .hand[aria-pressed="true"] { background: #dbe8fb; }
 .florence-bar .release { grid-area: release; }
 .florence-bar [data-state="unsure"] { background: #b3261e; color: #fff; font-weight: bold; padding: 4px 8px; border-radius: 6px; }
@@ -33,7 +34,7 @@ export default {
   template: `<teleport to="body"><div class="florence-bar" role="region" aria-label="the robot">
     <button class="stop" @pointerdown="$event.button === 0 && stop()" @click="$event.detail === 0 && stop()">STOP THE ROBOT</button>
     <div class="word" role="alert" :data-state="said.state">{{ said.word }}
-      <button v-if="lost && said.state !== 'unsure'" @click="reload">open the page again</button></div>
+      <span v-if="lost"> The page's program was started again: <button @click="reload">open the page again</button></span></div>
     <button class="hand" :aria-pressed="pad" :disabled="!sees" @click="drive">Drive by hand</button>
     <button class="release" :disabled="!sees || !(override && override.on)" @click="release">Release</button>
   </div></teleport>`,
@@ -52,7 +53,6 @@ export default {
         const was = this.confirmed && now - this.confirmed < 3600e3 ? ` The robot was stopped ${Math.round((now - this.confirmed) / 1000)} s ago.` : "";
         return { state: "old", word: `no connection for ${Math.round(this.age)} s: what you see is old.${was}` };
       }
-      if (this.lost) return { state: "old", word: "the page's program was started again: all but the map, the tree and this bar is of before" };
       if (!override) return { state: "old", word: "no driver of a base has been heard" };
       if ("base" in this.silent) return { state: "old", word: `the base's driver has said nothing for ${this.silent.base} s` };
       if (!override.on) return { state: "free", word: "" };
