@@ -41,6 +41,8 @@ LOST_S = 20.0
 LATE_S = 1.0
 """What comes later than this after the press is late."""
 BUSY_PROGRAMS = 4
+GIVEN_UP = 3
+"""How many bring-ups may end early, because something that everything else needs did not happen."""
 MOST_ENDS = 3
 """How often one process may end in a bring-up, which is how often the supervisor starts it again."""
 VIEWS = ("desktop", "phone", "two pages")
@@ -223,6 +225,7 @@ class Bench:
                 again.click()
             self.wait_for_word(page, "free")
             page.evaluate("() => { words.length = presses.length = 0; }")
+        self.system.status()  # of the mission server that is there now
         self.overrides.clear()
         self.runs.clear()
 
@@ -267,22 +270,38 @@ def press_many(
         (hitch, VIEWS[number % 2], button)
         for number, hitch, button in zip(range(count), itertools.cycle(hitches), buttons)
     ]
-    numbers = itertools.count(seed)
+    numbers, given_up = itertools.count(seed), 0
     while turns:
-        ends: Counter[str] = Counter()
-        with _bench(next(numbers)) as bench:
-            while turns:
-                hitch, view, button = turns[0]
-                if hitch.ends and ends[hitch.ends] >= MOST_ENDS:
-                    break
-                ends[hitch.ends] += 1
-                presses.append(_press_once(bench, hitch, view, button, dice))
-                turns.pop(0)
-                last = presses[-1]
-                if last.lost or last.late or last.untrue:
-                    say(f"FAULT: {last}")
+        try:
+            with _bench(next(numbers)) as bench:
+                _press_in(bench, turns, presses, dice, say)
+        except CampaignFailed as error:
+            given_up += 1
+            say(f"given up before {turns[0]}: {error}")
+            if given_up > GIVEN_UP:
+                raise
         say(f"{len(presses)} of {2 * count} presses")
     return presses
+
+
+def _press_in(
+    bench: Bench,
+    turns: list[tuple[Hitch, str, str]],
+    presses: list[Press],
+    dice: random.Random,
+    say: Callable[[str], None],
+) -> None:
+    """Take one turn after the other, as long as the supervisor starts again what dies."""
+    ends: Counter[str] = Counter()
+    while turns:
+        hitch, view, button = turns[0]
+        if hitch.ends and ends[hitch.ends] >= MOST_ENDS:
+            return
+        ends[hitch.ends] += 1
+        presses.append(_press_once(bench, hitch, view, button, dice))
+        turns.pop(0)
+        last = presses[-1]
+        say(f"{'FAULT: ' if last.lost or last.late or last.untrue else ''}{last}")
 
 
 @contextmanager
