@@ -1,7 +1,9 @@
 """Takes the pictures of the page for the manual: a run of goto_user in the simulated flat, seen in a browser.
 
-``python -m tools.page_pictures docs/img`` writes ``page.png`` (while it runs), ``page_run.png`` (how it ran)
-and ``page_phone.png``. It needs Debian's chromium and takes two minutes.
+``python -m tools.page_pictures docs/img`` writes ``page.png`` (while it runs), ``page_run.png`` (how it ran),
+``page_phone.png``, and the page in each state of its link: ``page_stopped_phone.png``, ``page_missions_silent.png``,
+``page_cut_off.png``, ``page_not_confirmed.png``, ``page_started_again.png``. It needs Debian's chromium and takes
+two minutes.
 """
 
 from __future__ import annotations
@@ -72,6 +74,52 @@ def take(page: Page, folder: Path) -> None:
     page.screenshot(path=folder / "page_run.png")
 
 
+def take_states(page: Page, folder: Path, run: Path) -> None:
+    """Take a picture of each state of the link between the page and the robot.
+
+    Args:
+        page: In a browser.
+        folder: Where the pictures go.
+        run: The folder of the bring-up, which has the process ids.
+    """
+    page.goto(ADDRESS)
+    word = page.locator(".florence-bar .word")
+    stop = page.get_by_role("button", name="STOP THE ROBOT")
+    page.set_viewport_size(PHONE)
+    stop.click()
+    expect(word).to_have_attribute("data-state", "stopped")
+    page.wait_for_timeout(2500.0)
+    page.screenshot(path=folder / "page_stopped_phone.png")
+    page.get_by_role("button", name="Release").click()
+    page.set_viewport_size(SCREEN)
+    expect(word).to_have_attribute("data-state", "free")
+    with stopped(run, "missions"):
+        expect(page.get_by_role("status")).to_contain_text("the mission server has said nothing")
+        page.screenshot(path=folder / "page_missions_silent.png")
+    with stopped(run, "page"):
+        expect(word).to_contain_text("what you see is old")
+        page.screenshot(path=folder / "page_cut_off.png")
+        stop.click()
+        expect(word).to_contain_text("NOT CONFIRMED")
+        page.screenshot(path=folder / "page_not_confirmed.png")
+    expect(word).to_have_attribute("data-state", "stopped")
+    page.get_by_role("button", name="Release").click()
+    os.kill(int((run / "page").read_text()), signal.SIGKILL)
+    expect(word).to_contain_text("started again")
+    page.screenshot(path=folder / "page_started_again.png")
+
+
+@contextmanager
+def stopped(run: Path, process: str) -> Iterator[None]:
+    """Have a process of the bring-up stopped."""
+    pid = int((run / process).read_text())
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
 def main() -> None:
     """Take the pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -86,6 +134,7 @@ def main() -> None:
         page.set_default_timeout(PATIENCE_MS)
         expect.set_options(timeout=PATIENCE_MS)
         take(page, folder)
+        take_states(page, folder, Path(runs))
         browser.close()
 
 

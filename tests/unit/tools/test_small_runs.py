@@ -24,7 +24,7 @@ MOST_BYTES = 2_000_000
 
 NOT_HERE = {"colour": "test_colour_network.py"}
 """What cannot be made here, and the test beside this one that tries its parts."""
-OVER_ROS = ("notes/safety.md", "manual/safety.md", "notes/page.md")
+PAGES_OVER_ROS = ("notes/safety.md", "manual/safety.md", "notes/page.md")
 """Pages whose tables are made over ROS."""
 MAKE_NO_TABLE = {
     "code_figures.py",  # prints one, below
@@ -43,7 +43,7 @@ MAKE_NO_TABLE = {
     "terminal.py",
 }
 
-TOOLS = [each for each in FIGURES if each not in BENCHMARKS and each.page not in OVER_ROS]
+TOOLS = [each for each in FIGURES if each not in BENCHMARKS and each.page not in PAGES_OVER_ROS]
 
 
 @pytest.fixture(scope="module")
