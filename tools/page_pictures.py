@@ -1,8 +1,8 @@
 """Takes the pictures of the page for the manual: a run of goto_user in the simulated flat, seen in a browser.
 
 ``python -m tools.page_pictures docs/img`` writes ``page.png`` (while it runs), ``page_run.png`` (how it ran),
-``page_phone.png``, and the page in each state of its link: ``page_stopped_phone.png``, ``page_missions_silent.png``,
-``page_cut_off.png``, ``page_not_confirmed.png``, ``page_started_again.png``. It needs Debian's chromium and takes
+``page_phone.png``, and in each state of its link ``page_stopped_phone.png``, ``page_missions_silent.png``,
+``page_cut_off.png``, ``page_not_confirmed.png``, ``page_started_again.png``. It needs chromium and takes
 two minutes.
 """
 
