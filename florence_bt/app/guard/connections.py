@@ -25,7 +25,7 @@ LONGEST_HEAD = 32_768
 """Bytes of a request's line and headers."""
 MOST_CONNECTIONS = 300
 """Connections of HTTP at once, of all: 50 viewers with six each. WebSockets are counted by the guard."""
-BACKLOG = 64
+BACKLOG = 256
 """So many connections are taken at once: those above the bound are open until the next look."""
 SHUT_DOWN_S = 2
 """Seconds that viewers get to leave when the server ends."""

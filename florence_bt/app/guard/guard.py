@@ -167,6 +167,7 @@ class Guard:
         decoded.
         """
         second = Span(1.0)
+        path = scope["path"]  # which mounted applications change
 
         async def receive_more() -> Mapping[str, Any]:
             message = await receive()
@@ -174,7 +175,7 @@ class Guard:
                 return message
             size = len(message.get("text") or message.get("bytes") or b"")
             within = second.add("messages") <= self._most_messages and second.add("bytes", size) <= MOST_BYTES
-            problem = self._check(scope["path"], message) if within else "too much at once"
+            problem = self._check(path, message) if within else "too much at once"
             if not problem:
                 return message
             await answer({"type": "websocket.close", "code": 1008, "reason": problem})
