@@ -63,6 +63,16 @@ class Roles(Protocol):
         """Return the role of a token; None when it is none of ours."""
 
 
+class NoTokens:
+    """Of a port that has no tokens: whoever is on this machine may do what can be done there."""
+
+    tokens: Mapping[str, Any] = {}
+
+    def role_of(self, token: str) -> str:
+        """Return a role."""
+        return "anybody"
+
+
 class Guard:
     """Lets only those through to an ASGI application who may see it, and tells it their role.
 
