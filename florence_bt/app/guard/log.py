@@ -19,7 +19,7 @@ SAID = LONGEST_LINE // 2
 """Characters of an error's own words: the rest of the line is for its place."""
 _FRAMES = 3
 """So many places of an error are named, the innermost last."""
-_NOT_PRINTED = re.compile(r"[^\x20-\x7e\u00a0-\ud7ff\ue000-\uffff]+")
+_NOT_PRINTED = re.compile(r"[^\x20-\x7e\u00a0-\u200a\u2010-\u2027\u2030-\ud7ff\ue000-\ufefe\uff00-\ufffd]+")
 
 LOGGERS = ("uvicorn", "nicegui", "engineio", "socketio", "websockets", "asyncio", "florence_bt.guard")
 """Those that speak about what comes from outside, with all below them."""
