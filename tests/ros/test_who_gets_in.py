@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ pytest.importorskip("rclpy")
 
 from florence_bt.app.guard.connections import HEAD_S
 from florence_bt.app.recording.foxglove_port import PROTOCOLS
-from tests.ros.conftest import Child, own_domain
+from tests.ros.conftest import GENEROUS_S, Child, own_domain
 from tests.ros.stranger import (
     Door,
     doors_of,
@@ -72,6 +73,16 @@ def free_port() -> int:
         return int(server.getsockname()[1])
 
 
+def wait_until_it_answers(port: int) -> None:
+    end = time.monotonic() + GENEROUS_S
+    while True:
+        with socket.socket() as client:
+            if client.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        assert time.monotonic() < end, f"nothing listens at {port}"
+        time.sleep(0.05)
+
+
 @pytest.fixture(scope="module")
 def ros_domain() -> Iterator[int]:
     with own_domain() as domain:
@@ -83,12 +94,15 @@ def system(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterato
     """A whole system that shows itself to the page and to Foxglove, with few files to be opened at once."""
     folder = tmp_path_factory.mktemp("system")
     command = [sys.executable, "-m", "florence_bt.cli", "up", "--sim", "--person", "hall", "--seed", "27"]
-    command += ["--record", "--page", "--page-port", str(free_port()), "--foxglove", str(free_port())]
+    ports = free_port(), free_port()
+    command += ["--record", "--page", "--page-port", str(ports[0]), "--foxglove", str(ports[1])]
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CONFIG_HOME", str(folder))
         child = Child([*command, "--out", str(folder / "up")], folder / "up.txt")
     try:
         child.wait_for("ready after")
+        for port in ports:
+            wait_until_it_answers(port)
         for pid in family(child.process.pid):
             resource.prlimit(pid, resource.RLIMIT_NOFILE, (1024, 1024))
         yield child, folder / "up"

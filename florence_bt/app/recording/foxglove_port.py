@@ -19,7 +19,6 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import Any
 
-from florence_bt.app.guard.connections import make_server
 from florence_bt.app.guard.guard import Guard, NoTokens
 from florence_bt.core.errors import ConfigError
 
@@ -80,6 +79,8 @@ class FoxglovePort:
     """
 
     def __init__(self, port: int, origins: Iterable[str], look: Callable[[int, int], object]) -> None:
+        from florence_bt.app.guard.connections import make_server  # files need no server
+
         hint = f"; the parameter foxglove_origins of the recorder lets them in, besides {DESKTOP}"
         guard = Guard(
             self._serve, NoTokens(), origins=check_origins(origins), hint=hint, most_messages=MOST_MESSAGES
