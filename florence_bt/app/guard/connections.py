@@ -110,7 +110,7 @@ class BoundedProtocol(H11Protocol):
         self.waiting, self.since = what, self.loop.time()
         if what in (Waiting.HEAD, Waiting.BODY):
             seconds = HEAD_S if what is Waiting.HEAD else BODY_S
-            self._clock = self.loop.call_later(seconds, self.transport.abort)
+            self._clock = self.loop.call_later(seconds, self.transport.close)
 
     def _stop_clock(self) -> None:
         if self._clock is not None:

@@ -86,6 +86,7 @@ class Guard:
         hint: What else would have worked, for those whose origin is not let in.
         parts: How the paths begin of what belongs to a page: files and pictures, which cost little.
         words: The path that gives words while somebody types.
+        urgent: How the paths begin of what stops something: whoever may ask for that is never told to wait.
         check: Looks at each message of a WebSocket.
         most_messages: How many messages a WebSocket may bring in a second.
     """
@@ -99,6 +100,7 @@ class Guard:
         hint: str = "",
         parts: tuple[str, ...] = (),
         words: str = "",
+        urgent: tuple[str, ...] = (),
         check: Check = lambda path, message: "",
         most_messages: int = MOST_MESSAGES,
     ) -> None:
@@ -108,6 +110,7 @@ class Guard:
         self._hint = hint
         self._parts = parts
         self._words = words
+        self._urgent = urgent
         self._check = check
         self._most_messages = most_messages
         self._asked = Span(SPAN_S)
@@ -164,6 +167,8 @@ class Guard:
             what, most = "sockets", MOST_HANDSHAKES
         elif request.is_of_another_site:
             what, most = "links", MOST_LINKS
+        elif request.path.startswith(self._urgent):
+            return False
         elif request.path.startswith(self._parts):
             what, most = "parts", MOST_PARTS
         elif request.path == self._words:

@@ -24,8 +24,10 @@ PARTS = (
     ),
 )
 """Where what belongs to a page begins: files and pictures, which cost little."""
+URGENT = ("/robot/",)
+"""Where the buttons are that stop the robot."""
 
-_TEXT, _NUMBER, _ANY = str, int, object
+_TEXT, _NUMBER = str, int
 _EVENTS: Mapping[str, Mapping[str, type]] = {
     "handshake": {"client_id": _TEXT, "tab_id": _TEXT, "document_id": _TEXT},
     "event": {"client_id": _TEXT, "id": _NUMBER, "listener_id": _TEXT},

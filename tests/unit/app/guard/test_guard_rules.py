@@ -217,6 +217,14 @@ def test_files_are_counted_too_and_what_is_none_counts_as_a_page() -> None:
     assert [asked.ask(path="/_nicegui/none")[0] for _ in range(MOST_PAGES + 1)][-2:] == [200, 429]
 
 
+def test_what_stops_the_robot_is_never_told_to_wait() -> None:
+    asked = Asked(urgent=("/robot/",))
+    got = {asked.ask(path="/robot/stop", method="POST")[0] for _ in range(10 * MOST_PAGES)}
+    assert got == {200} and asked.ask()[0] == 200
+    assert asked.ask({"origin": "http://evil.example"}, path="/robot/stop", method="POST")[0] == 403
+    assert asked.ask(LINK, path="/robot/stop", method="POST")[0] == 403
+
+
 def test_the_counts_of_tokens_are_apart(tmp_path: Any) -> None:
     first = make_token("look", tmp_path / "tokens.json")
     second, known = read_tokens_with("look", tmp_path)
