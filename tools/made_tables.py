@@ -187,7 +187,12 @@ FIGURES: tuple[Figures, ...] = (
         "-m tools.page_figures",
         "",
         "--part 0.02",
-        ("tools/page_figures.py", "florence_bt/app/page", "florence_bt/runtime/journal"),
+        (
+            "tools/page_figures.py",
+            "florence_bt/app/page",
+            "florence_bt/app/guard",
+            "florence_bt/runtime/journal",
+        ),
         alone=True,
     ),
     _attack("overrides", "--count 500"),

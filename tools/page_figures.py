@@ -26,7 +26,7 @@ from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.page.access import MOST_PAGES, PAGES_S
+from florence_bt.app.guard.guard import MOST_PAGES, SPAN_S
 from tools.tables import command_of, milliseconds, table, write_table
 
 VIEWERS = 10
@@ -454,7 +454,7 @@ def rows(folder: Path, load: Load) -> Iterator[Sequence[str]]:
             )
             yield f"somebody who opens a page {load.pages} times", flood_of_pages(page, load.pages)
             if load.pages >= MOST_PAGES:
-                time.sleep(PAGES_S)
+                time.sleep(SPAN_S)
         for rate in (2.0, 10.0):
             with robot_process(load.nodes, rate):
                 share, frames = looked_at(page, VIEWERS, load.seconds)

@@ -44,6 +44,13 @@ def record(
     foxglove: Annotated[
         int, typer.Option(metavar="PORT", help="Show the topics to Foxglove at this port, e.g. 8765.")
     ] = 0,
+    foxglove_origin: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ORIGIN",
+            help="Let a web site look there, too, e.g. https://app.foxglove.dev; may be repeated.",
+        ),
+    ] = None,
 ) -> None:
     """Record what the running system, or any other robot, publishes, until Ctrl-C.
 
@@ -66,5 +73,6 @@ def record(
         "total_size": total_size,
         "max_age": max_age,
         "foxglove_port": foxglove,
+        "foxglove_origins": foxglove_origin or [],
     }
     raise typer.Exit(run_recorder(parameters))

@@ -12,7 +12,7 @@ EXTRAS = {
     "sim": ("mujoco", "matplotlib"),
     "draw": ("resvg_py",),
     "home": ("paho",),
-    "record": ("foxglove", "mcap"),
+    "record": ("foxglove", "mcap", "uvicorn", "h11", "websockets"),
     "page": ("nicegui", "fastapi", "starlette", "uvicorn"),
     "mapping": ("gtsam", "rosbags"),
     "test": ("pytest",),

@@ -33,6 +33,7 @@ FROM_PIP = {
     "fastapi",
     "starlette",
     "uvicorn",
+    "h11",
 }
 """rosdep has no keys for these."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 
@@ -83,3 +84,17 @@ def test_a_request_that_is_none_harms_nobody_and_a_port_that_is_taken_is_told(ro
             client.send_multipart(request)
             ros.spin_until(lambda: client.poll(0), what="the answer")
             assert client.recv_multipart()[0] == b"error"
+
+
+def test_what_a_web_site_sends_is_no_message(ros):
+    """A form of any site can post these bytes: for ZMTP 1 they were messages, and were answered."""
+    port = free_port()
+    node = GrootNode(port)
+    ros.add(node)
+    body = b"\x01\x00" + b"\x03\x00AB" * 50
+    with socket.create_connection(("127.0.0.1", port), timeout=30) as site:
+        site.sendall(b"POST / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\n\r\n" + body)
+        with contextlib.suppress(ConnectionResetError):
+            while site.recv(1000):
+                pass
+    assert not node._socket.poll(200)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import keyword
 import os
 import subprocess
 import sys
@@ -31,6 +32,9 @@ from florence_bt.core.text_files import decode_utf8, read_bytes
 
 DEFINITIONS = Path(__file__).with_name("definitions")
 """The packages whose definitions come with Florence."""
+_LONGEST_NAME = 60
+_AT_START = ("sitecustomize", "usercustomize")
+"""Modules that every Python imports when it starts, if they are there."""
 _TAIL_LINES = 30
 _PIP = "pip install 'florence-bt[build]'"
 
@@ -100,7 +104,11 @@ def _add(
     _check_definitions(package, installed, environment)
     _refuse_shadow(package, environment, replace, installed)
     say(f"{package.name}: {_count(package)} ...")
-    built = provide(_call, package, environment)
+    whole = package.folder.parent == DEFINITIONS  # the rest of what is there
+    try:
+        built = provide(_call, package, environment, replace=package.name in installed and (replace or whole))
+    except FileExistsError as error:
+        raise ConfigError(f"{package.name}: {error}", valid=["another name for the package"]) from error
     _forget_set_up(package.name, environment)
     say(f"{package.name}: {'built' if built else 'from the cache'}, installed in {environment.into}")
 
@@ -133,9 +141,38 @@ def _package(source: str) -> InterfacePackage:
 
     if not is_valid_package_name(package.name):
         raise ConfigError(f"{package.name!r} is not the name of a package", valid=["gripper_interfaces"])
+    _refuse_name(package.name)
     for file in (package.folder / name for name in package.files):
         decode_utf8(read_bytes(file), file)
     return package
+
+
+def _refuse_name(name: str) -> None:
+    """Refuse a name that Python has, or that others import from somewhere else.
+
+    Raises:
+        ConfigError: It is too long, a word or a module of Python, or that of another Python package.
+    """
+    valid = [f"{name[: _LONGEST_NAME // 2]}_msgs", "another name for the package"]
+    if len(name) > _LONGEST_NAME:
+        what = f"the name of the package has {len(name)} characters, more than {_LONGEST_NAME}"
+        raise ConfigError(what, valid=valid[1:])
+    if keyword.iskeyword(name):
+        raise ConfigError(f"{name!r} is a word of Python: nobody could import the package", valid=valid)
+    if name in sys.stdlib_module_names or name in _AT_START:
+        raise ConfigError(f"{name!r} is a module of Python, which the package would hide", valid=valid)
+    if name not in installed_packages() and _is_python_package(name):
+        what = f"{name!r} is a Python package that is installed, and no package of interfaces"
+        raise ConfigError(what, valid=valid)
+
+
+def _is_python_package(name: str) -> bool:
+    """Tell whether something of a name can be imported; a mere folder, as of sources, is not meant."""
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError):
+        return False
+    return spec is not None and spec.origin is not None
 
 
 def _check_tools() -> None:

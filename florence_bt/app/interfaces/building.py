@@ -213,11 +213,22 @@ def recipe(environment: Environment) -> str:
     return content_hash([*machine, *compilers, *sorted(tools), _GENERATING, Path(__file__)])
 
 
-def provide(call: Call, package: InterfacePackage, environment: Environment) -> bool:
+def provide(
+    call: Call, package: InterfacePackage, environment: Environment, *, replace: bool = False
+) -> bool:
     """Bring a package into an environment, from the cache or by building it.
+
+    Args:
+        call: Runs a command.
+        package: The package.
+        environment: The environment.
+        replace: Whether files from elsewhere may be replaced.
 
     Returns:
         Whether it was built.
+
+    Raises:
+        FileExistsError: As of :func:`install`.
     """
     needed = [environment.share(name) or name for name in package.needs]
     made_from = content_hash([recipe(environment), package.made_from(), *needed])
@@ -225,7 +236,7 @@ def provide(call: Call, package: InterfacePackage, environment: Environment) -> 
     built = not entry.is_dir()
     if built:
         _build(call, package, environment, entry)
-    install(entry, environment.into, environment.files_list(package.name))
+    install(entry, environment.into, environment.files_list(package.name), replace=replace)
     return built
 
 
@@ -244,7 +255,7 @@ def keep(entry: Path, built: Path) -> None:
         # Another set-up was faster with the same package.
 
 
-def install(entry: Path, prefix: Path, files_list: Path) -> None:
+def install(entry: Path, prefix: Path, files_list: Path, *, replace: bool = False) -> None:
     """Copy a package from the cache in place of what an earlier build put there.
 
     A deleted message must not live on: the files of before are removed.
@@ -253,16 +264,35 @@ def install(entry: Path, prefix: Path, files_list: Path) -> None:
         entry: The package in the cache, with the folders ``lib`` and ``share``.
         prefix: The environment.
         files_list: Names the files that come from here; written before they are copied.
+        replace: Whether files from elsewhere may be replaced, too.
+
+    Raises:
+        FileExistsError: A file would be replaced that does not come from here, or a link leads out of the
+            environment; nothing has been changed.
     """
+    files = [file.relative_to(entry) for file in sorted(entry.rglob("*")) if not file.is_dir()]
+    lists = [each for each in files_list.parent.parent.glob(f"*/{files_list.name}") if each.is_file()]
+    ours = {name for each in lists for name in each.read_text().splitlines()}
+    for file in files:
+        _refuse_other_file(prefix, file, replace or str(file) in ours)
     if files_list.is_file():
         for name in files_list.read_text().splitlines():
             (prefix / name).unlink(missing_ok=True)
-    files = [file.relative_to(entry) for file in sorted(entry.rglob("*")) if not file.is_dir()]
     files_list.parent.mkdir(parents=True, exist_ok=True)
     files_list.write_text("".join(f"{file}\n" for file in files))
     for file in files:
         (prefix / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(entry / file, prefix / file)
+
+
+def _refuse_other_file(prefix: Path, file: Path, is_ours: bool) -> None:
+    """Refuse to write where a link leads out of the environment, or, unless it is ours, where a file is."""
+    target = prefix / file
+    there = os.path.realpath(target)
+    if os.path.commonpath([there, os.path.realpath(prefix)]) != os.path.realpath(prefix):
+        raise FileExistsError(f"{target} leads to {there}")
+    if not is_ours and os.path.lexists(target):
+        raise FileExistsError(f"{target} is there already, and not from here")
 
 
 def _build(call: Call, package: InterfacePackage, environment: Environment, entry: Path) -> None:

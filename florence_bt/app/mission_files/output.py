@@ -7,6 +7,9 @@ from pathlib import Path
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.text_files import read_bytes, refuse_to_replace, replace_files
 
+LARGEST = 100_000_000
+"""Bytes of a file that is looked at before it is replaced."""
+
 
 def write_output(out: Path, data: str | bytes, *, make_folder: bool = False, mark: bytes = b"") -> None:
     """Write a file, whole or not at all.
@@ -24,7 +27,7 @@ def write_output(out: Path, data: str | bytes, *, make_folder: bool = False, mar
         if make_folder:
             out.parent.mkdir(parents=True, exist_ok=True)
         refuse_to_replace(out)
-        if mark and out.exists() and mark not in read_bytes(out):
+        if mark and out.exists() and mark not in read_bytes(out, LARGEST):
             raise ConfigError("there is another file, which is left as it is", file=out, valid=["a new name"])
         replace_files({out: data.encode() if isinstance(data, str) else data})
     except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -13,9 +14,10 @@ from florence_bt.app.mission_files.output import write_output
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import holds, load_interface, part_of
+from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS
-from florence_bt.trees.language.vocabulary import RESERVED
+from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
 
 _KINDS = (
     *(Kind.TEXT, Kind.BOOLEAN, Kind.NUMBER, Kind.INTEGER, Kind.POSE, Kind.DURATION, Kind.ANGLE),
@@ -30,6 +32,7 @@ _FINE = ("OK", "NONE", "SUCCESS", "SUCCEEDED", "NO_ERROR")
 """Constants that name no failure."""
 _MOST_FIELDS = 20
 """A draft takes no more fields of a part; a picture has more."""
+LONGEST_NAME = 60
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
 
 
@@ -49,11 +52,12 @@ def draft_skill(
         The name of the skill, and its entry for a file of skills, as text.
 
     Raises:
-        ConfigError: The type is not installed, or is of another kind.
+        ConfigError: The type is not installed, or is of another kind, or the skill cannot be called that.
     """
     loaded = load_interface(interface)
     parts = WAYS[way]
     skill = skill or _skill_name(name)
+    _check_name(skill)
     entry: dict[str, Any] = {"summary": f"{TO_BE_SAID.capitalize()} what {skill.replace('_', ' ')} does."}
     sent = dict(_fields(part_of(loaded, parts.sent))) if parts.sent is not None else {}
     answered = dict(_fields(part_of(loaded, parts.answered))) if parts.answered is not None else {}
@@ -100,6 +104,22 @@ def add_to_file(file: Path, skill: str, entry: str) -> None:
             raise ConfigError(f"{file} has a skill {skill!r} already", valid=["--skill OTHER_NAME"])
         before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
     write_output(file, before + entry, make_folder=True)
+
+
+def _check_name(skill: str) -> None:
+    """Refuse a name that no mission could use, or that another skill has.
+
+    Raises:
+        ConfigError: It is one.
+    """
+    fine = _skill_name(skill)[:LONGEST_NAME]
+    if not IDENTIFIER.fullmatch(skill) or len(skill) > LONGEST_NAME:
+        what = f"a skill cannot be called {skill[:LONGEST_NAME]!r}: small letters, digits and _, at most "
+        raise ConfigError(f"{what}{LONGEST_NAME}", valid=[f"--skill {fine}"])
+    if skill in RESERVED or keyword.iskeyword(skill):
+        raise ConfigError(f"{skill!r} means something else already", valid=[f"--skill my_{skill}"])
+    if skill in collect_declarations():
+        raise ConfigError(f"Florence has a skill {skill!r} itself", valid=[f"--skill my_{skill}"])
 
 
 def _skill_name(name: str) -> str:

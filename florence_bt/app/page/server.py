@@ -10,16 +10,17 @@ from typing import Any
 import uvicorn
 from fastapi import FastAPI, HTTPException, Response, WebSocket
 
-from florence_bt.app.page.access import LARGEST_REQUEST, ROLE, Access, Guard, Role, address_of, check_page
-from florence_bt.app.page.editor.routes import add_editor
+from florence_bt.app.guard import connections
+from florence_bt.app.guard.guard import Guard
+from florence_bt.app.guard.log import Seldom
+from florence_bt.app.page.access import ROLE, Access, Role, address_of, check_page
+from florence_bt.app.page.editor.routes import WORDS, add_editor
+from florence_bt.app.page.frames import PARTS, URGENT, problem_with
 from florence_bt.app.page.layout import add_page
 from florence_bt.app.page.node import CAMERA, SCENE, WANTS
 from florence_bt.app.page.presses import Press, add_presses
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.page.viewers import LONGEST_WORDS, Viewers
-
-SHUT_DOWN_S = 2
-"""Seconds that viewers get to leave when the page ends."""
 
 
 class RobotViewers(Viewers):
@@ -30,7 +31,7 @@ class RobotViewers(Viewers):
     """
 
     def __init__(self, ros: RosThread) -> None:
-        super().__init__(ros.node.parts, ros.node.get_logger().info)
+        super().__init__(ros.node.parts, Seldom(ros.node.get_logger().info))
         self._ros = ros
         self._wants: dict[WebSocket, frozenset[str]] = {}
 
@@ -100,7 +101,7 @@ def make_app(ros: RosThread, access: Access, runs: Path | None = None, missions:
     add_presses(app, ros)
     add_editor(app, ros, missions)
     add_page(app, ros, runs)
-    return Guard(app, access)
+    return Guard(app, access, parts=PARTS, words=WORDS, urgent=URGENT, check=problem_with)
 
 
 def make_server(
@@ -112,16 +113,7 @@ def make_server(
     missions: Sequence[Path] = (),
 ) -> uvicorn.Server:
     """Make the server of the page; see :func:`serve_page`."""
-    return uvicorn.Server(
-        uvicorn.Config(
-            make_app(ros, access, runs, missions),
-            host=host,
-            port=port,
-            log_level="warning",
-            ws_max_size=LARGEST_REQUEST,
-            timeout_graceful_shutdown=SHUT_DOWN_S,
-        )
-    )
+    return connections.make_server(make_app(ros, access, runs, missions), host, port)
 
 
 def serve_page(

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import socket
 import struct
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +14,7 @@ import foxglove
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from florence_bt.app.recording.files import RecordingFiles, RecordingLimits, make_folder
+from florence_bt.app.recording.foxglove_port import FoxglovePort, bind, check_origins
 from florence_bt.app.recording.intake import Intake
 from florence_bt.app.recording.schemas import message_schema
 from florence_bt.core.clock import call_every
@@ -59,6 +58,8 @@ class RecorderParameters(CheckedParameters):
         clock_wait: Seconds that what comes first waits for the time of a simulation, by which it is written;
             after that the time of this machine counts until a simulation tells its own.
         foxglove_port: The TCP port of 127.0.0.1 at which Foxglove finds the robot; 0 for none.
+        foxglove_origins: Web sites that may look there, such as ``https://app.foxglove.dev``; the desktop
+            application always may.
     """
 
     folder: str = ""
@@ -67,6 +68,7 @@ class RecorderParameters(CheckedParameters):
     pictures: bool = False
     clock_wait: Positive = 2.0
     foxglove_port: Annotated[int, Limits(0, 65535)] = 0
+    foxglove_origins: tuple[str, ...] = ()
 
 
 class _Topic:
@@ -108,7 +110,8 @@ class RecorderNode(FlorenceNode):
         parameters: Overrides of the node's parameters.
 
     Raises:
-        ConfigError: There is nothing to do, the folder cannot be written to, or the port is taken.
+        ConfigError: There is nothing to do, the folder cannot be written to, the port is taken, or an origin
+            is none.
     """
 
     parameter_classes = (RecorderParameters, RecordingLimits)
@@ -135,8 +138,8 @@ class RecorderNode(FlorenceNode):
             self.on_close(self._files.close)
         self.on_close(self._write_held)
         self.on_close(self._take)
-        if params.foxglove_port:
-            self._serve_foxglove(params.foxglove_port)
+        self._names: dict[int, str] = {}
+        self._shown = self._serve_foxglove(params.foxglove_port) if params.foxglove_port else None
         call_every(self.steady, LOOK_S, self._look)
         call_every(self.steady, TAKE_S, self._take)
         self.steady.call_at(self.steady.now() + params.clock_wait, self._write_held)
@@ -217,6 +220,9 @@ class RecorderNode(FlorenceNode):
             context=self._logged,
         )
         topic = self._topics[name] = _Topic(name, type_name, channel)
+        self._names[channel.id()] = name
+        if self._shown is not None:
+            self._shown.advertise(channel.id(), name, type_name, schema)
         topic.recorded = self._files is not None and self._is_wanted(name, type_name)
         return topic
 
@@ -262,7 +268,10 @@ class RecorderNode(FlorenceNode):
         if not topic.is_used:
             return
         topic.count += 1
-        topic.channel.log(serialised, log_time=self._simulated_ns or received_ns)
+        time_ns = self._simulated_ns or received_ns
+        topic.channel.log(serialised, log_time=time_ns)
+        if self._shown is not None and topic.viewers:
+            self._shown.show(topic.channel.id(), time_ns, serialised)
 
     def _write_held(self) -> None:
         """Write what came before it was known which time counts, which nothing waits for any longer."""
@@ -272,20 +281,16 @@ class RecorderNode(FlorenceNode):
 
     # ---- Foxglove -------------------------------------------------------------------------------------
 
-    def _serve_foxglove(self, port: int) -> None:
+    def _serve_foxglove(self, port: int) -> FoxglovePort:
         """Show the topics at a port of this machine; cameras work only while somebody looks."""
-        try:
-            server = foxglove.start_server(
-                name="Florence",
-                host="127.0.0.1",
-                port=port,
-                server_listener=_Viewers(self),
-                context=self._logged,
-            )
-        except RuntimeError as error:
-            raise _port_error(port, error) from error
-        self.on_close(server.stop)
+        shown = FoxglovePort(port, self._params.foxglove_origins, self._on_look)
+        self.on_close(shown.close)
         self.get_logger().info(f"Foxglove finds the robot at ws://127.0.0.1:{port}")
+        return shown
+
+    def _on_look(self, channel: int, more: int) -> None:
+        """Hand over what a viewer does, from the thread of Foxglove's port."""
+        self.call_soon(lambda: self.add_viewers(self._names[channel], more))
 
     def add_viewers(self, name: str, more: int) -> None:
         """Note that somebody began (1) or ceased (-1) to look at a topic."""
@@ -296,37 +301,16 @@ class RecorderNode(FlorenceNode):
             self._subscribe(topic)
 
 
-class _Viewers(foxglove.ServerListener):
-    """Tells the node what is looked at; the server calls it from its own threads."""
-
-    def __init__(self, node: RecorderNode) -> None:
-        self._node = node
-
-    def on_subscribe(self, client: Any, channel: Any) -> None:
-        self._node.call_soon(partial(self._node.add_viewers, channel.topic, 1))
-
-    def on_unsubscribe(self, client: Any, channel: Any) -> None:
-        self._node.call_soon(partial(self._node.add_viewers, channel.topic, -1))
-
-
 def check_recorder(parameters: Mapping[str, Any]) -> None:
     """Refuse what a recorder would not start with, before anything starts.
 
     Raises:
-        ConfigError: Its folder cannot be written to, or the port for Foxglove is taken.
+        ConfigError: Its folder cannot be written to, the port for Foxglove is taken, or an origin is none.
     """
-    with socket.socket() as server:
-        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            server.bind(("127.0.0.1", parameters.get("foxglove_port", 0)))
-        except OSError as error:
-            raise _port_error(parameters["foxglove_port"], error.strerror) from error
+    bind(parameters.get("foxglove_port", 0)).close()
+    check_origins(parameters.get("foxglove_origins", ()))
     if parameters["folder"]:
         make_folder(Path(parameters["folder"]))
-
-
-def _port_error(port: int, problem: object) -> ConfigError:
-    return ConfigError(f"Foxglove's port {port} cannot be used: {problem}", valid=["another port"])
 
 
 def _qos_of(offers: Sequence[QoSProfile]) -> QoSProfile:

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from florence_bt.app.demo.pictures import PICTURE
+from florence_bt.app.mission_files.output import write_output
 from florence_bt.app.runs.journal_view import journal_folder, read_run
-from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
 from florence_bt.runtime.journal.text import TimelineRow, journal_text, timeline_rows
 from florence_bt.runtime.run import RunStatus
@@ -44,6 +44,10 @@ td.bar { width: 25%; padding: .4rem 0; }
 """
 
 
+_OURS = b"td.bar {"
+"""Is in every report, and in no other file: only a report is replaced."""
+
+
 def write_report(folder: Path | None, run_id: str, out: Path | None) -> Path:
     """Write the report of a run.
 
@@ -63,13 +67,7 @@ def write_report(folder: Path | None, run_id: str, out: Path | None) -> Path:
     picture = place / run.run_id / PICTURE
     page = report(run, events, picture.read_bytes() if picture.is_file() else None)
     file = out or place / run.run_id / "report.html"
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            f"{str(file)!r} cannot be written: {error.strerror}", valid=["another file, with --out"]
-        ) from error
+    write_output(file, page, make_folder=True, mark=_OURS)
     return file
 
 

@@ -402,7 +402,7 @@ Metres = Annotated[float, Field(gt=0.0, lt=100.0)]
 Point = tuple[Finite, Finite]
 Span = Annotated[tuple[Finite, Finite], AfterValidator(_check_span)]
 HexColour = Annotated[str, AfterValidator(_check_colour)]
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=60)]
 
 
 class Entry(BaseModel):

@@ -8,19 +8,9 @@ import json
 
 import pytest
 
-from florence_bt.app.page.access import (
-    COOKIE,
-    MOST_MESSAGES,
-    MOST_PAGES,
-    MOST_WORDS,
-    ROLE,
-    Access,
-    Guard,
-    Role,
-    is_loopback,
-    make_token,
-    read_tokens,
-)
+from florence_bt.app.guard.guard import MOST_MESSAGES, MOST_PAGES, MOST_WORDS, Guard
+from florence_bt.app.guard.rules import is_loopback
+from florence_bt.app.page.access import COOKIE, ROLE, Access, Role, make_token, read_tokens
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.core.errors import ConfigError
 
@@ -137,9 +127,10 @@ def test_who_opens_pages_without_end_is_told_to_wait_and_nobody_else_is(tokens):
     given, access, _ = tokens
 
     async def app(scope, receive, send):
-        await send({"status": 200})
+        await send({"type": "http.response.start", "status": 200})
 
-    guard = Guard(app, access)
+    parts = ("/_nicegui/static/", "/picture/", "/edit/picture/")
+    guard = Guard(app, access, parts=parts, words="/edit/complete")
 
     def opened(role, path="/"):
         sent = []

@@ -132,3 +132,32 @@ def test_a_check_of_skills_alone_tells_what_it_looked_at(tmp_path: Path) -> None
     add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
     told = CliRunner().invoke(app, ["check", str(file)])
     assert told.exit_code == 0 and "1 skills file checked" in told.output
+
+
+@pytest.mark.parametrize(
+    ("skill", "would"),
+    [
+        ("say", "--skill my_say"),
+        ("sequence", "--skill my_sequence"),
+        ("class", "--skill my_class"),
+        ("../grip", "--skill grip"),
+        ("Grip it", "--skill grip_it"),
+        ("grip\nskills", "--skill grip_skills"),
+        ("grip\0", "--skill grip"),
+        ("g" * 300, "--skill " + "g" * 60),
+    ],
+)
+def test_a_name_that_no_mission_could_use_is_refused(skill: str, would: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        draft_skill("service", "open", "std_srvs/srv/Trigger", skill)
+    assert list(caught.value.valid) == [would]
+
+
+def test_a_link_is_not_written_through(tmp_path: Path) -> None:
+    theirs = tmp_path / "theirs.yaml"
+    theirs.write_text("skills: {}\n")
+    file = tmp_path / "mine.skills.yaml"
+    file.symlink_to(theirs)
+    with pytest.raises(ConfigError, match="link"):
+        add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    assert theirs.read_text() == "skills: {}\n"

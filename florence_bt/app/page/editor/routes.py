@@ -12,6 +12,7 @@ from nicegui import app as pages
 from nicegui import ui
 from pydantic import BaseModel, Field
 
+from florence_bt.app.guard.log import Seldom
 from florence_bt.app.page.access import ROLE, Role
 from florence_bt.app.page.acting import Actor
 from florence_bt.app.page.components import RECONNECT_S
@@ -23,6 +24,8 @@ from florence_bt.app.page.viewers import Viewers
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
 
+WORDS = "/edit/complete"
+"""Gives words while somebody types."""
 REFUSED = "the editor needs a token with the role edit: florence page --token edit"
 
 RESPONSE_S = 20.0
@@ -46,7 +49,7 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
         folders: Folders of missions, the last one to be written to; empty takes those of the robot.
     """
     desk = Desk(ros, folders)
-    viewers = Viewers(desk.trials.parts, ros.node.get_logger().info)
+    viewers = Viewers(desk.trials.parts, Seldom(ros.node.get_logger().info))
     pages.on_shutdown(desk.close)
 
     @app.get("/edit")
@@ -68,7 +71,7 @@ def add_editor(app: FastAPI, ros: RosThread, folders: Sequence[Path]) -> None:
             raise HTTPException(404, "nothing was tried yet")
         return Response(desk.trials.picture, media_type="image/png", headers={"cache-control": "no-cache"})
 
-    @app.post("/edit/complete")
+    @app.post(WORDS)
     async def words(asked: WordsWanted, request: Request) -> dict[str, Any]:
         if not _may_edit(request.scope):
             raise HTTPException(403, REFUSED)

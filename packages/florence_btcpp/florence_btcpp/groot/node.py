@@ -6,6 +6,7 @@ import time
 
 import zmq
 from py_trees_ros_interfaces.msg import Behaviour, BehaviourTree
+from zmq.auth.thread import ThreadAuthenticator
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
@@ -18,6 +19,8 @@ from florence_btcpp.groot.tree import FAILURE, IDLE, RUNNING, SUCCESS, WatchedNo
 LOOK_S = 0.02
 """Seconds between two looks for requests; clients ask some ten times a second."""
 LARGEST_REQUEST = 65_536
+HANDSHAKE_MS = 2_000
+"""Milliseconds for the handshake of ZeroMQ: who does not finish it is sent away."""
 _STATUSES = {Behaviour.RUNNING: RUNNING, Behaviour.SUCCESS: SUCCESS, Behaviour.FAILURE: FAILURE}
 _CATEGORIES = {Behaviour.BEHAVIOUR: "Action", Behaviour.DECORATOR: "Decorator"}
 
@@ -33,10 +36,11 @@ class GrootNode(FlorenceNode):
     """
 
     def __init__(self, port: int) -> None:
-        sockets, self._socket = _bound(port)
+        sockets, guard, self._socket = _bound(port)
         super().__init__("groot")
         self._monitor = Monitor(lambda: time.time_ns() // 1000, lambda: time.monotonic_ns() // 1000)
         self.on_close(sockets.destroy)
+        self.on_close(guard.stop)
         self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED)
         self.on_close(call_every(self.steady, LOOK_S, self._answer_all).cancel)
 
@@ -51,19 +55,30 @@ class GrootNode(FlorenceNode):
             self._socket.send_multipart(self._monitor.answer(self._socket.recv_multipart()))
 
 
-def _bound(port: int) -> tuple[zmq.Context[zmq.Socket[bytes]], zmq.Socket[bytes]]:
+def _bound(port: int) -> tuple[zmq.Context[zmq.Socket[bytes]], ThreadAuthenticator, zmq.Socket[bytes]]:
+    """Take the port, behind what ZeroMQ has of a guard.
+
+    With an authenticator it speaks with nobody who does not finish the handshake of ZMTP 3. Without one it
+    takes the bytes of an HTTP request, which any web site can have sent here, for ZMTP 1 and a message.
+    """
     context = zmq.Context()
+    guard = ThreadAuthenticator(context)
+    guard.start()
+    guard.allow("127.0.0.1")
     answers = context.socket(zmq.REP)
     answers.setsockopt(zmq.LINGER, 0)
     answers.setsockopt(zmq.MAXMSGSIZE, LARGEST_REQUEST)
+    answers.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
+    answers.setsockopt(zmq.ZAP_DOMAIN, b"groot")
     try:
         answers.bind(f"tcp://127.0.0.1:{port}")
     except zmq.ZMQError as error:
+        guard.stop()
         context.destroy()
         raise ConfigError(
             f"the port {port} cannot be used: {error}", valid=["another one, with --port"]
         ) from error
-    return context, answers
+    return context, guard, answers
 
 
 def _watched(node: Behaviour) -> WatchedNode:
