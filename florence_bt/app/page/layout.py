@@ -16,7 +16,7 @@ from florence_bt.app.page.components import DrivePad, MapView, StatusView, TreeV
 from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
-from florence_bt.app.page.question import QuestionDialog
+from florence_bt.app.page.question import QuestionCards
 from florence_bt.app.page.ros_thread import RosThread
 
 
@@ -63,6 +63,7 @@ class Page:
             TreeView().classes("w-full h-full").mark("tree")
         if actor.may(Role.RUN):
             DrivePad().classes("fixed right-2 bottom-2 z-10 max-w-full")
+            QuestionCards(actor)
         MapMenu(view, actor)
 
     def _add_controls(self, actor: Actor) -> None:
@@ -70,7 +71,6 @@ class Page:
         ui.button("Stop", on_click=self._stop, icon="stop").props("outline").mark("stop")
         _icon("pause", "pause the mission", self._pause)
         _icon("play_circle_outline", "go on with the mission", self._resume)
-        QuestionDialog(actor)
         ui.button("STOP THE ROBOT", on_click=lambda: actor.override(True), color="negative").mark("override")
         ui.button("release", on_click=lambda: actor.override(False)).props("flat").mark("release")
 

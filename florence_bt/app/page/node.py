@@ -27,7 +27,7 @@ from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
-from florence_bt.core.message_skills import OPEN_QUESTION
+from florence_bt.core.message_skills import AskedQuestion
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
@@ -54,6 +54,8 @@ WANTS = frozenset({SCENE, *LAYERS})
 """What a viewer can want to see; what comes seldom is always there."""
 CAMERA_S = 0.5
 """Seconds between two pictures of the camera, at least."""
+QUESTIONS_S = 3.0
+"""Seconds for which the mission server's word about open questions counts. It is asked every second."""
 TREE = "florence_bt/snapshots"
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
@@ -71,7 +73,6 @@ class PageNode(FlorenceNode):
         parts: What viewers are sent.
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
-        question: What a mission waits to be answered; empty when none does.
     """
 
     def __init__(self, *, context: Any = None) -> None:
@@ -89,9 +90,12 @@ class PageNode(FlorenceNode):
             "said": "",
             "sure": None,
         }
-        self.question = ""
         self._run_state = ""
+        self._questions: tuple[AskedQuestion, ...] = ()
+        self._questions_until = -math.inf
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
+        self._asked: Any = None
+        self._asked_until = -math.inf
         self._subscribe_to_states()
         self._put()
 
@@ -114,17 +118,32 @@ class PageNode(FlorenceNode):
         """Show how fast a hand drives the robot: metres and radians a second."""
         self._put(speeds=[round(speeds.linear, 2), round(speeds.angular, 2)])
 
-    def look_for_questions(self) -> None:
-        """Ask the mission server whether a mission waits for an answer, unless none runs."""
-        if self._run_state not in ACTIVE_STATES:
-            self.question = ""
-        elif self._answers.service_is_ready():
-            asked = self._answers.call_async(AnswerQuestion.Request())
-            asked.add_done_callback(self.guarded(self._on_question))
+    @property
+    def questions(self) -> tuple[AskedQuestion, ...]:
+        """What missions wait to be answered, by the last word of the mission server, while that is new."""
+        return self._questions if self.steady.now() < self._questions_until else ()
 
-    def _on_question(self, asked: Any) -> None:
-        answer = asked.result()
-        self.question = answer.message.removeprefix(OPEN_QUESTION) if answer.accepted else ""
+    def take_away(self, question: AskedQuestion) -> None:
+        """Show a question no longer: it has its answer."""
+        self._questions = tuple(each for each in self._questions if each != question)
+
+    def look_for_questions(self) -> None:
+        """Ask the mission server which questions are open, unless no mission runs; one call at a time."""
+        now = self.steady.now()
+        if self._run_state not in ACTIVE_STATES or not self._answers.service_is_ready():
+            self._questions = ()
+        elif self._asked is None or self._asked.done() or now >= self._asked_until:
+            if self._asked is not None:
+                self._answers.remove_pending_request(self._asked)
+            self._asked = self._answers.call_async(AnswerQuestion.Request())
+            self._asked_until = now + QUESTIONS_S
+            self._asked.add_done_callback(self.guarded(self._on_questions))
+
+    def _on_questions(self, asked: Any) -> None:
+        self._questions_until = self.steady.now() + QUESTIONS_S
+        self._questions = tuple(
+            AskedQuestion(each.id, each.text, tuple(each.choices)) for each in asked.result().questions
+        )
 
     # ---- what comes seldom ----------------------------------------------------------------------------
 
