@@ -5,10 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
+from action_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import RunState, StopReason, Zones
 from florence_interfaces.srv import AnswerQuestion
@@ -16,15 +18,18 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
 from py_trees_ros_interfaces.msg import BehaviourTree
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import MarkerArray
 
+from florence_bt.app.page.endings import Silence, Tellers
 from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
 from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.beam_ends import beam_ends
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.message_skills import AskedQuestion
@@ -33,6 +38,7 @@ from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
+from florence_bt.ros.server_processes import DiscoveredServers
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import HOTSPOTS, MANUAL_OVERRIDE, ZONES
 from florence_bt.skills.locator.hotspots import Hotspots
@@ -56,6 +62,16 @@ CAMERA_S = 0.5
 """Seconds between two pictures of the camera, at least."""
 QUESTIONS_S = 3.0
 """Seconds for which the mission server's word about open questions counts. It is asked every second."""
+SILENT_S = 3.0
+"""Seconds of silence after which what comes several times a second has ended: the pose, scans, people, the
+camera's pictures. Chosen: a busy machine holds a message up by less."""
+LOOK_S = 1.0
+"""How often is looked what has ended."""
+GONE = "GONE"
+"""The state of a run whose mission server is gone."""
+DRIVES = ("navigate_to_pose", "navigate_through_poses")
+"""The actions of Nav2 whose drives have a way. It does not publish that there is none any more."""
+ACTIVE_GOALS = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 TREE = "florence_bt/snapshots"
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
@@ -90,14 +106,16 @@ class PageNode(FlorenceNode):
             "said": "",
             "sure": None,
         }
-        self._run_state = ""
+        self._run: dict[str, str] = {}
         self._questions: tuple[AskedQuestion, ...] = ()
         self._questions_until = -math.inf
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
         self._asked: Any = None
         self._asked_until = -math.inf
+        self._tellers: list[Tellers] = []
         self._subscribe_to_states()
         self._put()
+        self.create_timer(LOOK_S, self._look_who_is_left)
 
     @property
     def simulated(self) -> bool:
@@ -130,7 +148,7 @@ class PageNode(FlorenceNode):
     def look_for_questions(self) -> None:
         """Ask the mission server which questions are open, unless no mission runs; one call at a time."""
         now = self.steady.now()
-        if self._run_state not in ACTIVE_STATES or not self._answers.service_is_ready():
+        if self._run.get("state") not in ACTIVE_STATES or not self._answers.service_is_ready():
             self._questions = ()
         elif self._asked is None or self._asked.done() or now >= self._asked_until:
             if self._asked is not None:
@@ -151,13 +169,41 @@ class PageNode(FlorenceNode):
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(MarkerArray, HOTSPOTS, self._on_hotspots, LATCHED)
         self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
-        self.create_subscription(RunState, "florence_bt/run_state", self._on_run, LATCHED)
-        self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
-        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop, LATCHED)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
-        self.create_subscription(String, "speaking", self._on_speaking, LATCHED)
-        self.create_subscription(BatteryState, "battery_state", self._on_battery, STATE)
         self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        run, goal = "florence_bt/run_state", "navigate/current_goal"
+        self._show_told(RunState, run, self._on_run, LATCHED, gone=self._lose_run)
+        self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
+        stop, battery = "turtlebot_node/stop_reason", "battery_state"
+        self._show_told(StopReason, stop, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
+        self._show_told(BatteryState, battery, self._on_battery, STATE, gone=lambda: self._put(battery=None))
+        self._show_told(String, "speaking", self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
+        # The localiser says in the same breath how sure it is.
+        self._sure = tellers_of(self, "amcl_pose", lambda: self._put(sure=None))
+        self._tellers.append(self._sure)
+
+    def _show_told(
+        self,
+        kind: Any,
+        topic: str,
+        take: Callable[[Any], None],
+        qos: QoSProfile,
+        *,
+        gone: Callable[[], None],
+    ) -> None:
+        """Take what a topic tells until nobody is left who has told it."""
+        tellers = tellers_of(self, topic, gone)
+        self._tellers.append(tellers)
+
+        def on_message(message: Any) -> None:
+            take(message)
+            tellers.heard()
+
+        self.create_subscription(kind, topic, on_message, qos)
+
+    def _look_who_is_left(self) -> None:
+        for tellers in self._tellers:
+            tellers.look()
 
     def _put(self, **changes: Any) -> None:
         self._state |= changes
@@ -185,9 +231,15 @@ class PageNode(FlorenceNode):
         )
 
     def _on_run(self, message: RunState) -> None:
-        run = {name: getattr(message, name) for name in ("run_id", "mission", "state", "code", "reason")}
-        self._run_state = message.state
-        self.parts.put("run", run)
+        names = ("run_id", "mission", "state", "code", "reason")
+        self._run = {name: getattr(message, name) for name in names}
+        self.parts.put("run", self._run)
+
+    def _lose_run(self) -> None:
+        """Say of a run that nobody knows how it stands; one that had ended has ended."""
+        if self._run["state"] in ACTIVE_STATES:
+            self._run |= {"state": GONE, "reason": "its mission server is gone"}
+            self.parts.put("run", self._run)
 
     def _on_goal(self, message: PoseStamped) -> None:
         self.parts.put("goal", _pose(pose_from_ros(message.pose)) if message.header.frame_id else None)
@@ -209,6 +261,7 @@ class PageNode(FlorenceNode):
         for status in message.status:
             if status.name.endswith(LOCALISER):
                 self._put(sure=status.message if status.level == status.OK else f"unsure: {status.message}")
+                self._sure.heard()
 
 
 class SceneNode(FlorenceNode):
@@ -227,6 +280,9 @@ class SceneNode(FlorenceNode):
         self._page = page
         self._parts = page.parts
         self._layers: dict[str, Any] = {}
+        self._silence = Silence(self.steady, SILENT_S)
+        self._pose_stamp: float | None = None
+        self._driving: set[str] = set()
         self._next_picture = -math.inf
         self._scene: dict[str, Any] = {"pose": None, "scan": [], "people": []}
         self._scan: LaserScan | None = None
@@ -235,6 +291,13 @@ class SceneNode(FlorenceNode):
         newest: dict[str, Any] = {"newest_only": True, **brief}
         self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
         self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
+        for action in DRIVES:
+            take = partial(self._on_drives, action)
+            self.create_subscription(GoalStatusArray, f"{action}/_action/status", take, LATCHED, **brief)
+        self._tellers = {
+            "plan": tellers_of(self, "plan", self._forget_plan),
+            TREE: tellers_of(self, TREE, self._forget_tree),
+        }
         self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
         self._tree: bytes | None = None
         self._tree_due = -math.inf
@@ -242,6 +305,7 @@ class SceneNode(FlorenceNode):
         self.create_subscription(BehaviourTree, TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
+        call_every(self.steady, LOOK_S, self._look_what_has_ended)  # a simulation that died has no time
 
     def want(self, wanted: frozenset[str]) -> None:
         """Listen to the layers that somebody wants to see, and to no others."""
@@ -250,6 +314,7 @@ class SceneNode(FlorenceNode):
             self._layers[name] = self._listen_to(name)
         for name in self._layers.keys() - wanted:
             self.destroy_subscription(self._layers.pop(name))
+            self._tellers.pop(name, None)
             self._parts.put(name, None)
 
     def _listen_to(self, name: str) -> Any:
@@ -258,6 +323,7 @@ class SceneNode(FlorenceNode):
                 Image, LAYERS[name], self._on_camera, SENSOR, newest_only=True, event_callbacks=NO_EVENTS
             )
         take = partial(self._on_costmap, name)
+        self._tellers[name] = tellers_of(self, LAYERS[name], partial(self._parts.put, name, None))
         return self.create_subscription(
             OccupancyGridMsg, LAYERS[name], take, LATCHED, event_callbacks=NO_EVENTS
         )
@@ -272,6 +338,7 @@ class SceneNode(FlorenceNode):
             return
         placed = _placed(grid, self._page.add_picture(name, costmap_picture(grid)))
         self._parts.put(name, placed | {"origin": _pose(frame @ grid.origin)})
+        self._tellers[name].heard()
 
     def _on_camera(self, message: Image) -> None:
         now = self.steady.now()
@@ -284,13 +351,36 @@ class SceneNode(FlorenceNode):
             self.get_logger().warning(f"no picture of the camera: {error}", throttle_duration_sec=60.0)
             return
         self._parts.put(CAMERA, {"version": self._page.add_picture(CAMERA, camera_picture(colours))})
+        self._silence.heard(CAMERA)
 
     def close(self) -> None:
         """Take what is not heard any more out of the picture."""
         self._scene = {}
         self._show(pose=None, scan=[], people=[])
+        self._forget_plan()
+        self._forget_tree()
         for name in self._layers:
             self._parts.put(name, None)
+
+    def _look_what_has_ended(self) -> None:
+        for tellers in self._tellers.values():
+            tellers.look()
+        for name in self._silence.take_ended():
+            if name == CAMERA:
+                self._parts.put(CAMERA, None)
+            elif name == "pose":
+                self._scene.pop("deviation", None)
+                self._show(pose=None)
+            else:
+                self._show(**{name: []})
+
+    def _forget_plan(self) -> None:
+        self._parts.put("plan", [])
+
+    def _forget_tree(self) -> None:
+        self._tree = None
+        for name, value in tree_parts([], {}).items():
+            self._parts.put(name, value)
 
     def _show(self, **changes: Any) -> None:
         self._scene |= changes
@@ -299,10 +389,14 @@ class SceneNode(FlorenceNode):
     def _follow_robot(self) -> None:
         try:
             pose = self._tf.buffer.lookup_pose(MAP_FRAME, BASE_FRAME)
+            stamp = self._tf.buffer.newest_between(MAP_FRAME, BASE_FRAME)
         except TransformUnavailable:
             self._show(pose=None)
         else:
-            self._show(pose=_pose(pose))
+            if stamp is None or stamp != self._pose_stamp:
+                self._pose_stamp = stamp
+                self._silence.heard("pose")
+                self._show(pose=_pose(pose))
         self._show_scan()
         self._show_tree()
 
@@ -324,8 +418,18 @@ class SceneNode(FlorenceNode):
         self._scan = None
         ends = beam_ends(scan, sensor, scan.range_min)
         self._show(scan=np.round(ends[:: -(-len(ends) // MOST_POINTS) or 1], 2).ravel().tolist())
+        self._silence.heard("scan")
+
+    def _on_drives(self, action: str, message: GoalStatusArray) -> None:
+        """Take the way away when the last drive is over."""
+        before = bool(self._driving)
+        drives = any(goal.status in ACTIVE_GOALS for goal in message.status_list)
+        self._driving = self._driving | {action} if drives else self._driving - {action}
+        if before and not self._driving:
+            self._forget_plan()
 
     def _on_plan(self, message: PathMsg) -> None:
+        self._tellers["plan"].heard()
         poses = message.poses[::4] + message.poses[-1:]
         self._parts.put("plan", [[_m(each.pose.position.x), _m(each.pose.position.y)] for each in poses])
 
@@ -342,9 +446,11 @@ class SceneNode(FlorenceNode):
             x, y, _ = frame.apply(np.array([[place.x, place.y, place.z]]))[0].tolist()
             people.append({"id": marker.id, "text": marker.text, "x": _m(x), "y": _m(y)})
         self._show(people=people)
+        self._silence.heard("people")
 
     def _on_tree_bytes(self, serialised: bytes) -> None:
         self._tree = serialised
+        self._tellers[TREE].heard()
 
     def _show_tree(self) -> None:
         """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""
@@ -372,6 +478,12 @@ class SceneNode(FlorenceNode):
         keys = {each.key: each.value for each in message.blackboard_on_visited_path}
         for name, value in tree_parts(nodes, keys).items():
             self._parts.put(name, value)
+
+
+def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Tellers:
+    """Return who publishes a topic, with what to do when nobody is left who has told it."""
+    name = node.resolve_topic_name(topic)
+    return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)
 
 
 def _m(value: float) -> float:
