@@ -22,12 +22,20 @@ from nav2_msgs.action import ComputePathToPose
 from nav2_msgs.msg import CostmapFilterInfo
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rclpy.action import ActionClient
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_stamped_to_ros
+from florence_bt.ros.conversions import (
+    grid_from_ros,
+    grid_to_ros,
+    header_to_ros,
+    pose_stamped_to_ros,
+    stamp_to_ros,
+)
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.locator.node import LocatorNode
@@ -217,3 +225,22 @@ def test_places_are_taught_and_looked_at_from_a_terminal(terminal: Terminal) -> 
         "seen",
     }
     assert all(fact["text"].startswith("not known: ") for fact in facts.values() if not fact["known"])
+
+
+def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None:
+    battery = terminal.caller.create_publisher(BatteryState, "battery_state", LATCHED)
+
+    def told(stamp: float) -> dict[str, Any]:
+        battery.publish(BatteryState(header=header_to_ros("base_link", stamp), percentage=0.5))
+        code, output = terminal.type("where", "--json")
+        assert code == 0, output
+        fact: dict[str, Any] = json.loads(output.splitlines()[-1])["battery"]
+        return fact
+
+    assert told(terminal.caller.stamp())["values"]["charge"] == 0.5
+    old = told(terminal.caller.stamp() - 60.0)
+    assert not old["known"] and "the last time 6" in old["text"]
+    assert told(0.0)["known"], "a stamp of zero is none"
+    clock = terminal.caller.create_publisher(Clock, "/clock", RELIABLE)
+    terminal.caller.create_timer(0.05, lambda: clock.publish(Clock(clock=stamp_to_ros(100.0))))
+    assert told(99.0)["known"] and not told(90.0)["known"]
