@@ -6,7 +6,7 @@ from florence_interfaces.srv import AnswerQuestion
 from nicegui import ui
 
 from florence_bt.app.page.acting import Actor
-from florence_bt.core.message_skills import AskedQuestion
+from florence_bt.core.message_skills import NOT_ASKED, AskedQuestion
 
 LOOK_S = 0.5
 """How often a viewer's page looks whether there is a question."""
@@ -79,10 +79,13 @@ class QuestionCards:
         if not words:
             ui.notify("an answer needs words", type="warning")
             return
+        node = self._actor.ros.node
+        if question not in node.questions:
+            ui.notify(NOT_ASKED, type="warning")
+            return
         request = AnswerQuestion.Request(text=words, question=question.id)
         work = self._actor.ros.ask(AnswerQuestion, "florence_bt/answer", request)
         done = await self._actor.told(work, lambda answer: answer.message)
-        node = self._actor.ros.node
         if done is not None:
             node.take_away(question)  # answered, or not open any more
         if done is not None and done.accepted:
