@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -228,19 +229,28 @@ def test_places_are_taught_and_looked_at_from_a_terminal(terminal: Terminal) -> 
 
 
 def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None:
-    battery = terminal.caller.create_publisher(BatteryState, "battery_state", LATCHED)
+    caller = terminal.caller
+    battery = caller.create_publisher(BatteryState, "battery_state", LATCHED)
+    sent = BatteryState(percentage=0.5)
 
-    def told(stamp: float) -> dict[str, Any]:
-        battery.publish(BatteryState(header=header_to_ros("base_link", stamp), percentage=0.5))
+    def told(stamp: Callable[[], float], *, goes_on: bool = True) -> dict[str, Any]:
+        def tell() -> None:
+            sent.header = header_to_ros("base_link", stamp())
+            battery.publish(sent)
+
+        tell()
+        timer = caller.create_timer(0.2, tell) if goes_on else None
         code, output = terminal.type("where", "--json")
+        if timer is not None:
+            timer.cancel()
         assert code == 0, output
         fact: dict[str, Any] = json.loads(output.splitlines()[-1])["battery"]
         return fact
 
-    assert told(terminal.caller.stamp())["values"]["charge"] == 0.5
-    old = told(terminal.caller.stamp() - 60.0)
-    assert not old["known"] and "the last time 6" in old["text"]
-    assert told(0.0)["known"], "a stamp of zero is none"
-    clock = terminal.caller.create_publisher(Clock, "/clock", RELIABLE)
-    terminal.caller.create_timer(0.05, lambda: clock.publish(Clock(clock=stamp_to_ros(100.0))))
-    assert told(99.0)["known"] and not told(90.0)["known"]
+    assert told(caller.stamp)["values"]["charge"] == 0.5
+    assert told(lambda: 0.0)["known"], "a stamp of zero is none"
+    hangs = told(lambda: caller.stamp() - 60.0, goes_on=False)
+    assert not hangs["known"] and "the last time 6" in hangs["text"]
+    clock = caller.create_publisher(Clock, "/clock", RELIABLE)
+    caller.create_timer(0.05, lambda: clock.publish(Clock(clock=stamp_to_ros(100.0))))
+    assert told(lambda: 99.0)["known"] and not told(lambda: 90.0, goes_on=False)["known"]

@@ -35,9 +35,9 @@ COVERED = """() => [...document.querySelectorAll("button")].filter((button) => {
   if (button.closest("[role=group]") || !button.checkVisibility()) return false;
   const { x, y, width, height } = button.getBoundingClientRect();
   const hit = document.elementFromPoint(x + width / 2, y + height / 2);
-  return hit !== null && !button.contains(hit);
+  return hit && (hit.closest("[role=group]") || hit.querySelector(":scope > [role=group]"));
 }).map((button) => button.getAttribute("aria-label") || button.textContent)"""
-"""Which buttons beside those of cards do not get the tap on their middle."""
+"""Which buttons beside those of cards have a card, or the column of cards, over their middle."""
 FIRST_HIT = """([x, y], fresh) => new Promise((done) => {
   const look = () => {
     const card = document.querySelector("[role=group]");
