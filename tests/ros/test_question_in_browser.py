@@ -125,3 +125,11 @@ def test_a_tap_that_was_meant_for_the_card_before_answers_nothing(ros: Any, page
     card(page, "Tea or coffee?").get_by_role("button", name="tea").click()
     ros.spin_until(lambda: card(page, "Tea or coffee?").count() == 0, what="the end of the card")
     assert server.given == [("two", "tea")]
+
+
+def test_a_card_goes_when_the_mission_server_hangs_and_comes_back_with_it(ros: Any, page: Any) -> None:
+    server = ros.add(MissionServer())
+    server.questions = [COME_IN]
+    ros.spin_until(lambda: card(page, "Shall I come in?").count(), what="the card")
+    card(page, "Shall I come in?").wait_for(state="detached")  # nobody serves the node meanwhile
+    ros.spin_until(lambda: card(page, "Shall I come in?").count(), what="the card again")
