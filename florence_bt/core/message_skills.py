@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import uuid
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from florence_bt.core.clock import Clock, Timer
@@ -16,9 +17,11 @@ from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 LOOK_S = 1.0
 """How often is looked whether a source that speaks only when something changes is still there, while somebody
 watches or waits. Chosen: as fast as a killed server is noticed during a call."""
-OPEN_QUESTION = "open: "
-"""What the answer to somebody who asks whether a question is open begins with, if one is."""
+SAID_WITH_S = 0.5
+"""How late the sentence of a node beside a wait may begin and still be the words of the question. Chosen: the
+way of a sentence to the voice and back takes some hundredths of a second."""
 NOBODY_ASKS = "no mission waits for an answer"
+NOT_ASKED = "the robot does not ask this any more"
 
 
 @dataclass(eq=False, slots=True)
@@ -147,7 +150,7 @@ class MessageWait:
 
     def start(self, inputs: Inputs) -> SkillRun:
         """Wait from now on; what came before does not count."""
-        run = _WaitRun(self._feedback(), self._on_end)
+        run = self._new_run(inputs)
         self._runs.append(run)
         end = self._clock.now() + self._served.time_limit(inputs)
         run.timer = self._clock.call_at(end, lambda: run.finish(self._served.nothing(inputs)))
@@ -169,8 +172,8 @@ class MessageWait:
         for run in tuple(self._runs):
             run.finish(self._served.result(message))
 
-    def _feedback(self) -> str:
-        return f"waiting for {self._label}"
+    def _new_run(self, inputs: Inputs) -> _WaitRun:
+        return _WaitRun(f"waiting for {self._label}", self._on_end)
 
     def _on_end(self, run: _WaitRun) -> None:
         self._runs.remove(run)
@@ -181,7 +184,7 @@ class Taken:
     """The fate of an answer.
 
     Attributes:
-        accepted: Whether a mission has it, or may still get it.
+        accepted: Whether a mission has it.
         text: The same for people.
     """
 
@@ -189,13 +192,36 @@ class Taken:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class AskedQuestion:
+    """What a node of a mission waits to be answered.
+
+    Attributes:
+        id: Names this wait alone, also among those of other processes.
+        text: What the robot has said; empty when it waits without words.
+        choices: The answers that the mission names, without further spaces.
+    """
+
+    id: str
+    text: str
+    choices: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return repr(self.text) if self.text else "a question without words"
+
+
 class AnswerWait(MessageWait):
     """Waits for the answer to what the robot says.
 
-    An answer counts while somebody waits for it. One that comes while the robot still speaks, or within
-    ``keep_s`` after the sentence, or after a wait that ended without an answer, is kept for the next wait for
-    an answer to the same sentence. What nobody takes is reported. One that sounds like a
-    choice of the mission is that choice.
+    Only a wait asks, and each is a question of its own. Its words are the sentence that was said last. When
+    that is over for ``keep_s``, one that begins within :data:`SAID_WITH_S`, beside the wait, is it instead.
+
+    An answer that names a question counts for that one, while it is open. One that names none counts for the
+    open questions that have it as a choice, else for all of them. What sounds like a choice is that choice.
+
+    What is heard (:meth:`take`) while the robot speaks, or within ``keep_s`` after the sentence, and before a
+    node waits, is kept for the first that does, unless that has choices and this is none of them. What nobody
+    takes is reported.
 
     Args:
         clock: The time of the robot.
@@ -210,94 +236,115 @@ class AnswerWait(MessageWait):
         super().__init__(clock, label, served)
         self._keep_s = served.keep_s
         self._choices_of = served.choices
-        self._choices: Sequence[str] = ()
+        self._open: list[_QuestionRun] = []
         self._report = report
         self._sentence = ""
-        self._open_until = -math.inf
+        self._asked = False
+        self._early_until = -math.inf
         self._kept: Any = None
         self._expiry: Timer | None = None
 
     @property
-    def question(self) -> str:
-        """The question for which an answer would count now; empty when there is none."""
-        if self._runs or self._clock.now() <= self._open_until:
-            return f"{self._sentence!r}" if self._sentence else "a question without words"
-        return ""
-
-    @property
-    def question_with_choices(self) -> str:
-        """The question, with a line for each answer that the mission names; empty when there is none."""
-        choices = [" ".join(each.split()) for each in self._choices] if self._runs else []
-        return "\n  ".join([self.question, *filter(None, choices)])
+    def questions(self) -> tuple[AskedQuestion, ...]:
+        """The questions that are open, the oldest first."""
+        return tuple(run.question for run in self._open)
 
     def hear(self, sentence: str) -> None:
         """Take what the robot says now; empty when it is silent."""
         if not sentence:
-            if self._open_until == math.inf:
-                self._close_later()
+            if self._early_until == math.inf:
+                self._keep_until(self._clock.now() + self._keep_s)
             return
-        if sentence != self._sentence:
-            self._drop()
-        self._sentence, self._open_until = sentence, math.inf
-        self._stop_expiry()
+        self._drop()
+        self._sentence, self._asked = sentence, False
+        self._keep_until(math.inf)
+        for run in self._open:
+            if self._clock.now() <= run.words_until:
+                run.say(sentence)
+
+    def forget(self) -> None:
+        """Forget what was said and heard: the mission that it was for has ended."""
+        self._drop()
+        self._sentence = ""
+        self._keep_until(-math.inf)
 
     def start(self, inputs: Inputs) -> SkillRun:
         """Wait from now on; an answer that was kept ends the wait at once."""
         run = super().start(inputs)
-        self._choices = self._choices_of(inputs)
-        kept, self._kept = self._kept, None
+        self._asked = True
+        kept = self._kept
         if kept is not None:
-            self._give(kept)
+            choices = self._open[-1].choices
+            if choices and _choice(kept.data, choices) is None:
+                self._drop()
+            else:
+                self._kept = None
+                self._give(self._open[-1], kept)
         return run
 
     def take(self, message: Any) -> None:
-        """Take an answer: it ends every run, or is kept."""
-        self.offer(message)
+        """Take an answer that was heard: it ends a wait, is kept, or is reported."""
+        early = not self._open and not self._asked and self._clock.now() <= self._early_until
+        if early:
+            self._drop()
+            self._kept = message
+        else:
+            self.offer(message)
 
-    def offer(self, message: Any) -> Taken:
-        """Take an answer and tell what became of it."""
-        question = self.question
-        if self._runs:
-            self._give(message)
-            return Taken(True, f"answered: {question}")
-        if not question:
+    def offer(self, message: Any, question: str = "") -> Taken:
+        """Give an answer to a question that is open, and tell what became of it.
+
+        Args:
+            message: The answer.
+            question: The id of the question that it was given to; empty for what is open.
+        """
+        if question:
+            meant = [run for run in self._open if run.question.id == question]
+        else:
+            named = [run for run in self._open if _choice(message.data, run.choices) is not None]
+            meant = named or list(self._open)
+        if not meant:
             self._report(f"an answer came that nobody waits for: {_shown(message)}")
-            return Taken(False, NOBODY_ASKS)
-        self._drop()
-        self._kept = message
-        return Taken(True, f"kept in case that the mission waits for it: {question}")
+            return Taken(False, NOT_ASKED if question else NOBODY_ASKS)
+        for run in meant:
+            self._give(run, message)
+        return Taken(True, "answered: " + "; ".join(str(run.question) for run in meant))
 
-    def _give(self, message: Any) -> None:
-        meant = _spoken(message.data)
-        message.data = next((each for each in self._choices if _spoken(each) == meant), message.data)
-        super().take(message)
-        self._open_until = -math.inf
-        self._stop_expiry()
+    def _give(self, run: _QuestionRun, message: Any) -> None:
+        if run.question.text == self._sentence:
+            self.forget()
+        choice = _choice(message.data, run.choices)
+        run.finish(self._served.result(message if choice is None else type(message)(data=choice)))
 
-    def _feedback(self) -> str:
-        return f"waits for an answer to {self._sentence!r}" if self._sentence else "waits for an answer"
+    def _new_run(self, inputs: Inputs) -> _WaitRun:
+        now = self._clock.now()
+        words_until = -math.inf if now <= self._early_until else now + SAID_WITH_S
+        run = _QuestionRun(self._sentence, tuple(self._choices_of(inputs)), words_until, self._on_end)
+        self._open.append(run)
+        return run
 
     def _on_end(self, run: _WaitRun) -> None:
         super()._on_end(run)
-        if not self._runs and self._open_until < math.inf:
-            self._close_later()
+        self._open = [each for each in self._open if each is not run]
 
-    def _close_later(self) -> None:
-        """Let answers count for a while yet, which is then over."""
-        self._stop_expiry()
-        self._open_until = self._clock.now() + self._keep_s
-        self._expiry = self._clock.call_at(self._open_until, self._drop)
-
-    def _stop_expiry(self) -> None:
+    def _keep_until(self, when: float) -> None:
+        """Let what is heard count for the next question until then."""
         if self._expiry is not None:
             self._expiry.cancel()
-            self._expiry = None
+        self._early_until = when
+        self._expiry = self._clock.call_at(when, self._drop) if abs(when) < math.inf else None
 
     def _drop(self) -> None:
         """Report the answer that is kept: no wait will take it."""
         kept, self._kept = self._kept, None
         if kept is not None:
-            self._report(f"an answer to {self._sentence!r} came too late: {_shown(kept)}")
+            self._report(f"no question took the answer to {self._sentence!r}: {_shown(kept)}")
+
+
+def _choice(text: str, choices: Sequence[str]) -> str | None:
+    """Return the choice that an answer sounds like; None when it is no choice."""
+    meant = _spoken(text)
+    return next((each for each in choices if _spoken(each) == meant), None)
 
 
 def _spoken(text: str) -> str:
@@ -330,6 +377,38 @@ class _WaitRun(BaseRun):
                 timer.cancel()
         self._on_end(self)
         self.handle(Event.FINISHED, result)
+
+
+class _QuestionRun(_WaitRun):
+    """One wait for an answer.
+
+    Args:
+        text: What the robot has said.
+        choices: The answers that the mission names.
+        words_until: Until when a sentence that begins is what the robot asks.
+        on_end: Called in the end.
+
+    Attributes:
+        question: The same for people.
+    """
+
+    def __init__(
+        self, text: str, choices: tuple[str, ...], words_until: float, on_end: Callable[[_WaitRun], None]
+    ) -> None:
+        shown = tuple(filter(None, (" ".join(each.split()) for each in choices)))
+        self.question = AskedQuestion(uuid.uuid4().hex, text, shown)
+        self.choices = choices
+        self.words_until = words_until
+        super().__init__(self._words(), on_end)
+
+    def say(self, sentence: str) -> None:
+        """Take what the robot asks."""
+        self.question = replace(self.question, text=sentence)
+        self.set_feedback(self._words())
+
+    def _words(self) -> str:
+        text = self.question.text
+        return f"waits for an answer to {text!r}" if text else "waits for an answer"
 
 
 def _differ(one: Result, other: Result) -> bool:

@@ -327,6 +327,11 @@ class TransformBuffer:
             f"no transform from {source!r} to {target!r}; known frames: {', '.join(self.frames()) or 'none'}"
         )
 
+    def newest_between(self, one: str, other: str) -> float | None:
+        """Return the time up to which every moving link between two frames is known; None when none moves."""
+        links = self._chain(one, None).keys() ^ self._chain(other, None).keys()
+        return min((self._moving[frame][1][-1][0] for frame in links if frame in self._moving), default=None)
+
     def lookup_pose(self, target: str, source: str, stamp: float | None = None) -> Pose2:
         """Return the planar part of :meth:`lookup`."""
         return self.lookup(target, source, stamp).to_pose2()

@@ -189,6 +189,8 @@ def test_only_the_mission_server_beside_a_robot_that_runs(
 
     quiz = start_process(*florence, "run", "quiz", "--headless")
     quiz.wait_for("the robot says: Is it 0.3 m/s?")
+    while (asked := start_process(*florence, "answer")).process.wait(GENEROUS_S):
+        assert "no mission waits for an answer" in asked.output, "the robot still speaks"
     answer = start_process(*florence, "answer", "yes", "it", "is")
     assert answer.process.wait(GENEROUS_S) == 0 and "Is it 0.3 m/s?" in answer.output, answer.output
     assert quiz.process.wait(GENEROUS_S) == 0 and "yes it is" in quiz.output, quiz.output

@@ -194,6 +194,10 @@ def test_the_goal_is_the_one_of_navigation(bench: Bench) -> None:
     bench.missions.goals.publish(pose_stamped_to_ros(Pose2(5.0, 1.0, 0.5), "map", 0.0))
     bench.until(lambda: bench.call(GetXYPhi, "getGoalPosXYPhi").valid, "the goal")
     assert bench.call(GetRoom, "getGoalPosRoom").room == "bedroom"
+    bench.missions.goals.publish(PoseStamped())  # the drive is over: the last goal stays
+    bench.missions.goals.publish(pose_stamped_to_ros(Pose2(1.0, 1.0, 0.5), "", 0.0))
+    bench.ros.spin_for(0.3)
+    assert bench.call(GetRoom, "getGoalPosRoom").room == "bedroom"
 
 
 def test_hotspots_are_read_and_saved(bench: Bench) -> None:

@@ -528,6 +528,59 @@ def test_a_drive_with_everything_around_it(scene: Scene) -> None:
     assert len(scene.robot.commands) == count
 
 
+def test_the_way_and_the_goal_of_a_drive_go_with_it(scene: Scene) -> None:
+    scene.add_navigation()
+    ways: list[Path] = []
+    goals: list[PoseStamped] = []
+    scene.client.create_subscription(Path, "plan", ways.append, RELIABLE)
+    scene.client.create_subscription(PoseStamped, "navigate/current_goal", goals.append, LATCHED)
+    override = scene.client.create_publisher(Bool, "manual_override", LATCHED)
+    stops = scene.client.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
+
+    def shown() -> list[bool]:
+        return [bool(ways and ways[-1].poses), bool(goals and goals[-1].header.frame_id)]
+
+    def drive(x: float) -> Any:
+        handle = scene.send(scene.poses, to(Pose2(x, 2.4)))
+        scene.play_until(lambda: shown() == [True, True])
+        return handle
+
+    def is_over() -> bool:
+        return shown() == [False, False]
+
+    handle = drive(3.0)
+    handle.cancel_goal_async()
+    scene.play_until(is_over)
+    drive(3.0)
+    scene.send(scene.spins, Spin.Goal(target_yaw=0.1, time_allowance=duration_to_ros(9.0)))
+    scene.play_until(is_over)
+    drive(3.0)
+    stops.publish(StopReason(code="wheel_drop", text="a wheel hangs in the air"))
+    scene.play_until(is_over)
+    stops.publish(StopReason())
+    drive(3.0)
+    override.publish(Bool(data=True))
+    scene.play_until(is_over)
+    override.publish(Bool(data=False))
+    scene.play_until(lambda: not scene.navigation._overridden)
+    assert scene.result_of(drive(scene.robot.world.pose.x + 0.3)).status == 4
+    scene.play_until(is_over)
+    drive(3.0)
+    scene.ros.close_node(scene.navigation)
+    scene.ros.spin_until(is_over, what="the last word of a node that ends")
+
+
+def test_who_looks_later_sees_the_way_of_the_drive(scene: Scene) -> None:
+    scene.add_navigation()
+    first: list[Path] = []
+    scene.client.create_subscription(Path, "plan", first.append, RELIABLE)
+    scene.send(scene.poses, to(Pose2(3.0, 2.4)))
+    scene.play_until(lambda: first)
+    later: list[Path] = []
+    scene.ros.add(FlorenceNode("later")).create_subscription(Path, "plan", later.append, RELIABLE)
+    scene.play_until(lambda: later and later[-1].poses)
+
+
 def test_bad_goals(scene: Scene) -> None:
     scene.add_navigation()
     tilted = to(Pose2(2.0, 2.4))

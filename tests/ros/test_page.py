@@ -21,19 +21,24 @@ pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 connect = pytest.importorskip("websockets.sync.client").connect
 
+from action_msgs.msg import GoalStatus, GoalStatusArray  # noqa: E402
 from florence_interfaces.msg import RunState  # noqa: E402
 from florence_interfaces.srv import SetHotspot  # noqa: E402
-from geometry_msgs.msg import Twist  # noqa: E402
+from geometry_msgs.msg import PoseStamped, Twist  # noqa: E402
 from nav_msgs.msg import Path as PathMsg  # noqa: E402
+from py_trees_ros_interfaces.msg import Behaviour, BehaviourTree  # noqa: E402
+from sensor_msgs.msg import BatteryState  # noqa: E402
 from sensor_msgs.msg import LaserScan as LaserScanMsg  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 
 from florence_bt.core.geometry import Pose2  # noqa: E402
 from florence_bt.core.sensing import OccupancyGrid  # noqa: E402
 from florence_bt.drivers.turtlebot.override_file import OverrideFile  # noqa: E402
 from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwitch  # noqa: E402
-from florence_bt.ros.conversions import grid_to_ros  # noqa: E402
+from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
@@ -58,7 +63,12 @@ class Robot(FlorenceNode):
         self.frames = TransformBroadcaster(self)
         self.map.publish(_map())
         self.run.publish(RunState(run_id="7", mission="greet", state="ACTIVE"))
-        self.create_timer(0.05, self._tell)
+        self.told = self.create_publisher(String, "speaking", LATCHED)
+        self.goal = self.create_publisher(PoseStamped, "navigate/current_goal", LATCHED)
+        self.battery = self.create_publisher(BatteryState, "battery_state", LATCHED)
+        self.tree = self.create_publisher(BehaviourTree, "florence_bt/snapshots", LATCHED)
+        self.drives = self.create_publisher(GoalStatusArray, "navigate_to_pose/_action/status", LATCHED)
+        self.moving = self.create_timer(0.05, self._tell)
 
     def _tell(self) -> None:
         now = self.timebase.now()
@@ -164,6 +174,71 @@ def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any,
     ros.spin_until(lambda: viewer.take()["override"]["on"])
     viewer.close()
     ros.spin_until(lambda: not robot.scan.get_subscription_count(), what="the end of the subscriptions")
+
+
+def test_what_has_ended_goes(ros: Any, page: int) -> None:
+    robot = ros.add(Robot())
+    people = robot.create_publisher(MarkerArray, "user_markers", RELIABLE)
+    person = Marker(ns="user_text", id=3, text="Anna")
+    person.header.frame_id = "map"
+    viewer = Viewer(page)
+
+    def part(name: str) -> Any:
+        return viewer.take().get(name)
+
+    def scene(name: str) -> Any:
+        return (part("scene") or {}).get(name)
+
+    def drive(status: int) -> None:
+        robot.drives.publish(GoalStatusArray(status_list=[GoalStatus(status=status)]))
+
+    def begin() -> None:
+        robot.plan.publish(PathMsg(poses=[PoseStamped(), PoseStamped()]))
+        ros.spin_until(lambda: part("plan"), what="the way")
+
+    ros.spin_until(robot.plan.get_subscription_count, what="the page")
+    people.publish(MarkerArray(markers=[person]))
+    robot.told.publish(String(data="Here I am."))
+    robot.battery.publish(BatteryState(percentage=0.5))
+    robot.goal.publish(pose_stamped_to_ros(Pose2(1.0, 1.0), "map", 0.0))
+    robot.tree.publish(BehaviourTree(behaviours=[Behaviour(name="greet")]))
+    begin()
+    ros.spin_until(lambda: scene("pose") and scene("scan") and scene("people"), what="what is seen")
+    ros.spin_until(lambda: part("goal") and part("tree"), what="what is told")
+    state = ros.spin_until(lambda: (now := viewer.take()["state"])["said"] and now, what="the sentence")
+    assert state["battery"] == 50
+
+    robot.plan.publish(PathMsg())
+    robot.goal.publish(PoseStamped())
+    ros.spin_until(lambda: part("plan") == [] and part("goal") is None, what="the end of the drive")
+    drive(GoalStatus.STATUS_EXECUTING)
+    begin()
+    drive(GoalStatus.STATUS_ABORTED)
+    ros.spin_until(lambda: part("plan") == [], what="the end of a drive of Nav2")
+
+    begin()
+    robot.moving.cancel()
+    ros.spin_until(
+        lambda: scene("pose") is None and not scene("scan") and not scene("people"), what="what is not seen"
+    )
+    assert part("plan") and part("tree") and part("run")["state"] == "ACTIVE", "its teller is there"
+
+    ros.close_node(robot)
+    ros.spin_until(lambda: part("plan") == [] and part("tree") == [], what="the end of the robot")
+    ros.spin_until(lambda: part("run")["state"] == "GONE", what="the end of the mission server")
+    ended = {"said": "", "battery": None}
+    ros.spin_until(lambda: viewer.take()["state"].items() >= ended.items(), what="the end of the driver")
+    viewer.close()
+
+
+def test_who_says_nothing_is_told_with_the_seconds(ros: Any, page: int) -> None:
+    robot = ros.add(Robot())
+    viewer = Viewer(page)
+    ros.spin_until(lambda: viewer.take().get("override") and "base" not in viewer.parts["silent"])
+    ros.spin_until(lambda: "missions" in viewer.take()["silent"], what="that no mission server answers")
+    ros.close_node(robot)
+    ros.spin_until(lambda: viewer.take()["silent"].get("base", 0) >= 2, what="the driver's silence")
+    viewer.close()
 
 
 def test_places_that_somebody_changes_elsewhere_are_shown_at_once(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,20 @@ from nav2_msgs.action import ComputePathToPose
 from nav2_msgs.msg import CostmapFilterInfo
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rclpy.action import ActionClient
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_stamped_to_ros
+from florence_bt.ros.conversions import (
+    grid_from_ros,
+    grid_to_ros,
+    header_to_ros,
+    pose_stamped_to_ros,
+    stamp_to_ros,
+)
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.locator.node import LocatorNode
@@ -217,3 +226,31 @@ def test_places_are_taught_and_looked_at_from_a_terminal(terminal: Terminal) -> 
         "seen",
     }
     assert all(fact["text"].startswith("not known: ") for fact in facts.values() if not fact["known"])
+
+
+def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None:
+    caller = terminal.caller
+    battery = caller.create_publisher(BatteryState, "battery_state", LATCHED)
+    sent = BatteryState(percentage=0.5)
+
+    def told(stamp: Callable[[], float], *, goes_on: bool = True) -> dict[str, Any]:
+        def tell() -> None:
+            sent.header = header_to_ros("base_link", stamp())
+            battery.publish(sent)
+
+        tell()
+        timer = caller.create_timer(0.2, tell) if goes_on else None
+        code, output = terminal.type("where", "--json")
+        if timer is not None:
+            timer.cancel()
+        assert code == 0, output
+        fact: dict[str, Any] = json.loads(output.splitlines()[-1])["battery"]
+        return fact
+
+    assert told(caller.stamp)["values"]["charge"] == 0.5
+    assert told(lambda: 0.0)["known"], "a stamp of zero is none"
+    hangs = told(lambda: caller.stamp() - 60.0, goes_on=False)
+    assert not hangs["known"] and "the last time 6" in hangs["text"]
+    clock = caller.create_publisher(Clock, "/clock", RELIABLE)
+    caller.create_timer(0.05, lambda: clock.publish(Clock(clock=stamp_to_ros(100.0))))
+    assert told(lambda: 99.0)["known"] and not told(lambda: 90.0, goes_on=False)["known"]

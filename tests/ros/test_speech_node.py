@@ -8,11 +8,12 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from florence_interfaces.srv import AnswerQuestion, MissionStatus, RunMission
+from florence_interfaces.srv import AnswerQuestion, MissionStatus, RunMission, StopMission
 from std_msgs.msg import String
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.message_skills import NOT_ASKED
 from florence_bt.core.outcome import Outcome, success
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
@@ -107,36 +108,103 @@ tree:
     - wait_for_answer: {time_limit: 10 min, choices: [yes, not yet]}
       out: {answer: answer}
 """
+BESIDE = """\
+mission: beside
+tree:
+  parallel:
+    - say: {text: Tea or coffee?}
+    - wait_for_answer: {time_limit: 10 min, choices: [tea, coffee]}
+"""
 
 
-def test_the_answer_of_a_mission_comes_by_the_service(ros, tmp_path):
-    (tmp_path / "missions").mkdir()
-    (tmp_path / "missions" / "quiz.yaml").write_text(QUIZ)
-    folders = {"mission_folders": (str(tmp_path / "missions"),), "runs_folder": str(tmp_path / "runs")}
-    ros.add(SpeechNode())
-    ros.add(MissionNode(make_skills, collect_declarations(), parameters=folders))
-    caller = ros.add(FlorenceNode("caller"))
+class Asking:
+    """A mission server with a voice, and somebody who calls it."""
 
-    def call(kind, name, **fields):
-        client = caller.create_client(kind, f"florence_bt/{name}")
-        ros.spin_until(client.service_is_ready)
+    def __init__(self, ros, folder):
+        self.ros = ros
+        missions = folder / "missions"
+        missions.mkdir()
+        (missions / "quiz.yaml").write_text(QUIZ)
+        (missions / "beside.yaml").write_text(BESIDE)
+        folders = {"mission_folders": (str(missions),), "runs_folder": str(folder / "runs")}
+        ros.add(SpeechNode())
+        ros.add(MissionNode(make_skills, collect_declarations(), parameters=folders))
+        self.caller = ros.add(FlorenceNode("caller"))
+        self.said = ""
+        self.caller.create_subscription(String, "speaking", self._on_speaking, LATCHED)
+
+    def _on_speaking(self, message):
+        self.said = message.data
+
+    def call(self, kind, name, **fields):
+        client = self.caller.create_client(kind, f"florence_bt/{name}")
+        self.ros.spin_until(client.service_is_ready)
         future = client.call_async(kind.Request(**fields))
-        ros.spin_until(future.done, what=f"the answer of {name}")
+        self.ros.spin_until(future.done, what=f"the answer of {name}")
         return future.result()
 
-    assert not call(AnswerQuestion, "answer").accepted
-    assert not call(AnswerQuestion, "answer", text="yes").accepted
-    assert not call(AnswerQuestion, "answer", text="\x1b[2J").accepted
-    call(RunMission, "run_mission", mission="quiz")
-    question = ros.spin_until(lambda: (said := call(AnswerQuestion, "answer")).accepted and said)
-    assert "Did you drink?" in question.message
-    assert call(AnswerQuestion, "answer", text="yes").accepted, "also while the robot still speaks"
-    end = ros.spin_until(lambda: (now := call(MissionStatus, "status")).state == "SUCCEEDED" and now)
-    assert "yes" in end.tree
-    assert not call(AnswerQuestion, "answer", text="no").accepted
-    call(RunMission, "run_mission", mission="quiz")
-    told = ros.spin_until(
-        lambda: (said := call(AnswerQuestion, "answer").message.splitlines())[1:] and said,
-        what="the answers that the mission names",
-    )
-    assert "Did you drink?" in told[0] and told[1:] == ["  yes", "  not yet"]
+    def run(self, mission):
+        assert self.call(RunMission, "run_mission", mission=mission).accepted
+
+    def answer(self, text="", question=""):
+        return self.call(AnswerQuestion, "answer", text=text, question=question)
+
+    def question(self):
+        """Wait for the question."""
+        (asked,) = self.ros.spin_until(lambda: self.answer().questions, what="the question")
+        return asked
+
+    def end(self):
+        """Wait for the end of the run."""
+        ends = ("SUCCEEDED", "STOPPED")
+        return self.ros.spin_until(lambda: (now := self.call(MissionStatus, "status")).state in ends and now)
+
+
+@pytest.fixture
+def asking(ros, tmp_path):
+    return Asking(ros, tmp_path)
+
+
+def test_the_answer_of_a_mission_comes_by_the_service(asking):
+    assert not asking.answer().accepted and not asking.answer("yes").accepted
+    assert not asking.answer("\x1b[2J").accepted and not asking.answer("yes", "\x1b[2J").accepted
+    asking.run("quiz")
+    asked = asking.question()
+    assert (asked.text, list(asked.choices)) == ("Did you drink?", ["yes", "not yet"])
+    assert asking.answer().message.splitlines() == ["open: 'Did you drink?'", "  yes", "  not yet"]
+    told = asking.answer("Not yet.")
+    assert told.accepted and not told.questions
+    assert "not yet" in asking.end().tree
+
+
+def test_what_the_robot_says_is_no_question(asking):
+    asking.run("quiz")
+    asking.ros.spin_until(lambda: asking.said == "Did you drink?", what="the sentence")
+    told = asking.answer("yes")
+    assert asking.said, "the robot still speaks"
+    assert not told.accepted and not told.questions
+    asked = asking.question()
+    assert list(asked.choices) == ["yes", "not yet"] and not asking.said
+    assert asking.call(MissionStatus, "status").state == "RUNNING", "what was typed early does not count"
+
+
+def test_a_node_that_waits_beside_the_sentence_asks_while_the_robot_speaks(asking):
+    asking.run("beside")
+    asking.ros.spin_until(lambda: asking.question().text == "Tea or coffee?", what="the words")
+    assert asking.said, "the robot still speaks"
+    assert asking.answer("tea", asking.question().id).accepted
+    assert asking.end().state == "SUCCEEDED"
+
+
+def test_an_answer_belongs_to_the_question_that_it_was_given_to(asking):
+    asking.run("quiz")
+    before = asking.question()
+    asking.call(StopMission, "stop")
+    assert asking.end().state == "STOPPED"
+    assert not asking.answer("yes", before.id).accepted and not asking.answer("yes").accepted
+    asking.run("quiz")
+    asked = asking.question()
+    late = asking.answer("yes", before.id)
+    assert not late.accepted and late.message == NOT_ASKED and late.questions == [asked]
+    assert asking.answer("yes", asked.id).accepted and asking.end().state == "SUCCEEDED"
+    assert not asking.answer("yes", asked.id).accepted, "it was answered"

@@ -20,6 +20,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.ros.conversions import stamp_to_ros
 
 T = TypeVar("T")
+Pressed = TypeVar("Pressed", bound=ui.element)
 
 
 def tell_failure(error: FlorenceError) -> None:
@@ -49,7 +50,7 @@ class Actor:
         """Tell whether the viewer has a role, or one that includes it."""
         return self.role >= role
 
-    def on_press(self, button: ui.button, do: Callable[[], Any]) -> ui.button:
+    def on_press(self, element: Pressed, do: Callable[[], Any], event: str = "click") -> Pressed:
         """Let a button act, unless its press comes late: what a broken line has held was meant for then."""
 
         async def pressed(event: GenericEventArguments) -> None:
@@ -60,8 +61,8 @@ class Actor:
             if isinstance(done, Awaitable):
                 await done
 
-        button.on("click", pressed, js_handler="() => emit(window.florence_press())")
-        return button
+        element.on(event, pressed, js_handler="() => emit(window.florence_press())")
+        return element
 
     async def told(self, work: Awaitable[Any], message: Callable[[Any], str] = lambda answer: "") -> Any:
         """Wait for an answer and tell it; what went wrong is told, too, and gives None."""

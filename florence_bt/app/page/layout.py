@@ -24,7 +24,7 @@ from florence_bt.app.page.components import (
 from florence_bt.app.page.history import add_history
 from florence_bt.app.page.map_menu import MapMenu
 from florence_bt.app.page.mission_form import choose_mission
-from florence_bt.app.page.question import QuestionDialog
+from florence_bt.app.page.question import QuestionCards
 from florence_bt.app.page.ros_thread import RosThread
 
 
@@ -73,6 +73,7 @@ class Page:
             TreeView().classes("w-full h-full shows-robot shows-missions").mark("tree")
         if actor.may(Role.RUN):
             RobotBar()
+            QuestionCards(actor)
             DrivePad().classes("fixed right-2 bottom-[calc(var(--florence-bar)+8px)] z-10 max-w-full")
         MapMenu(view, actor)
 
@@ -83,7 +84,6 @@ class Page:
         actor.on_press(ui.button("Stop", icon="stop"), self._stop).props("outline no-wrap").mark("stop")
         actor.on_press(_icon("pause", "pause the mission"), self._pause)
         actor.on_press(_icon("play_circle_outline", "go on with the mission"), self._resume)
-        QuestionDialog(actor)
 
     # ---- what the buttons do --------------------------------------------------------------------------
 

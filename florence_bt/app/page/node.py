@@ -5,10 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from action_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import ManualOverride, RunState, StopReason, Zones
 from florence_interfaces.srv import AnswerQuestion
@@ -16,23 +18,27 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
 from py_trees_ros_interfaces.msg import BehaviourTree
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
+from florence_bt.app.page.endings import Silence, Tellers
 from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
+from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
-from florence_bt.core.message_skills import OPEN_QUESTION
+from florence_bt.core.message_skills import AskedQuestion
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
+from florence_bt.ros.server_processes import DiscoveredServers
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import HOTSPOTS, OVERRIDE_STATE, ZONES
 from florence_bt.skills.locator.hotspots import Hotspots
@@ -54,6 +60,18 @@ WANTS = frozenset({SCENE, *LAYERS})
 """What a viewer can want to see; what comes seldom is always there."""
 CAMERA_S = 0.5
 """Seconds between two pictures of the camera, at least."""
+QUESTIONS_S = 3.0
+"""Seconds for which the mission server's word about open questions counts. It is asked twice a second."""
+SILENT_S = 3.0
+"""Seconds of silence after which what comes several times a second has ended: the pose, scans, people, the
+camera's pictures. Chosen: a busy machine holds a message up by less."""
+LOOK_S = 1.0
+"""How often is looked what has ended."""
+GONE = "GONE"
+"""The state of a run whose mission server is gone."""
+DRIVES = ("navigate_to_pose", "navigate_through_poses")
+"""The actions of Nav2 whose drives have a way. It does not publish that there is none any more."""
+ACTIVE_GOALS = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 TREE = "florence_bt/snapshots"
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
@@ -61,11 +79,9 @@ LOCALISER = "Place in the map"
 """End of the name of the diagnosis that tells how sure the localiser is."""
 
 
-SILENT_S = 1.5
+OLD_S = 1.5
 """Seconds without a word after which what somebody has said is old; each of them speaks twice a second."""
 BASE, MISSIONS = "base", "missions"
-FORGET_S = 5.0
-"""Seconds after which an answer of the mission server is not waited for any more: it is asked again."""
 ASK_S = 0.5
 """How often the mission server is asked whether a mission waits for an answer, while somebody looks."""
 
@@ -87,7 +103,6 @@ class PageNode(FlorenceNode):
         parts: What viewers are sent.
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
-        question: What a mission waits to be answered; empty when none does.
         override: What the base's driver has said last about the manual override; None when it never has.
     """
 
@@ -105,13 +120,19 @@ class PageNode(FlorenceNode):
             "said": "",
             "sure": None,
         }
-        self.question = ""
         self.override: HeardOverride | None = None
         self._made_at = self._missions_heard_at = self.steady.now()
-        self._asked: Any = None
+        self._run: dict[str, str] = {}
+        self._questions: tuple[AskedQuestion, ...] = ()
+        self._questions_until = -math.inf
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
+        self._asked: Any = None
+        self._asked_until = -math.inf
+        self._tellers: list[Tellers] = []
         self._subscribe_to_states()
         self._put()
+        self.create_timer(LOOK_S, self._look_who_is_left)
+        self.create_timer(ASK_S, self._note_silence)
 
     @property
     def simulated(self) -> bool:
@@ -132,26 +153,44 @@ class PageNode(FlorenceNode):
         """Show how fast a hand drives the robot: metres and radians a second."""
         self._put(speeds=[round(speeds.linear, 2), round(speeds.angular, 2)])
 
-    def look_for_questions(self) -> None:
-        """Ask the mission server whether a mission waits for an answer; that it answers shows it lives."""
-        if self._asked is not None and not self._asked.done():
-            if self.steady.now() < self._missions_heard_at + FORGET_S:
-                return
-            self._answers.remove_pending_request(self._asked)
-        self._asked = self._answers.call_async(AnswerQuestion.Request())
-        self._asked.add_done_callback(self.guarded(self._on_question))
+    @property
+    def questions(self) -> tuple[AskedQuestion, ...]:
+        """What missions wait to be answered, by the last word of the mission server, while that is new."""
+        return self._questions if self.steady.now() < self._questions_until else ()
 
-    def note_silence(self) -> None:
+    def take_away(self, question: AskedQuestion) -> None:
+        """Show a question no longer: it has its answer."""
+        self._questions = tuple(each for each in self._questions if each != question)
+
+    def begin_to_ask(self) -> None:
+        """Take note that somebody has begun to look: the mission server is asked from now on."""
+        self._missions_heard_at = self.steady.now()
+
+    def look_for_questions(self) -> None:
+        """Ask the mission server for open questions, one call at a time; that it answers shows it lives."""
+        now = self.steady.now()
+        if not self._answers.service_is_ready():
+            self._questions = ()
+        elif self._asked is None or self._asked.done() or now >= self._asked_until:
+            if self._asked is not None:
+                self._answers.remove_pending_request(self._asked)
+            self._asked = self._answers.call_async(AnswerQuestion.Request())
+            self._asked_until = now + QUESTIONS_S
+            self._asked.add_done_callback(self.guarded(self._on_questions))
+
+    def _on_questions(self, asked: Any) -> None:
+        self._missions_heard_at = self.steady.now()
+        self._questions_until = self._missions_heard_at + QUESTIONS_S
+        self._questions = tuple(
+            AskedQuestion(each.id, each.text, tuple(each.choices)) for each in asked.result().questions
+        )
+
+    def _note_silence(self) -> None:
         """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
         now = self.steady.now()
         base = self._made_at if self.override is None else self.override.heard_at
         heard = {BASE: base, MISSIONS: self._missions_heard_at}
-        self.parts.put("silent", {who: int(now - at) for who, at in heard.items() if now - at > SILENT_S})
-
-    def _on_question(self, asked: Any) -> None:
-        answer = asked.result()
-        self._missions_heard_at = self.steady.now()
-        self.question = answer.message.removeprefix(OPEN_QUESTION) if answer.accepted else ""
+        self.parts.put("silent", {who: int(now - at) for who, at in heard.items() if now - at > OLD_S})
 
     # ---- what comes seldom ----------------------------------------------------------------------------
 
@@ -159,13 +198,41 @@ class PageNode(FlorenceNode):
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(MarkerArray, HOTSPOTS, self._on_hotspots, LATCHED)
         self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
-        self.create_subscription(RunState, "florence_bt/run_state", self._on_run, LATCHED)
-        self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
-        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop, LATCHED)
         self.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
-        self.create_subscription(String, "speaking", self._on_speaking, LATCHED)
-        self.create_subscription(BatteryState, "battery_state", self._on_battery, STATE)
         self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        run, goal = "florence_bt/run_state", "navigate/current_goal"
+        self._show_told(RunState, run, self._on_run, LATCHED, gone=self._lose_run)
+        self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
+        stop, battery = "turtlebot_node/stop_reason", "battery_state"
+        self._show_told(StopReason, stop, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
+        self._show_told(BatteryState, battery, self._on_battery, STATE, gone=lambda: self._put(battery=None))
+        self._show_told(String, "speaking", self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
+        # The localiser says in the same breath how sure it is.
+        self._sure = tellers_of(self, "amcl_pose", lambda: self._put(sure=None))
+        self._tellers.append(self._sure)
+
+    def _show_told(
+        self,
+        kind: Any,
+        topic: str,
+        take: Callable[[Any], None],
+        qos: QoSProfile,
+        *,
+        gone: Callable[[], None],
+    ) -> None:
+        """Take what a topic tells until nobody is left who has told it."""
+        tellers = tellers_of(self, topic, gone)
+        self._tellers.append(tellers)
+
+        def on_message(message: Any) -> None:
+            take(message)
+            tellers.heard()
+
+        self.create_subscription(kind, topic, on_message, qos)
+
+    def _look_who_is_left(self) -> None:
+        for tellers in self._tellers:
+            tellers.look()
 
     def _put(self, **changes: Any) -> None:
         self._state |= changes
@@ -193,8 +260,15 @@ class PageNode(FlorenceNode):
         )
 
     def _on_run(self, message: RunState) -> None:
-        run = {name: getattr(message, name) for name in ("run_id", "mission", "state", "code", "reason")}
-        self.parts.put("run", run)
+        names = ("run_id", "mission", "state", "code", "reason")
+        self._run = {name: getattr(message, name) for name in names}
+        self.parts.put("run", self._run)
+
+    def _lose_run(self) -> None:
+        """Say of a run that nobody knows how it stands; one that had ended has ended."""
+        if self._run["state"] in ACTIVE_STATES:
+            self._run |= {"state": GONE, "reason": "its mission server is gone"}
+            self.parts.put("run", self._run)
 
     def _on_goal(self, message: PoseStamped) -> None:
         self.parts.put("goal", _pose(pose_from_ros(message.pose)) if message.header.frame_id else None)
@@ -214,7 +288,6 @@ class PageNode(FlorenceNode):
                 "problem": message.problem,
             },
         )
-        self.note_silence()
 
     def _on_speaking(self, message: String) -> None:
         self._put(said=message.data)
@@ -227,6 +300,7 @@ class PageNode(FlorenceNode):
         for status in message.status:
             if status.name.endswith(LOCALISER):
                 self._put(sure=status.message if status.level == status.OK else f"unsure: {status.message}")
+                self._sure.heard()
 
 
 class SceneNode(FlorenceNode):
@@ -245,6 +319,9 @@ class SceneNode(FlorenceNode):
         self._page = page
         self._parts = page.parts
         self._layers: dict[str, Any] = {}
+        self._silence = Silence(self.steady, SILENT_S)
+        self._pose_stamp: float | None = None
+        self._driving: set[str] = set()
         self._next_picture = -math.inf
         self._scene: dict[str, Any] = {"pose": None, "scan": [], "people": []}
         self._scan: LaserScan | None = None
@@ -253,6 +330,13 @@ class SceneNode(FlorenceNode):
         newest: dict[str, Any] = {"newest_only": True, **brief}
         self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
         self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
+        for action in DRIVES:
+            take = partial(self._on_drives, action)
+            self.create_subscription(GoalStatusArray, f"{action}/_action/status", take, LATCHED, **brief)
+        self._tellers = {
+            "plan": tellers_of(self, "plan", self._forget_plan),
+            TREE: tellers_of(self, TREE, self._forget_tree),
+        }
         self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
         self._tree: bytes | None = None
         self._tree_due = -math.inf
@@ -260,7 +344,9 @@ class SceneNode(FlorenceNode):
         self.create_subscription(BehaviourTree, TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
+        page.begin_to_ask()
         call_every(self.steady, ASK_S, page.look_for_questions)
+        call_every(self.steady, LOOK_S, self._look_what_has_ended)  # a simulation that died has no time
 
     def want(self, wanted: frozenset[str]) -> None:
         """Listen to the layers that somebody wants to see, and to no others."""
@@ -269,6 +355,7 @@ class SceneNode(FlorenceNode):
             self._layers[name] = self._listen_to(name)
         for name in self._layers.keys() - wanted:
             self.destroy_subscription(self._layers.pop(name))
+            self._tellers.pop(name, None)
             self._parts.put(name, None)
 
     def _listen_to(self, name: str) -> Any:
@@ -277,6 +364,7 @@ class SceneNode(FlorenceNode):
                 Image, LAYERS[name], self._on_camera, SENSOR, newest_only=True, event_callbacks=NO_EVENTS
             )
         take = partial(self._on_costmap, name)
+        self._tellers[name] = tellers_of(self, LAYERS[name], partial(self._parts.put, name, None))
         return self.create_subscription(
             OccupancyGridMsg, LAYERS[name], take, LATCHED, event_callbacks=NO_EVENTS
         )
@@ -291,6 +379,7 @@ class SceneNode(FlorenceNode):
             return
         placed = _placed(grid, self._page.add_picture(name, costmap_picture(grid)))
         self._parts.put(name, placed | {"origin": _pose(frame @ grid.origin)})
+        self._tellers[name].heard()
 
     def _on_camera(self, message: Image) -> None:
         now = self.steady.now()
@@ -303,13 +392,36 @@ class SceneNode(FlorenceNode):
             self.get_logger().warning(f"no picture of the camera: {error}", throttle_duration_sec=60.0)
             return
         self._parts.put(CAMERA, {"version": self._page.add_picture(CAMERA, camera_picture(colours))})
+        self._silence.heard(CAMERA)
 
     def close(self) -> None:
         """Take what is not heard any more out of the picture."""
         self._scene = {}
         self._show(pose=None, scan=[], people=[])
+        self._forget_plan()
+        self._forget_tree()
         for name in self._layers:
             self._parts.put(name, None)
+
+    def _look_what_has_ended(self) -> None:
+        for tellers in self._tellers.values():
+            tellers.look()
+        for name in self._silence.take_ended():
+            if name == CAMERA:
+                self._parts.put(CAMERA, None)
+            elif name == "pose":
+                self._scene.pop("deviation", None)
+                self._show(pose=None)
+            else:
+                self._show(**{name: []})
+
+    def _forget_plan(self) -> None:
+        self._parts.put("plan", [])
+
+    def _forget_tree(self) -> None:
+        self._tree = None
+        for name, value in tree_parts([], {}).items():
+            self._parts.put(name, value)
 
     def _show(self, **changes: Any) -> None:
         self._scene |= changes
@@ -318,10 +430,14 @@ class SceneNode(FlorenceNode):
     def _follow_robot(self) -> None:
         try:
             pose = self._tf.buffer.lookup_pose(MAP_FRAME, BASE_FRAME)
+            stamp = self._tf.buffer.newest_between(MAP_FRAME, BASE_FRAME)
         except TransformUnavailable:
             self._show(pose=None)
         else:
-            self._show(pose=_pose(pose))
+            if stamp is None or stamp != self._pose_stamp:
+                self._pose_stamp = stamp
+                self._silence.heard("pose")
+                self._show(pose=_pose(pose))
         self._show_scan()
         self._show_tree()
 
@@ -343,8 +459,18 @@ class SceneNode(FlorenceNode):
         self._scan = None
         ends = beam_ends(scan, sensor, scan.range_min)
         self._show(scan=np.round(ends[:: -(-len(ends) // MOST_POINTS) or 1], 2).ravel().tolist())
+        self._silence.heard("scan")
+
+    def _on_drives(self, action: str, message: GoalStatusArray) -> None:
+        """Take the way away when the last drive is over."""
+        before = bool(self._driving)
+        drives = any(goal.status in ACTIVE_GOALS for goal in message.status_list)
+        self._driving = self._driving | {action} if drives else self._driving - {action}
+        if before and not self._driving:
+            self._forget_plan()
 
     def _on_plan(self, message: PathMsg) -> None:
+        self._tellers["plan"].heard()
         poses = message.poses[::4] + message.poses[-1:]
         self._parts.put("plan", [[_m(each.pose.position.x), _m(each.pose.position.y)] for each in poses])
 
@@ -361,9 +487,11 @@ class SceneNode(FlorenceNode):
             x, y, _ = frame.apply(np.array([[place.x, place.y, place.z]]))[0].tolist()
             people.append({"id": marker.id, "text": marker.text, "x": _m(x), "y": _m(y)})
         self._show(people=people)
+        self._silence.heard("people")
 
     def _on_tree_bytes(self, serialised: bytes) -> None:
         self._tree = serialised
+        self._tellers[TREE].heard()
 
     def _show_tree(self) -> None:
         """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""
@@ -391,6 +519,12 @@ class SceneNode(FlorenceNode):
         keys = {each.key: each.value for each in message.blackboard_on_visited_path}
         for name, value in tree_parts(nodes, keys).items():
             self._parts.put(name, value)
+
+
+def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Tellers:
+    """Return who publishes a topic, with what to do when nobody is left who has told it."""
+    name = node.resolve_topic_name(topic)
+    return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)
 
 
 def _m(value: float) -> float:

@@ -14,7 +14,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from std_msgs.msg import Bool, String
 
 from florence_bt.app.page.driving import HandDriving
-from florence_bt.app.page.node import MAP_FRAME, SILENT_S, PageNode, SceneNode
+from florence_bt.app.page.node import MAP_FRAME, OLD_S, PageNode, SceneNode
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
@@ -152,7 +152,7 @@ class RosThread(Closing):
     def _problem_of_stop(self, before: int | None) -> str:
         """Say why a stop is not confirmed yet; empty when it is."""
         heard = self.node.override
-        if heard is None or self.node.steady.now() > heard.heard_at + SILENT_S:
+        if heard is None or self.node.steady.now() > heard.heard_at + OLD_S:
             return "the base's driver says nothing"
         state = heard.state
         if not state.on or state.stops == before:
@@ -176,7 +176,7 @@ class RosThread(Closing):
             FlorenceError: The base's driver is not there, or says nothing.
         """
         heard, now = self.node.override, self.node.steady.now()
-        if heard is None or now > heard.heard_at + SILENT_S:
+        if heard is None or now > heard.heard_at + OLD_S:
             raise FlorenceError("not released: the base's driver says nothing")
         pressed_at = heard.state.sent_at + (now - heard.heard_at) - ago_s
         request = ReleaseOverride.Request(stops=stops, pressed_at=pressed_at, by=by)

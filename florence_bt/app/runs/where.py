@@ -13,6 +13,7 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import TrackedUsers
 from florence_interfaces.srv import GetRoom, GetUserSeen, GetXYPhi
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 
@@ -27,7 +28,8 @@ from florence_bt.app.runs.client import (
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
-from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
+from florence_bt.ros.conversions import stamp_from_ros
+from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 
 if TYPE_CHECKING:
@@ -66,19 +68,27 @@ class Fact:
 
 
 class _Latest:
-    """The newest message of a topic, and when it came."""
+    """The newest message of a topic, and when it came and was sent: a latched one may be old when it comes.
 
-    def __init__(self) -> None:
+    Args:
+        now: The present time of stamps, seconds.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.time) -> None:
         self.message: Any = None
         self._at = -math.inf
+        self._now = now
+        self._sent = 0.0
 
-    def take(self, message: Any) -> None:
-        self.message, self._at = message, time.monotonic()
+    def take(self, message: Any, sent: float = 0.0) -> None:
+        """Take a message, with its stamp; 0 where it has none."""
+        self.message, self._at, self._sent = message, time.monotonic(), sent
 
     @property
     def age(self) -> float:
-        """Wall seconds since it came; infinity before the first."""
-        return time.monotonic() - self._at
+        """Seconds since it was sent, by its stamp, or since it came; infinity before the first."""
+        came = time.monotonic() - self._at
+        return max(came, self._now() - self._sent) if self._sent else came
 
 
 class Where:
@@ -90,13 +100,15 @@ class Where:
 
     def __init__(self, client: MissionClient) -> None:
         self._client = client
-        self._battery, self._users, self._localiser = _Latest(), _Latest(), _Latest()
+        self._simulated = _Latest()
+        self._battery, self._users, self._localiser = _Latest(self._now), _Latest(), _Latest(self._now)
         self._goals, self._throughs, self._override = _Latest(), _Latest(), _Latest()
         self._drives = DriveWatch(client.node)
         subscribe = client.node.create_subscription
+        subscribe(Clock, "/clock", self._simulated.take, STATE)
         # Of any base, and the last message of ours.
-        subscribe(BatteryState, "battery_state", self._battery.take, SENSOR)
-        subscribe(BatteryState, "battery_state", self._battery.take, LATCHED, event_callbacks=NO_EVENTS)
+        subscribe(BatteryState, "battery_state", self._on_battery, SENSOR)
+        subscribe(BatteryState, "battery_state", self._on_battery, LATCHED, event_callbacks=NO_EVENTS)
         subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
         subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, LATCHED, event_callbacks=NO_EVENTS)
         subscribe(GoalStatusArray, _GOALS, self._goals.take, LATCHED)
@@ -118,7 +130,9 @@ class Where:
         return there
 
     def _told(self) -> bool:
-        return all(each.message is not None for each in (self._battery, self._localiser))
+        simulated = self._client.node.count_publishers("/clock") > 0
+        awaited = (self._battery, self._localiser, *([self._simulated] if simulated else []))
+        return all(each.message is not None for each in awaited)
 
     def facts(self) -> dict[str, Fact]:
         """Return everything: a word for what it is -> what is known of it."""
@@ -233,10 +247,18 @@ class Where:
         people = "one person is" if len(ids) == 1 else f"{len(ids)} people are"
         return Fact(f"{people} in view (number {numbers})", True, {"users": ids})
 
+    def _on_battery(self, message: BatteryState) -> None:
+        self._battery.take(message, stamp_from_ros(message.header.stamp))
+
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             if status.name.endswith(_LOCALISER):
-                self._localiser.take(status)
+                self._localiser.take(status, stamp_from_ros(message.header.stamp))
+
+    def _now(self) -> float:
+        """Return the time of stamps: that of a simulation, where there is one."""
+        clock = self._simulated.message
+        return time.time() if clock is None else stamp_from_ros(clock.clock)
 
 
 def as_text(facts: dict[str, Fact]) -> str:

@@ -6,22 +6,23 @@ import math
 from collections.abc import Callable
 from datetime import UTC, datetime
 
-from florence_interfaces.msg import ManualOverride
+from florence_interfaces.msg import ManualOverride, Question
 from florence_interfaces.srv import AnswerQuestion, PauseMission, ReloadMissions, ResumeMission, StopMission
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.message_skills import NOBODY_ASKS, OPEN_QUESTION, AnswerWait
+from florence_bt.core.message_skills import NOBODY_ASKS, AnswerWait, AskedQuestion
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.topics import DOCK, OVERRIDE_BY, OVERRIDE_STATE, SWITCH_OVERRIDE
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import MAX_VALUE, check_in_time, checked_text
-from florence_bt.runtime.run import RunStatus
+from florence_bt.runtime.run import MissionRun, RunStatus
 
 OVERRIDE_BY_S = 5.0
 """Wall seconds within which the word of who switches the override belongs to its switch."""
@@ -61,6 +62,7 @@ class Controls:
         if answers is not None:
             self._answers = answers
             node.create_service(AnswerQuestion, "florence_bt/answer", self._on_answer)
+            missions.add_listener(self._on_event)
         self._switched_by, self._switched_at = "", -math.inf
         self._overridden_by = ""
         node.create_subscription(String, OVERRIDE_BY, self._on_override_by, RELIABLE)
@@ -127,17 +129,24 @@ class Controls:
     ) -> AnswerQuestion.Response:
         try:
             text = checked_text("the answer", request.text)
+            question = checked_text("the question's id", request.question)
         except FlorenceError as error:
             response.message = str(error)
             return response
         if text:
-            taken = self._answers.offer(String(data=text))
+            taken = self._answers.offer(String(data=text), question)
             response.accepted, response.message = taken.accepted, taken.text
         else:
-            question = self._answers.question_with_choices
-            response.accepted = bool(question)
-            response.message = f"{OPEN_QUESTION}{question}" if question else NOBODY_ASKS
+            told = [_told(each) for each in self._answers.questions]
+            response.accepted, response.message = bool(told), "\n".join(told) or NOBODY_ASKS
+        response.questions = [
+            Question(id=each.id, text=each.text, choices=each.choices) for each in self._answers.questions
+        ]
         return response
+
+    def _on_event(self, run: MissionRun, event: RunEvent) -> None:
+        if event.kind is EventKind.ENDED:
+            self._answers.forget()
 
     def _on_override(self, message: ManualOverride) -> None:
         """Obey the override. On: all runs and goals end, nothing starts. Off: missions may, none resumes.
@@ -188,6 +197,11 @@ class Controls:
         topic = self._node.resolve_topic_name(OVERRIDE_STATE)
         told = self._override is not None or not self._node.count_publishers(topic)
         return [] if told else ["the word of the base's driver about the manual override"]
+
+
+def _told(question: AskedQuestion) -> str:
+    """Say what is open, with a line for each answer that the mission names."""
+    return "\n  ".join([f"open: {question}", *question.choices])
 
 
 def _id(text: str) -> str | None:

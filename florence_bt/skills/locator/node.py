@@ -176,8 +176,10 @@ class LocatorNode(FlorenceNode):
         self._locator.take_run_state(message.state)
 
     def _on_goal(self, message: PoseStamped) -> None:
+        """Take the goal of a drive; that a drive is over, and has none, leaves the last one."""
         goal = pose_from_ros(message.pose)
-        self._locator.goal = goal if goal.is_finite() else self._locator.goal
+        if message.header.frame_id and goal.is_finite():
+            self._locator.goal = goal
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
         try:

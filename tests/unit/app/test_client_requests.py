@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 
+from builtin_interfaces.msg import Time
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -54,6 +55,7 @@ CALLS = {
             "caller": "me",
             "policy": "queue",
             "priority": 2,
+            "valid_until": Time(),
         },
         {},
     ),
@@ -71,7 +73,13 @@ CALLS = {
         {"run_id": "R-1", "reason": "a visitor"},
         {},
     ),
-    "resume": (lambda c: c.resume("R-1"), "ResumeMission", "florence_bt/resume", {"run_id": "R-1"}, {}),
+    "resume": (
+        lambda c: c.resume("R-1"),
+        "ResumeMission",
+        "florence_bt/resume",
+        {"run_id": "R-1", "valid_until": Time()},
+        {},
+    ),
     "reload": (
         lambda c: c.reload(),
         "ReloadMissions",

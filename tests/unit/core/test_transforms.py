@@ -121,6 +121,10 @@ def test_what_is_known(walk):
     assert_allclose(
         walk.lookup("odom", "laser", 5.0).translation, (0.1 * math.cos(3), 2 + 0.1 * math.sin(3), 0.3)
     )
+    assert walk.newest_between("odom", "laser") == 7.0 and walk.newest_between("base", "laser") is None
+    walk.set_moving("map", "odom", 6.5, Pose2(1.0))
+    assert walk.newest_between("map", "laser") == walk.newest_between("base", "map") == 6.5
+    assert walk.newest_between("odom", "laser") == 7.0
     walk.clear_moving()
     assert walk.frames() == ("laser",) and walk.latest_stamp("base") is None
     with pytest.raises(TransformUnavailable, match="known frames: laser"):

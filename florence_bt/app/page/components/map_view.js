@@ -60,11 +60,14 @@ export default {
     },
     take_layers(parts) {
       for (const { name } of LAYERS) {
-        const part = parts[name]; if (!part || !this.shown[name]) continue;
+        if (!(name in parts)) continue;
+        const part = parts[name];
+        if (!part) { delete this.layers[name]; if (name === "camera") this.camera = ""; } // it has ended
+        if (!part || !this.shown[name]) continue;
         const source = `picture/${name}?v=${part.version.join("-")}`;
         if (name === "camera") { this.camera = source; continue; }
         const image = new Image();
-        image.onload = () => { if (this.shown[name]) this.layers[name] = { ...part, image }; this.draw_soon(); };
+        image.onload = () => { if (this.shown[name] && this.parts[name] === part) this.layers[name] = { ...part, image }; this.draw_soon(); };
         image.src = source;
       }
     },

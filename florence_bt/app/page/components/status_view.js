@@ -1,8 +1,8 @@
 // One line: what runs and how it stands, the battery, what holds the robot up, what it says.
 import { live } from "florence-live";
 
-const COLOURS = { SUCCEEDED: "#2a7f3b", ABORTED: "#b3261e", ACTIVE: "#1f6fd6", PENDING: "#1f6fd6" };
-const WORDS = { SUCCEEDED: "succeeded", ABORTED: "failed", PREEMPTED: "was stopped", ACTIVE: "runs", PENDING: "waits" };
+const COLOURS = { SUCCEEDED: "#2a7f3b", ABORTED: "#b3261e", ACTIVE: "#1f6fd6", PENDING: "#1f6fd6", GONE: "#b3261e" };
+const WORDS = { SUCCEEDED: "succeeded", ABORTED: "failed", PREEMPTED: "was stopped", ACTIVE: "runs", PENDING: "waits", GONE: "is gone" };
 
 export default {
   template: `<div style="font:14px/1.4 sans-serif" role="status" :title="run.reason">

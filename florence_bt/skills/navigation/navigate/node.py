@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
 from florence_interfaces.msg import StopReason, Zones
 from florence_interfaces.srv import GetFrontier
 from geometry_msgs.msg import PoseStamped, Twist
@@ -25,6 +26,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
+from numpy.typing import NDArray
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, Float64
@@ -127,7 +129,9 @@ class NavigationNode(FlorenceNode):
         self._owner: GoalAction | None = None
         self._started = 0.0
         self._next_feedback = 0.0
-        self._shown_plan: object = None
+        self._shown_plan: NDArray[np.float64] | None = None
+        self._plan_viewers = 0
+        self._shows_goal = False
         self._overridden = False
         self._frames = TransformListener(self)
         self._person = 0.0, 0.0
@@ -203,6 +207,7 @@ class NavigationNode(FlorenceNode):
         if self._cycle is not None:
             self._velocity.publish(twist_to_ros(STANDSTILL))
             self._stop_cycle()
+        self._show_no_drive()
 
     def on_failure(self, reason: str) -> None:
         """Stop the robot and end the goal, which cannot be trusted to go on well."""
@@ -457,6 +462,7 @@ class NavigationNode(FlorenceNode):
         if self._owner is not None and self._owner is not action:
             # A server replaces its own goals by itself.
             self._finish_goal(self._owner, failure("cancelled", PREEMPTED))
+            self._show_no_drive()
         self._owner = action
         # Until somebody is seen, the person is where the goal says.
         self._person = float(getattr(request, "x", 0.0)), float(getattr(request, "y", 0.0))
@@ -478,6 +484,7 @@ class NavigationNode(FlorenceNode):
             goal = self._goal_in_map(request.pose)
             assert isinstance(goal, Pose2), "begun"
             self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.stamp()))
+            self._shows_goal = True
         self._start_cycle()
 
     def _on_goal_pose(self, message: PoseStamped) -> None:
@@ -564,7 +571,7 @@ class NavigationNode(FlorenceNode):
             self._report(step.result)
         elif step.command is not None:
             self._publish_feedback(navigator, step)
-            self._publish_plan(navigator)
+            self._publish_plan(navigator.plan)
 
     def _publish_feedback(self, navigator: Navigator, step: CycleResult) -> None:
         now, action = self.timebase.now(), self._owner
@@ -602,6 +609,7 @@ class NavigationNode(FlorenceNode):
 
     def _report(self, result: Result) -> None:
         owner, self._owner, self._held_goal = self._owner, None, None
+        self._show_no_drive()
         if owner is not None:
             self._finish_goal(owner, result)
         # One line of code each: rclpy refuses another severity from the same line.
@@ -625,13 +633,22 @@ class NavigationNode(FlorenceNode):
 
     # For viewers.
 
-    def _publish_plan(self, navigator: Navigator) -> None:
-        plan = navigator.plan
-        if plan is None or plan is self._shown_plan or not self._path.get_subscription_count():
+    def _publish_plan(self, plan: NDArray[np.float64] | None) -> None:
+        """Publish the way when it is another, an empty one when there is none, or when a viewer has come."""
+        before, self._plan_viewers = self._plan_viewers, self._path.get_subscription_count()
+        come = plan is not None and self._plan_viewers > before
+        if not self._plan_viewers or (plan is self._shown_plan and not come):
             return
         self._shown_plan = plan
-        poses = (Pose2(float(x), float(y)) for x, y in plan)
+        poses = (Pose2(float(x), float(y)) for x, y in (() if plan is None else plan))
         self._path.publish(path_to_ros(poses, self._p.map_frame, self.stamp()))
+
+    def _show_no_drive(self) -> None:
+        """Take back the way and the goal of a drive that is over: a goal without a frame is none."""
+        self._publish_plan(None)
+        if self._shows_goal:
+            self._shows_goal = False
+            self._current_goal.publish(PoseStamped())
 
     def _publish_costmaps(self) -> None:
         if self._navigator is None:

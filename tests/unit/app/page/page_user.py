@@ -13,6 +13,7 @@ from nicegui.testing.user_simulation import user_simulation
 from florence_bt.app.page.acting import Actor
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.core.errors import FlorenceError
+from florence_bt.core.message_skills import AskedQuestion
 from florence_bt.skills.locator.hotspots import Hotspots
 
 
@@ -30,7 +31,7 @@ class NotedRobot:
         self.node = self
         self.parts = LiveParts()
         self.lines: list[str] = []
-        self.question = ""
+        self.questions: tuple[AskedQuestion, ...] = ()
         self.places = Hotspots()
 
     async def ask(self, service_type: Any, name: str, request: Any) -> Any:
@@ -41,6 +42,9 @@ class NotedRobot:
 
     def requests(self, name: str) -> list[Any]:
         return [request for asked, request in self.asked if asked == name]
+
+    def take_away(self, question: AskedQuestion) -> None:
+        self.questions = tuple(each for each in self.questions if each != question)
 
     def tell_pose(self, pose: Any) -> None:
         self.poses.append(pose)

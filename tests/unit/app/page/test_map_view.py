@@ -27,7 +27,7 @@ LIVE = "export const live = { listen(take) { window.send = take; return () => {}
 PAGE = """<html><script type="importmap">{"imports": {"vue": "/vue.js", "florence-live": "/live.js"}}</script>
 <body style="margin:0"><div id="app" style="width:400px;height:300px"></div><script type="module">
 import { createApp, h } from "vue"; import MapView from "/map_view.js";
-createApp({ render: () => h(MapView, { plain: true, footprint: [] }) }).mount("#app");
+createApp({ render: () => h(MapView, { plain: location.hash !== "#layers", footprint: [] }) }).mount("#app");
 </script>"""
 COLOURS = """async ([x, y, width, height]) => {
   await new Promise((done) => setTimeout(() => requestAnimationFrame(done), 50));
@@ -48,11 +48,11 @@ class MapOnScreen:
         late: Pictures whose answer the test gives, by their version.
     """
 
-    def __init__(self, page: Any) -> None:
+    def __init__(self, page: Any, variant: str = "") -> None:
         self._page = page
         self.late: dict[str, Any] = {}
         page.route("**/*", self._answer)
-        page.goto("http://page.test/")
+        page.goto(f"http://page.test/{variant}")
         page.wait_for_function("() => window.send")
 
     def _answer(self, route: Any) -> None:
@@ -89,12 +89,17 @@ class MapOnScreen:
                 return
         raise AssertionError(f"nothing is drawn in {colour}")
 
+    def choose(self, title: str) -> None:
+        """Use a button in the corner of the map."""
+        self._page.get_by_role("button", name=title).click()
+
 
 @pytest.fixture
-def screen() -> Iterator[MapOnScreen]:
+def screen(request: pytest.FixtureRequest) -> Iterator[MapOnScreen]:
     with playwright.sync_playwright() as driver:
         chromium = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield MapOnScreen(chromium.new_page(viewport={"width": 400, "height": 300}))
+        opened = chromium.new_page(viewport={"width": 400, "height": 300})
+        yield MapOnScreen(opened, getattr(request, "param", ""))
         chromium.close()
 
 
@@ -107,6 +112,24 @@ def test_the_trail_of_one_trial_does_not_go_on_in_the_next(screen: MapOnScreen) 
     screen.send(scene={"pose": None})
     screen.send(scene={"pose": [1.0, 2.0, 0.0]})
     assert TRAIL not in screen.colours(EVERYWHERE)
+
+
+@pytest.mark.parametrize("screen", ["#layers"], indirect=True)
+def test_a_layer_that_has_ended_is_not_drawn_even_if_its_picture_comes_late(screen: MapOnScreen) -> None:
+    costs = {"origin": [-0.2, 0.0, 0.0], "size": [0.1, 1.0], "version": ["costs"]}
+    beside_the_map = (10, 150, 1, 1)
+    screen.send_map("1", 0.0, 0.0, 1.0, 1.0)
+    screen.choose("local costmap")
+    screen.send(local_costmap=costs)
+    screen.wait_for(BLACK, beside_the_map)
+    screen.send(local_costmap=None)
+    assert screen.colours(beside_the_map) == [GROUND]
+    screen.late["late"] = None
+    screen.send(local_costmap=costs | {"version": ["late"]})
+    assert screen.colours(beside_the_map) == [GROUND]
+    screen.send(local_costmap=None)
+    screen.give(screen.late["late"])
+    assert screen.colours(beside_the_map) == [GROUND]
 
 
 def test_a_picture_is_drawn_where_its_own_map_lies_while_that_of_a_newer_map_is_on_its_way(
