@@ -148,7 +148,8 @@ def handshake(door: Door, path: str, headers: dict[str, str], protocols: str) ->
         "Sec-WebSocket-Version": "13",
         "Sec-WebSocket-Key": base64.b64encode(bytes(16)).decode(),
     }
-    return request(door, path, {**upgrade, "Sec-WebSocket-Protocol": protocols, **headers})
+    chosen = {"Sec-WebSocket-Protocol": protocols} if protocols else {}
+    return request(door, path, {**upgrade, **chosen, **headers})
 
 
 def status_of(answer: bytes) -> int:
