@@ -22,7 +22,7 @@ pytest.importorskip("rclpy")
 connect = pytest.importorskip("websockets.sync.client").connect
 
 from action_msgs.msg import GoalStatus, GoalStatusArray  # noqa: E402
-from florence_interfaces.msg import RunState  # noqa: E402
+from florence_interfaces.msg import RunState, StopReason  # noqa: E402
 from florence_interfaces.srv import SetHotspot  # noqa: E402
 from geometry_msgs.msg import PoseStamped, Twist  # noqa: E402
 from nav_msgs.msg import Path as PathMsg  # noqa: E402
@@ -66,6 +66,7 @@ class Robot(FlorenceNode):
         self.told = self.create_publisher(String, "speaking", LATCHED)
         self.goal = self.create_publisher(PoseStamped, "navigate/current_goal", LATCHED)
         self.battery = self.create_publisher(BatteryState, "battery_state", LATCHED)
+        self.stop = self.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
         self.tree = self.create_publisher(BehaviourTree, "florence_bt/snapshots", LATCHED)
         self.drives = self.create_publisher(GoalStatusArray, "navigate_to_pose/_action/status", LATCHED)
         self.moving = self.create_timer(0.05, self._tell)
@@ -197,15 +198,21 @@ def test_what_has_ended_goes(ros: Any, page: int) -> None:
         ros.spin_until(lambda: part("plan"), what="the way")
 
     ros.spin_until(robot.plan.get_subscription_count, what="the page")
-    people.publish(MarkerArray(markers=[person]))
     robot.told.publish(String(data="Here I am."))
     robot.battery.publish(BatteryState(percentage=0.5))
+    robot.stop.publish(StopReason(code="bumper", text="the left bumper is pressed"))
     robot.goal.publish(pose_stamped_to_ros(Pose2(1.0, 1.0), "map", 0.0))
     robot.tree.publish(BehaviourTree(behaviours=[Behaviour(name="greet")]))
     begin()
-    ros.spin_until(lambda: scene("pose") and scene("scan") and scene("people"), what="what is seen")
+
+    def sees_all() -> bool:
+        people.publish(MarkerArray(markers=[person]))
+        return bool(scene("pose") and scene("scan") and scene("people"))
+
+    ros.spin_until(sees_all, what="what is seen")
     ros.spin_until(lambda: part("goal") and part("tree"), what="what is told")
     state = ros.spin_until(lambda: (now := viewer.take()["state"])["said"] and now, what="the sentence")
+    ros.spin_until(lambda: viewer.take()["state"]["stop"] == "the left bumper is pressed", what="the stop")
     assert state["battery"] == 50
 
     robot.plan.publish(PathMsg())
@@ -226,7 +233,7 @@ def test_what_has_ended_goes(ros: Any, page: int) -> None:
     ros.close_node(robot)
     ros.spin_until(lambda: part("plan") == [] and part("tree") == [], what="the end of the robot")
     ros.spin_until(lambda: part("run")["state"] == "GONE", what="the end of the mission server")
-    ended = {"said": "", "battery": None}
+    ended = {"said": "", "battery": None, "stop": ""}
     ros.spin_until(lambda: viewer.take()["state"].items() >= ended.items(), what="the end of the driver")
     viewer.close()
 
