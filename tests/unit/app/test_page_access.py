@@ -10,7 +10,7 @@ import pytest
 
 from florence_bt.app.guard.guard import MOST_MESSAGES, MOST_PAGES, MOST_WORDS, Guard
 from florence_bt.app.guard.rules import is_loopback
-from florence_bt.app.page.access import COOKIE, ROLE, Access, Role, make_token, read_tokens
+from florence_bt.app.page.access import COOKIE, ROLE, Access, Role, make_token, read_tokens, tokens_file
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.core.errors import ConfigError
 
@@ -217,3 +217,15 @@ def test_a_viewer_gets_what_it_has_not_got_and_only_that():
     parts.put("map", {"size": [1, 2]})
     frame, _ = parts.since(seen)
     assert json.loads(frame) == {"scene": {"pose": [2, 0, 0]}}, "the newest state alone, and no part twice"
+
+
+@pytest.mark.parametrize(
+    ("given", "folder"), [("elsewhere", "elsewhere"), ("", "home/.config"), (None, "home/.config")]
+)
+def test_the_tokens_lie_in_the_user_s_folder_for_configuration(tmp_path, monkeypatch, given, folder):
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    if given is None:
+        monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    else:
+        monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / given) if given else "")
+    assert tokens_file() == tmp_path / folder / "florence" / "page_tokens.json"

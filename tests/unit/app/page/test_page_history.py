@@ -47,6 +47,20 @@ def test_the_list_leads_to_a_run_and_its_slider_shows_it_as_it_ran(tmp_path):
     look_at(history_of(tmp_path), do)
 
 
+def test_a_mission_narrows_the_list(tmp_path):
+    for number, mission in enumerate(("carry", "fetch"), 1):
+        record(tmp_path, number, mission=mission)
+
+    async def do(user):
+        await user.open(runs_address())
+        await user.should_see("carry", retries=100)
+        user.find(marker="mission").type(" fetch ").trigger("keydown.enter")
+        await user.should_not_see("carry", retries=100)
+        await user.should_see("fetch")
+
+    look_at(history_of(tmp_path), do)
+
+
 @pytest.mark.parametrize("address", ["run?id=../../etc", "run", "runs?page=-5&mission=%27%3B--&state=x"])
 def test_what_does_not_exist_is_told(tmp_path, address):
     record(tmp_path)
