@@ -1048,6 +1048,12 @@ def test_a_robot_that_was_carried_finds_itself(scene: Scene) -> None:
     service = scene.client.create_client(Empty, "reinitialize_global_localization")
     scene.ros.spin_until(service.service_is_ready)
     scene.ros.spin_until(service.call_async(Empty.Request()).done, what="the answer")
+
+    def found() -> bool:
+        return scene.estimate().distance_to(scene.robot.world.pose) < 0.1
+
     turn = Spin.Goal(target_yaw=3.0, time_allowance=Duration(sec=30))
-    scene.result_of(scene.send(scene.spins, turn))
-    assert scene.estimate().distance_to(scene.robot.world.pose) < 0.1
+    for _ in range(5):  # a busy machine has few scans in one turn
+        if not found():
+            scene.result_of(scene.send(scene.spins, turn))
+    scene.ros.spin_until(found, what="the place of the robot")
