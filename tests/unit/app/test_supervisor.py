@@ -106,6 +106,25 @@ def test_a_child_that_dies_is_reported_with_its_log(tmp_path, supervisor_of):
     assert str(tmp_path / "logs" / "hardware.log") in str(death)
 
 
+def test_a_child_that_a_signal_has_stopped_is_noted_and_gets_no_other(tmp_path, supervisor_of):
+    supervisor = supervisor_of({"one": OBEDIENT})
+    wait_up(tmp_path, "one")
+    pid = supervisor.pids()["one"]
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        wait_for(
+            lambda: Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "T", "the stop"
+        )
+        supervisor.write_stack("one")
+        assert "a signal has stopped it" in (tmp_path / "logs" / "one.log").read_text()
+        pending = Path(f"/proc/{pid}/status").read_text()
+        assert [
+            line.split()[1] for line in pending.splitlines() if line.startswith(("SigPnd", "ShdPnd"))
+        ] == ["0" * 16] * 2
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
 def test_the_end_of_a_log_is_of_this_process_and_not_of_an_earlier_bring_up(tmp_path, supervisor_of):
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs" / "base.log").write_text("a failure of yesterday\n")
