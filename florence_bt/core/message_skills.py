@@ -261,9 +261,10 @@ class AnswerWait(MessageWait):
         for run in self._open:
             if self._clock.now() <= run.words_until:
                 run.say(sentence)
+                self._asked = True
 
     def forget(self) -> None:
-        """Forget what was said and heard: the mission that it was for has ended."""
+        """Forget what was said and heard: another mission follows, or none."""
         self._drop()
         self._sentence = ""
         self._keep_until(-math.inf)

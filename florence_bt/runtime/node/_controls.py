@@ -145,7 +145,7 @@ class Controls:
         return response
 
     def _on_event(self, run: MissionRun, event: RunEvent) -> None:
-        if event.kind is EventKind.ENDED:
+        if event.kind in (EventKind.STARTED, EventKind.ENDED):
             self._answers.forget()
 
     def _on_override(self, message: ManualOverride) -> None:

@@ -95,6 +95,14 @@ def test_a_sentence_that_begins_beside_the_wait_is_its_question(answers, clock):
     assert [each.text for each in answers.questions] == ["Tea or coffee?"]
 
 
+def test_what_is_heard_after_a_wait_beside_the_sentence_is_none_to_the_next(answers, clock, reports):
+    run = answers.start(LIMIT)
+    answers.hear("Did you drink?")
+    run.cancel()
+    hear(answers)
+    assert answers.start(LIMIT).poll() is None and len(reports) == 1
+
+
 def test_nothing_that_another_mission_said_is_a_question(answers, clock):
     say(answers, clock, "Here I am.")
     answers.forget()
