@@ -382,3 +382,9 @@ def test_on_the_network_it_needs_a_token(
     child = start_process("-m", "florence_bt.cli", "page", "--host", "0.0.0.0")
     assert child.process.wait(GENEROUS_S) == 2
     assert "florence page --token" in child.output
+
+
+def test_a_wrong_address_is_answered_with_a_sentence(page: int) -> None:
+    """And not with a page of NiceGUI, which is kept for a minute."""
+    for path in ("/nothing", "/_nicegui/nothing", "/edit/a/b"):
+        assert get(page, path) == (404, b"nothing is here: open /\n")

@@ -11,7 +11,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from nicegui import __version__, json
+from fastapi import Request, Response
+from nicegui import __version__, core, json
 
 SOCKET = "/_nicegui_ws/"
 """Where NiceGUI's WebSocket is."""
@@ -40,6 +41,17 @@ _LEVELS = ("debug", "info", "warning", "error")
 _LEAVES, _PONG = ("1", "41"), "3"
 _CONNECT = re.compile(r"40(\{.*\})?", re.DOTALL)
 _EVENT = re.compile(r"42[0-9]{0,9}(\[.*\])", re.DOTALL)
+
+
+def answer_plainly_what_is_not_there() -> None:
+    """Have a wrong address answered with a sentence: NiceGUI makes a page of it, keeps that, and logs the
+    address.
+    """
+
+    async def not_there(request: Request, error: Exception) -> Response:
+        return Response("nothing is here: open /\n", 404, media_type="text/plain")
+
+    core.app.add_exception_handler(404, not_there)
 
 
 def problem_with(path: str, message: Mapping[str, Any]) -> str:

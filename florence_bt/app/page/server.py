@@ -15,7 +15,7 @@ from florence_bt.app.guard.guard import Guard
 from florence_bt.app.guard.log import Seldom
 from florence_bt.app.page.access import ROLE, Access, Role, address_of, check_page
 from florence_bt.app.page.editor.routes import WORDS, add_editor
-from florence_bt.app.page.frames import PARTS, URGENT, problem_with
+from florence_bt.app.page.frames import PARTS, URGENT, answer_plainly_what_is_not_there, problem_with
 from florence_bt.app.page.layout import add_page
 from florence_bt.app.page.node import CAMERA, SCENE, WANTS
 from florence_bt.app.page.presses import Press, add_presses
@@ -101,6 +101,7 @@ def make_app(ros: RosThread, access: Access, runs: Path | None = None, missions:
     add_presses(app, ros)
     add_editor(app, ros, missions)
     add_page(app, ros, runs)
+    answer_plainly_what_is_not_there()
     return Guard(app, access, parts=PARTS, words=WORDS, urgent=URGENT, check=problem_with)
 
 
