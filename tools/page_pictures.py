@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from playwright.sync_api import Page, expect, sync_playwright
@@ -99,25 +99,34 @@ def take_states(page: Page, folder: Path, run: Path) -> None:
     with stopped(run, "page"):
         expect(word).to_contain_text("what you see is old")
         page.screenshot(path=folder / "page_cut_off.png")
+    expect(word).to_have_attribute("data-state", "free")
+    with stopped(run, "page"):
         stop.click()
         expect(word).to_contain_text("NOT CONFIRMED")
         page.screenshot(path=folder / "page_not_confirmed.png")
     expect(word).to_have_attribute("data-state", "stopped")
     page.get_by_role("button", name="Release").click()
-    os.kill(int((run / "page").read_text()), signal.SIGKILL)
+    os.kill(pid_of(run, "page"), signal.SIGKILL)
     expect(word).to_contain_text("started again")
     page.screenshot(path=folder / "page_started_again.png")
+
+
+def pid_of(run: Path, process: str) -> int:
+    """Return the id of a process of the bring-up."""
+    words = f"florence_bt.app.bringup.process {process} {run}"
+    return int(subprocess.run(["pgrep", "-f", words], capture_output=True, check=True).stdout.split()[0])
 
 
 @contextmanager
 def stopped(run: Path, process: str) -> Iterator[None]:
     """Have a process of the bring-up stopped."""
-    pid = int((run / process).read_text())
+    pid = pid_of(run, process)
     os.kill(pid, signal.SIGSTOP)
     try:
         yield
     finally:
-        os.kill(pid, signal.SIGCONT)
+        with suppress(ProcessLookupError):  # the supervisor has killed it, and started another one
+            os.kill(pid, signal.SIGCONT)
 
 
 def main() -> None:

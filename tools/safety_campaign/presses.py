@@ -37,8 +37,9 @@ SURE_S = 1.0
 """So long after the press the page may say that it is sending."""
 SEEN_S = 0.3
 """By how much the times of what is on the page and of what the base does may differ."""
-LOST_S = 20.0
-"""A stop that has not arrived so long after the fault is over is lost."""
+LOST_S = 60.0
+"""A stop that has not arrived so long after the fault is over is lost. A page that dies for the third time is
+started again after 20 s."""
 LATE_S = 1.0
 """What comes later than this after the press is late."""
 BUSY_PROGRAMS = 4

@@ -59,7 +59,7 @@ class Page:
         self._actor = actor
         self._ros = actor.ros
         ui.query(".nicegui-content").classes(f"p-2 gap-2 w-full no-wrap {ABOVE_BAR}")
-        with ui.row().classes("w-full items-center gap-2 no-wrap overflow-x-auto shrink-0"):
+        with ui.row().classes("w-full items-center gap-1 no-wrap overflow-x-auto shrink-0"):
             if actor.may(Role.RUN):
                 self._add_controls(actor)
             ui.space()
@@ -78,10 +78,11 @@ class Page:
         MapMenu(view, actor)
 
     def _add_controls(self, actor: Actor) -> None:
-        ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow").props(
-            "no-wrap"
-        ).mark("start")
-        actor.on_press(ui.button("Stop", icon="stop"), self._stop).props("outline no-wrap").mark("stop")
+        start = ui.button("Start…", on_click=lambda: choose_mission(self._actor), icon="play_arrow")
+        start.props("no-wrap dense").classes("px-2").mark("start")
+        actor.on_press(ui.button("Stop", icon="stop"), self._stop).props("outline no-wrap dense").classes(
+            "px-2"
+        ).mark("stop")
         actor.on_press(_icon("pause", "pause the mission"), self._pause)
         actor.on_press(_icon("play_circle_outline", "go on with the mission"), self._resume)
 

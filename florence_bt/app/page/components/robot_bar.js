@@ -34,7 +34,7 @@ export default {
   template: `<teleport to="body"><div class="florence-bar" role="region" aria-label="the robot">
     <button class="stop" @pointerdown="$event.button === 0 && stop()" @click="$event.detail === 0 && stop()">STOP THE ROBOT</button>
     <div class="word" role="alert" :data-state="said.state">{{ said.word }}
-      <span v-if="lost"> The page's program was started again: <button @click="reload">open the page again</button></span></div>
+      <span v-if="lost">{{ said.word && "· " }}The page's program was started again: <button @click="reload">open the page again</button></span></div>
     <button class="hand" :aria-pressed="pad" :disabled="!sees" @click="drive">Drive by hand</button>
     <button class="release" :disabled="!sees || !(override && override.on)" @click="release">Release</button>
   </div></teleport>`,
@@ -113,7 +113,8 @@ export default {
     },
     async release() {
       const answer = await this.post("/robot/release", { ...robot.press(), stops: this.override.stops });
-      this.note = { state: answer.done ? "free" : "old", word: answer.word, at: Date.now() };
+      const word = answer.done || answer.word.startsWith("not released") ? answer.word : `not released: ${answer.word}`;
+      this.note = { state: answer.done ? "free" : "old", word, at: Date.now() };
     },
     // What was not answered has no effect, or says so: a release counts for a second.
     async post(path, body) {
@@ -125,7 +126,7 @@ export default {
         const text = await answer.text();
         return answer.ok ? JSON.parse(text) : { word: text.slice(0, 200) };
       } catch (error) {
-        return { word: "no connection to the robot: nothing was done" };
+        return { word: "no connection to the robot" };
       } finally { clearTimeout(timer); }
     },
     drive() {
