@@ -13,7 +13,9 @@ from florence_interfaces.msg import MissionInfo, MissionPort
 from nicegui import ui
 
 from florence_bt.app.page.access import Role
+from florence_bt.app.page.acting import Actor
 from florence_bt.app.page.mission_form import choose_mission
+from florence_bt.app.page.presses import LATE
 from tests.unit.app.page.page_user import NotedRobot, actor_for, click, look_at, until
 
 
@@ -44,3 +46,19 @@ def test_a_checkbox_is_a_boolean_input(ticked):
     (request,) = robot.requests("florence_bt/run_mission")
     assert request.input_names == ["twice"]
     assert request.input_values == ["true" if ticked else "false"]
+
+
+def test_a_start_that_comes_late_starts_nothing_and_says_so():
+    robot = NotedRobot({"florence_bt/list_missions": SimpleNamespace(missions=[MissionInfo(name="wave")])})
+    actor = Actor(robot, Role.RUN)  # of a browser that says nothing of when it was pressed
+
+    async def do(user):
+        await click(user, "begin")
+        await user.should_see("mission", retries=600)
+        (chosen,) = user.find(ui.select).elements
+        chosen.value = "wave"
+        await click(user, "go")
+        await user.should_see(LATE, retries=600)
+
+    look_at(lambda: ui.button("begin", on_click=lambda: choose_mission(actor)), do)
+    assert robot.requests("florence_bt/run_mission") == []
