@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 pytest.importorskip("rclpy")
@@ -9,6 +11,7 @@ from std_msgs.msg import String
 
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.qos import RELIABLE
 
 pytestmark = pytest.mark.ros
@@ -37,6 +40,23 @@ def test_pause_and_resume(bench_of):
     assert not busy.accepted
     assert bench.resume().success
     assert bench.wait("SUCCEEDED").run_id == run_id and len(bench.drive.calls) == 2
+
+
+def test_a_start_and_a_resume_that_come_after_their_date_do_nothing(bench_of):
+    """A server that hangs keeps what it was asked: hours later nobody wants it any more."""
+    from florence_interfaces.srv import ResumeMission, RunMission
+
+    bench = bench_of()
+    past, future = stamp_to_ros(time.time() - 0.5), stamp_to_ros(time.time() + 600.0)
+    late = bench.call(RunMission, "run_mission", mission="drive_once", valid_until=past)
+    assert not late.accepted and "after the date" in late.message and not bench.drive.runs
+    run_id = bench.call(RunMission, "run_mission", mission="drive_once", valid_until=future).run_id
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    assert bench.pause(run_id).success
+    bench.wait("PAUSED")
+    late = bench.call(ResumeMission, "resume", valid_until=past)
+    assert not late.success and "after the date" in late.message
+    assert bench.status().state == "PAUSED"
 
 
 def test_a_paused_mission_can_be_stopped(bench_of):
