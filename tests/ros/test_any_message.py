@@ -62,6 +62,8 @@ GOALS = 6
 NOT_USED = {
     "florence_interfaces/ApproachMe_FeedbackMessage": "handed to the client of approach_me as it comes",
     "florence_interfaces/FollowUser_FeedbackMessage": "handed to the client of follow_me as it comes",
+    "florence_interfaces/ManualOverride": "its sent_at is not read by the mission server",
+    "florence_interfaces/ReleaseOverride_Request": "whatever is no time within the last second is refused",
     "py_trees_ros_interfaces/OpenSnapshotStream_Request": "its parameters are not read",
     "py_trees_ros_interfaces/ReconfigureSnapshotStream_Request": "its parameters are not read",
 }

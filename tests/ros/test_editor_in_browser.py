@@ -219,7 +219,12 @@ def test_what_was_not_saved_is_kept_in_the_browser(
     browser.see("text=not saved")
     browser.page.on("dialog", lambda dialog: dialog.accept())
     browser.open("about:blank")
-    ros.spin_until(lambda: browser.page.url == "about:blank", what="the page to be left")
+
+    def left() -> bool:
+        browser.page.wait_for_timeout(10)  # in which the question of the page is answered
+        return str(browser.page.url) == "about:blank"
+
+    ros.spin_until(left, what="the page to be left")
     browser.open(f"http://localhost:{port}/edit/tea")
     browser.see("text=/your text of .*, which was not saved/")
     assert "7 s" in browser.see(".cm-content").inner_text()
