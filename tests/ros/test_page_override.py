@@ -70,6 +70,15 @@ def test_a_base_that_does_not_stand_confirms_nothing(ros: Any, changes: dict[str
         assert told(ros, lambda: page.stop("a", "a test"))[0], "the next time the browser asks"
 
 
+def test_a_robot_that_a_hand_drives_is_not_said_to_be_stopped(ros: Any) -> None:
+    driver = ros.add(OverrideDriver(on=True))
+    driver.say(standing=False, driven_by_hand=True)
+    with RosThread() as page:
+        heard(ros, page)
+        confirmed, word = told(ros, lambda: page.stop("a", "a test"))
+        assert confirmed and "a hand drives it" in word
+
+
 def test_without_a_driver_nothing_is_confirmed_until_one_is_there(ros: Any) -> None:
     with RosThread() as page:
         assert told(ros, lambda: page.stop("a", "a test")) == (False, "the base's driver says nothing")

@@ -29,6 +29,7 @@ ANSWER_S = 10.0
 CONFIRM_S = 0.25
 """Wall seconds to wait for the base's driver to confirm a stop, before the browser sends it again."""
 STOPPED = "the robot is stopped"
+DRIVEN = "the robot is stopped for missions; a hand drives it"
 MOST_PRESSES = 1_000
 """How many presses are remembered."""
 _CONFIRM_LOOK_S = 0.02
@@ -125,7 +126,7 @@ class RosThread(Closing):
             drives it; and what to tell the person.
         """
         if press in self._confirmed:
-            return True, STOPPED
+            return True, self._word_of_stop()
         heard = self.node.override
         before = self._pressed.setdefault(press, heard.state.stops if heard is not None else None)
 
@@ -145,9 +146,14 @@ class RosThread(Closing):
                 self._confirmed[press] = None
                 self._pressed.pop(press, None)
                 _bound(self._confirmed)
-                return True, STOPPED
+                return True, self._word_of_stop()
         _bound(self._pressed)
         return False, self._problem_of_stop(before)
+
+    def _word_of_stop(self) -> str:
+        """Say how the robot is after a stop that was confirmed."""
+        heard = self.node.override
+        return STOPPED if heard is None or not heard.state.driven_by_hand else DRIVEN
 
     def _problem_of_stop(self, before: int | None) -> str:
         """Say why a stop is not confirmed yet; empty when it is."""

@@ -6,6 +6,7 @@ import { robot } from "florence-live";
 import { LOST } from "florence-live/session.js";
 
 const KEPT = "florence_stop", AGAIN_MS = 250, ABORT_MS = 1200, MOST_AT_ONCE = 3, UNSURE_MS = 1000, NOTE_MS = 5000, LOOK_MS = 100;
+const DRIVEN = "the robot is stopped for missions; a hand drives it"; // as the server says it
 const BY_HAND = "switch the robot off by hand";
 const STYLE = `
 .florence-bar { position: fixed; left: 0; right: 0; bottom: 0; z-index: 2147483000; height: var(--florence-bar); box-sizing: border-box; padding: 8px;
@@ -82,12 +83,12 @@ export default {
       this.override = override;
       if (!override.on && this.pad && !this.press) this.show_pad(false);
       const obeyed = override.on && !override.problem && (override.standing || override.by_hand);
-      if (this.press && obeyed && override.stops !== this.press.stops) this.end("the robot is stopped");
+      if (this.press && obeyed && override.stops !== this.press.stops) this.end(override.by_hand ? DRIVEN : "the robot is stopped");
     },
     pends(press) { return this.press !== null && this.press.id === press.id; },
     end(word) {
       this.press = null; this.confirmed = Date.now(); sessionStorage.removeItem(KEPT);
-      this.note = { state: "stopped", word, at: Date.now() - NOTE_MS + 1500 };
+      this.note = { state: word === DRIVEN ? "hand" : "stopped", word, at: Date.now() - NOTE_MS + 1500 };
     },
     stop() {
       this.note = null;
