@@ -22,12 +22,12 @@ def test_recording_cpu(benchmark, figures, systems: Systems):
     def mission(**options: object) -> tuple[dict[str, float], Path]:
         with systems.running(person="living_room", seed=27, **options) as system:
             system.client.follow_truth()
-            assert system.client.spin_until(lambda: bool(system.client.truth), 30.0)
+            assert system.client.spin_until(lambda: bool(system.client.truth), 60.0)
             pids, begin = system.pids(), system.client.truth["time"]
             before = {group: cpu_seconds(pid) for group, pid in pids.items()}
             status = run_mission(system, MISSION, INPUTS, 600.0)
             # A mission that has nothing to do ends between two messages of the simulator.
-            assert system.client.spin_until(lambda: system.client.truth["time"] > begin, 30.0)
+            assert system.client.spin_until(lambda: system.client.truth["time"] > begin, 60.0)
             simulated = system.client.truth["time"] - begin
             assert status.state == "SUCCEEDED", status.reason
             used = {

@@ -27,6 +27,8 @@ from florence_bt.ros.qos import RELIABLE, SENSOR
 IDLE_S = size(10.0, 0.5)
 END_S = 20.0
 LOOKS = size(20, 1)
+PATIENCE_S = 60.0
+"""How long anything that is not measured may take."""
 SPEEDS = size((3.0, 5.0), (1.0,))
 """Simulated seconds per wall second asked for; the first is the aim. Beyond what the machine can do, the
 latencies between the processes count more and more in simulated time, and missions begin to fail."""
@@ -110,21 +112,21 @@ def test_detection_latency(benchmark, figures, systems: Systems):
         node.create_subscription(TFMessage, "/tf", on_tf, RELIABLE)
         node.create_subscription(DetectedUser, "detected_user", on_detected, RELIABLE)
         tracker = node.create_client(Trigger, "user_tracker_ni_node/Start")
-        assert spin_until(tracker.service_is_ready, 10.0)
+        assert spin_until(tracker.service_is_ready, PATIENCE_S)
         tracker.call_async(Trigger.Request())
         look = ActionClient(node, LookForUser, "look_for_user")
-        assert spin_until(lambda: look.server_is_ready() and bool(stamps), 20.0)
+        assert spin_until(lambda: look.server_is_ready() and bool(stamps), PATIENCE_S)
 
         def look_often() -> None:
             for _ in range(LOOKS):
                 goal = look.send_goal_async(LookForUser.Goal(window=5.0))
-                assert spin_until(goal.done, 5.0)
+                assert spin_until(goal.done, PATIENCE_S)
                 result = goal.result().get_result_async()
-                assert spin_until(result.done, 10.0)
+                assert spin_until(result.done, PATIENCE_S)
                 assert result.result().result.found
 
         benchmark.pedantic(look_often, rounds=1)
-        assert spin_until(lambda: len(latencies) >= LOOKS, 2.0)
+        assert spin_until(lambda: len(latencies) >= LOOKS, PATIENCE_S)
     median, longest = 1000 * statistics.median(latencies), 1000 * max(latencies)
     figures.add(
         "from a picture to /detected_user",
@@ -158,7 +160,7 @@ def test_stack_speed(benchmark, figures, systems: Systems, speed):
     with systems.running(**FAST | {"speed": speed}) as system:
         client = system.client
         client.follow_truth()
-        client.spin_until(lambda: bool(client.truth), 5.0)
+        client.spin_until(lambda: bool(client.truth), PATIENCE_S)
 
         def mission():
             begin, wall = client.truth["time"], time.perf_counter()
