@@ -85,13 +85,15 @@ class CompiledExpression:
         text: As the author wrote it.
         evaluate: Computes it.
         keys: The keys that it reads.
-        shown: How the values of keys are written for people, where their kinds are known.
+        shown: How the values of keys and of what is measured are written for people, where their kinds are known.
+        measured: What is computed from keys and then compared, as written -> what computes it.
     """
 
     text: str
     evaluate: Evaluate
     keys: tuple[str, ...]
     shown: Mapping[str, Callable[[Any], str]] = field(default_factory=dict, compare=False)
+    measured: Mapping[str, Evaluate] = field(default_factory=dict, compare=False)
 
     def resolve(self, keys: KeyStore) -> Any:
         """Return the value now.
@@ -126,13 +128,29 @@ class CompiledExpression:
         )
 
     def denial(self, keys: KeyStore, *, wanted: bool = True) -> str:
-        """Write a sentence that says that the condition is not as wanted, with the values behind it."""
-        values = self.with_values(keys)
+        """Write a sentence that says that the condition is not as wanted, with the values behind it.
+
+        Of poses that something was measured between only that is told.
+        """
+        measured = [(text, _measure(evaluate, keys)) for text, evaluate in self.measured.items()]
+        known = [*measured, *zip(self.keys, keys.peek(self.keys), strict=True)]
+        values = ", ".join(
+            f"{text} is {self._show(text, value)}"
+            for text, value in known
+            if not (measured and isinstance(value, Pose2))
+        )
         verb = "does not hold" if wanted else "holds"
         return f"{self.text} {verb}{f' ({values})' if values else ''}"
 
     def _show(self, key: str, value: Any) -> str:
         return "not known" if value is NOTHING else self.shown.get(key, readable)(value)
+
+
+def _measure(evaluate: Evaluate, keys: KeyStore) -> Any:
+    try:
+        return evaluate(keys)
+    except ValueProblem:
+        return NOTHING
 
 
 # ---- operators ----------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ SYMBOLS = {
     "succeed": "✓",
     "on_failure": "!",
     "until": "⇥",
+    "ensure": "≟",
     "fail": "✗",
     "wait": "⏸",
     "wait_until": "⏸",

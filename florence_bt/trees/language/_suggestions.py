@@ -32,6 +32,7 @@ _BESIDE_A_KIND = (
     "while",
     "until",
     "on_failure",
+    "ensure",
     "out",
     "with",
     "then",
@@ -50,7 +51,8 @@ _ELSE_IF = ("elif", "elseif", "else if", "else_if", "elsif")
 _OTHER_MODIFIERS = by_spelling(
     {
         "on_failure": ("on_error", "onerror", "on_fail", "catch", "except", "if_fails"),
-        "finally": ("always", "ensure", "cleanup", "clean_up", "at_the_end"),
+        "finally": ("always", "cleanup", "clean_up", "at_the_end"),
+        "ensure": ("post_condition", "postcondition", "success_condition", "expect", "verify"),
         "name": ("comment", "title"),
     }
 )

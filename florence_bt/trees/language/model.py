@@ -529,6 +529,16 @@ class Sequence(Composite):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ensure(Sequence):
+    """``ensure``: a node, and the condition that its success must meet."""
+
+    @property
+    def default_title(self) -> str:
+        """As the node."""
+        return self.children[0].title
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Selector(Composite):
     """``selector``: one after the other until one succeeds."""
 

@@ -172,6 +172,32 @@ class _MissionParser(Reader):
         self._check_modifiers(key.text, source)
         if self._is_misplaced(key, value, source):
             return None
+        ensure = source.get("ensure")
+        if ensure is not None:
+            return self._ensured(key, value, source, ensure)
+        return self._unensured(key, value, source)
+
+    def _ensured(
+        self, key: YamlScalar, value: YamlNode, source: YamlMapping, ensure: YamlNode
+    ) -> model.Node | None:
+        """Read a node and the condition that its success must meet."""
+        outside = (*vocabulary.OUTSIDE, "code")
+        entries = [entry for entry in source.entries if entry[0].text != "ensure"]
+        inner = tuple(entry for entry in entries if entry[0].text not in outside)
+        outer = tuple(entry for entry in entries if entry[0].text in outside)
+        fields = self._fields(key, YamlMapping(outer, source.position))
+        code = fields.pop("code", None) or model.Literal(vocabulary.NOT_ENSURED, False, ensure.position)
+        node = self._unensured(key, value, YamlMapping(inner, source.position))
+        expression = self.expression(ensure, "ensure")
+        if node is None or expression is None:
+            return None
+        condition = model.Condition(
+            condition=expression, name=f"ensure {expression.text}", code=code, position=ensure.position
+        )
+        return model.Ensure(children=(node, condition), **fields)
+
+    def _unensured(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
+        """Read a node without ``ensure``."""
         until, handlers = source.get("until"), source.get("on_failure")
         if key.text == "for_each" and isinstance(until, YamlScalar):
             if not _is_first_success(until) and close_matches(until.text, [vocabulary.FIRST_SUCCESS]):

@@ -240,6 +240,7 @@ MODIFIER_TEXTS: dict[str, str] = {
     "while": "must hold all along; the node is stopped and fails otherwise",
     "until": "what ends the node: a node that succeeds, or an expression that holds",
     "on_failure": "what is done about failures: codes, groups of codes or any, each with a node",
+    "ensure": "must hold when the node has succeeded; it has failed otherwise",
     "because": "the reason of a failure in your own words, or one for each code",
     "finally": "a node that runs afterwards, on success, failure and cancel alike",
     "do": "the node that this one is about",
@@ -348,6 +349,7 @@ class NodeSchemas:
             "when": EXPRESSION,
             "unless": EXPRESSION,
             "while": EXPRESSION,
+            "ensure": EXPRESSION,
             "because": {
                 "anyOf": [
                     TEXT,

@@ -32,9 +32,9 @@ GUARDS = ("when", "unless", "while")
 """Modifiers that say when a node may start and go on; their values are expressions."""
 
 OUTSIDE = ("name", "when", "unless", "because", "finally")
-"""Modifiers that are about a node together with what its `until` and `on_failure` do."""
+"""Modifiers that are about a node together with what its `until`, `on_failure` and `ensure` do."""
 
-ANYWHERE = ("name", *GUARDS, "until", "on_failure", "because", "finally")
+ANYWHERE = ("name", *GUARDS, "until", "on_failure", "ensure", "because", "finally")
 """Modifiers that every node may have."""
 
 MODIFIERS: dict[str, tuple[str, ...]] = {
@@ -58,7 +58,7 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
 }
 """Further modifiers -> the kinds that they belong to."""
 
-BESIDE: dict[str, tuple[str, ...]] = {"code": ("while", "until")}
+BESIDE: dict[str, tuple[str, ...]] = {"code": ("while", "until", "ensure")}
 """Modifiers of :data:`MODIFIERS` -> other modifiers of a node that allow them too, whatever its kind."""
 
 NEVER_INPUTS = (
@@ -73,6 +73,7 @@ NEVER_INPUTS = (
     "while",
     "until",
     "on_failure",
+    "ensure",
     "then",
     "else",
     "cases",
@@ -113,6 +114,8 @@ GUARD_FAILED = "guard_failed"
 """The code of a ``while`` that names none."""
 UNTIL_NOT_MET = "until_not_met"
 """The code of an ``until`` that names none."""
+NOT_ENSURED = "not_ensured"
+"""The code of an ``ensure`` that names none."""
 NONE_WORKED = "none_worked"
 """The code of a ``for_each`` with ``until: success`` that names none."""
 FIRST_SUCCESS = "success"
@@ -132,6 +135,7 @@ TREE_CODES: dict[str, str] = {
     "skipped": "`when` or `unless` kept a node of a selector from starting",
     "guard_failed": "`while` did not hold",
     "until_not_met": "a node was done before what its `until` waits for",
+    "not_ensured": "a node succeeded, and its `ensure` does not hold",
     "condition_false": "the expression of a `condition` does not hold",
     "none_worked": "a `for_each` with `until: success` has no item that succeeds",
     "no_case": "no case of a `switch` fits",

@@ -100,7 +100,8 @@ def larger(nodes):
     until = st.builds(", until: {}".format, st.one_of(EXPRESSIONS, nodes))
     codes = st.sampled_from(["any", "broken", "timed_out", "failed"])
     caught = st.builds(", on_failure: {{{}: {}}}".format, codes, nodes)
-    more = st.one_of(guard, cleanup, until, caught)
+    ensure = st.builds(", ensure: {}".format, EXPRESSIONS)
+    more = st.one_of(guard, cleanup, until, caught, ensure)
     modified = st.builds(lambda node, more: f"{node[:-1]}{more}}}", plain, more)
     return st.one_of(plain, plain, modified)
 

@@ -22,9 +22,34 @@ def compile_expression(
         expression: The expression.
         kinds: The kinds of the keys, as far as they are known: they say how values are shown in reasons.
     """
-    known = {key: kind for key in expression.keys if (kind := (kinds or {}).get(key)) is not None}
-    shown = {key: partial(format_value, kind=kind) for key, kind in known.items()}
-    return CompiledExpression(expression.text, _compiled(expression.term), expression.keys, shown)
+    kinds = kinds or {}
+    known = {key: kind for key in expression.keys if (kind := kinds.get(key)) is not None}
+    terms = {syntax.print_term(term): term for term in _measured(expression.term)}
+    for text, term in terms.items():
+        kind = check_kinds(syntax.Expression(text, term, syntax.start_of(term)), kinds).kind
+        if kind is not None:
+            known[text] = kind
+    return CompiledExpression(
+        expression.text,
+        _compiled(expression.term),
+        expression.keys,
+        {text: partial(format_value, kind=kind) for text, kind in known.items()},
+        {text: _compiled(term) for text, term in terms.items()},
+    )
+
+
+_COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
+
+
+def _measured(term: syntax.Term) -> Iterator[syntax.Term]:
+    """Yield what is computed from keys and compared with something."""
+    if not isinstance(term, syntax.Binary) or term.operator not in _COMPARISONS:
+        for part in syntax.parts_of(term):
+            yield from _measured(part)
+        return
+    for side in syntax.parts_of(term):
+        if not isinstance(side, syntax.Key | syntax.Constant) and any(syntax.keys_of(side)):
+            yield side
 
 
 def _compiled(term: syntax.Term) -> Evaluate:
