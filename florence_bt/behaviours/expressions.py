@@ -85,7 +85,7 @@ class CompiledExpression:
         text: As the author wrote it.
         evaluate: Computes it.
         keys: The keys that it reads.
-        shown: How the values of keys and of what is measured are written for people, where the kinds are known.
+        shown: How the values of keys and what is measured are written for people, where kinds are known.
         measured: What is computed from keys and then compared, as written -> what computes it.
     """
 

@@ -39,6 +39,7 @@ from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
 from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
+from florence_bt.skills.people.user_tracker.camera_view import view_of
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
@@ -47,7 +48,6 @@ from florence_bt.skills.people.user_tracker.parameters import (
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.rejected_places import view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 from florence_bt.skills.robot_description.room import RoomParameters
 from florence_bt.trees.language.declarations import collect_declarations
@@ -402,15 +402,14 @@ class _PeopleSkills:
             found = detect_people(
                 depth, self._optical_in_base, colour, self._detector, known=self._known, robot=robot
             )
-            tracked = self._tracker.update(
-                now,
-                [each.moved_by(robot_in_odom) for each in found],
-                view_of(depth, self._optical_in_base, robot_in_odom),
-            )
+            view = view_of(depth, self._optical_in_base, robot_in_odom)
+            tracked = self._tracker.update(now, [each.moved_by(robot_in_odom) for each in found], view)
             users = [user.moved_by(odom) for user in tracked]
             self.on_bodies(body_scan(found, now, BASE_FRAME))
             if self._looking:
-                self._look.feed(now, users, robot, undecided=self._tracker.undecided)
+                self._look.feed(
+                    now, users, robot, undecided=self._tracker.undecided, view=view.moved_by(odom)
+                )
             self.on_users(tracked)
         self._end_look_when_over()
 

@@ -10,9 +10,9 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, DepthImage
 from florence_bt.core.transforms import Transform3
+from florence_bt.skills.people.user_tracker.camera_view import CameraView, view_of
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.rejected_places import CameraView, view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker
 
 USE = TrackerParameters()

@@ -15,12 +15,15 @@ SLOWEST_MPS = 0.02
 _BRAKING_MPS2 = 0.3
 _HEADING_GAIN = 1.5
 _AHEAD_S, _AHEAD_M = 1.0, 0.1
-"""The way of so many seconds and metres must be free."""
+"""So many seconds and metres ahead the robot looks for what is in the way."""
+_KEPT_AHEAD_M, _KEPT_BEHIND_M = 0.03, 0.1
+"""It stops so far before that: the step in which a way is looked at, and what it takes to stop. Behind it,
+where only the map tells, the error of the localisation comes to that."""
 _AT_REST_MPS = 0.02
 
 
 class StraightDrive:
-    """Drive straight on, or back, by odometry.
+    """Drive straight on, or back, by odometry; as far as there is room when something is in the way.
 
     Args:
         distance: Metres, below zero backwards.
@@ -56,8 +59,12 @@ class StraightDrive:
         if state.now > self._deadline:
             reason = f"{left:.2f} m were left when the time was over"
             return answer(STANDSTILL, failure("time_allowance", reason))
-        speed = min(self._speed, max(SLOWEST_MPS, math.sqrt(2.0 * _BRAKING_MPS2 * left)))
-        if not state.clearance.is_free(way * min(left, _AHEAD_S * speed + _AHEAD_M), 0.0):
+        ahead = min(left, _AHEAD_S * self._speed + _AHEAD_M)
+        room = ahead * state.clearance.free_part(way * ahead, 0.0)
+        kept = _KEPT_AHEAD_M if way > 0.0 else _KEPT_BEHIND_M
+        room = left if room >= ahead else room - kept
+        speed = min(self._speed, max(SLOWEST_MPS, math.sqrt(2.0 * _BRAKING_MPS2 * max(0.0, room))))
+        if room <= _PRECISION_M:
             where = "ahead" if way > 0.0 else "behind the robot"
             reason = f"something is {where}; {left:.2f} m were left"
             return answer(STANDSTILL, failure("collision_ahead", reason))

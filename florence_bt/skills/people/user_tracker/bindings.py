@@ -9,7 +9,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure, succes
 from florence_bt.core.serving import ActionBinding, ConditionBinding, ServiceBinding
 from florence_bt.core.skill import Inputs
 
-LOOK_CODES_BY_NUMBER = {1: "no_user_seen", 2: "no_image"}
+LOOK_CODES_BY_NUMBER = {1: "no_user_seen", 2: "no_image", 3: "user_not_in_view"}
 """error_code of LookForUser -> our code."""
 
 

@@ -1,7 +1,9 @@
 """A look for a person: the nearest one that is seen for long enough, or nobody within the window.
 
 A look ends as soon as it is decided: nobody is there when enough pictures show nothing that may be a person.
-A look with too few pictures to decide says so: that is not the same as nobody being there.
+A look with too few pictures to decide says so: that is not the same as nobody being there. Nor is it when the
+camera does not see the place free where they should be: from nearby it does not see everybody, and something may
+be in between.
 """
 
 from __future__ import annotations
@@ -15,8 +17,11 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.sensing import TrackedUser
+from florence_bt.skills.people.user_tracker.camera_view import UPRIGHT, CameraView
 from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
+_FLOOR_M, _BODY_M = 0.05, 0.25
+"""What is lower is the floor; how thick somebody is who lies; metres."""
 _Sample = tuple[float, TrackedUser]
 """Time and what the tracker said."""
 
@@ -43,6 +48,27 @@ class Wanted:
     y: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """The place where somebody was found.
+
+    Attributes:
+        x: Map frame, metres.
+        y: The same.
+        heights: Between them, above the floor, they would be seen, metres.
+    """
+
+    x: float
+    y: float
+    heights: tuple[float, float]
+
+
+def _heights_of(user: TrackedUser) -> tuple[float, float]:
+    if user.posture != "lying":
+        return UPRIGHT
+    return max(_FLOOR_M, user.height - _BODY_M), user.height
+
+
 class LookForUser:
     """Decides whom the robot has found.
 
@@ -64,6 +90,8 @@ class LookForUser:
         self._first_picture: float | None = None
         self._undecided = False
         self._wanted = Wanted()
+        self._found_at: dict[int, _Place] = {}
+        self._free_pictures = 0
 
     @property
     def deadline(self) -> float:
@@ -89,6 +117,7 @@ class LookForUser:
         self._pictures = 0
         self._first_picture = None
         self._undecided = False
+        self._free_pictures = 0
 
     def feed(
         self,
@@ -97,6 +126,7 @@ class LookForUser:
         robot: Pose2 | None = None,
         *,
         undecided: bool = False,
+        view: CameraView | None = None,
     ) -> None:
         """Take the confirmed people of a picture.
 
@@ -105,6 +135,7 @@ class LookForUser:
             users: The people, map frame; those out of range or not finite do not count.
             robot: Where the robot is, map frame; gives the person's yaw its meaning.
             undecided: Whether there is something else in view that may be a person.
+            view: What the picture says of places, map frame; without it no place is seen free.
         """
         self._pictures += 1
         self._first_picture = now if self._first_picture is None else self._first_picture
@@ -113,14 +144,18 @@ class LookForUser:
         for user in users:
             if self._in_range(user.distance) and self._is_wanted(user):
                 self._samples.setdefault(user.user_id, []).append((now, user))
+        place = self._expected()
+        if place is not None and view is not None:
+            self._free_pictures += view.is_free(place.x, place.y, place.heights)
 
     def result(self, now: float) -> Result | None:
         """Return the end of the look, or None while it goes on.
 
         Returns:
             Success with ``user`` (its yaw points to the robot, 0 when the robot's pose is not known),
-            ``distance``, ``user_id``, ``posture`` and ``height``; ``no_user_seen``; or ``no_image`` when
-            there were too few pictures to see anybody.
+            ``distance``, ``user_id``, ``posture`` and ``height``; ``no_user_seen``; ``user_not_in_view`` when
+            a place was asked for, or somebody who was found before, and that place is not seen free; or
+            ``no_image`` when there were too few pictures to see anybody.
         """
         seen = {key: each for key, each in self._samples.items() if self._counts(each)}
         settled = any(each[-1][0] - each[0][0] >= self._params.settle_s for each in seen.values())
@@ -148,12 +183,30 @@ class LookForUser:
     def _nobody(self, now: float) -> Result:
         if self._pictures >= self._params.enough_pictures:
             seconds = min(now, self.deadline) - self._started
-            return failure("no_user_seen", f"no user seen within {seconds:.1f} s in {self._pictures} images")
+            nobody = f"no user seen within {seconds:.1f} s in {self._pictures} images"
+            if self._expected() is None:
+                return failure("no_user_seen", nobody)
+            if 2 * self._free_pictures >= self._pictures:
+                return failure("no_user_seen", f"{nobody}, and the place where they were is free")
+            return failure("user_not_in_view", f"{nobody}, but the camera does not see their place free")
         return failure(
             "no_image",
             f"{self._pictures} usable images within {self._window:g} s, "
             f"{self._params.enough_pictures} would have been enough to see somebody",
         )
+
+    def _expected(self) -> _Place | None:
+        """Return where who is looked for should be; None when that is not known."""
+        wanted = self._wanted
+        if self._robot is None or not (wanted.x or wanted.y):
+            return self._found_at.get(wanted.user_id)
+        x, y = self._robot.apply(wanted.x, wanted.y)
+        known = [
+            each
+            for each in self._found_at.values()
+            if self._beside_place(each.x, each.y) <= self._params.place_tolerance
+        ]
+        return _Place(x, y, known[-1].heights if known else UPRIGHT)
 
     def _in_range(self, distance: float) -> bool:
         return self._params.nearest <= distance <= self._params.farthest
@@ -184,6 +237,8 @@ class LookForUser:
         mine = users[user_id]
         x, y = statistics.median(user.x for user in mine), statistics.median(user.y for user in mine)
         yaw = math.atan2(self._robot.y - y, self._robot.x - x) if self._robot else 0.0
+        self._found_at.pop(user_id, None)  # the latest stands last
+        self._found_at[user_id] = _Place(x, y, _heights_of(mine[-1]))
         return success(
             user=Pose2(x, y, yaw),
             distance=statistics.median(user.distance for user in mine),

@@ -44,6 +44,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
+from florence_bt.skills.people.user_tracker.camera_view import CameraView, view_of
 from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.evidence import Verdict, Verifier, verdicts
@@ -56,7 +57,6 @@ from florence_bt.skills.people.user_tracker.parameters import (
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.rejected_places import view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 
 WARNING_PERIOD_S = 5.0
@@ -299,18 +299,15 @@ class UserTrackerNode(FlorenceNode):
         robot = odom @ robot_in_odom
         colour = self._colour_near(depth.stamp)
         found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
-        tracked = self._tracker.update(
-            depth.stamp,
-            [each.moved_by(robot_in_odom) for each in found],
-            view_of(depth, optical_in_base, robot_in_odom),
-        )
+        view = view_of(depth, optical_in_base, robot_in_odom)
+        tracked = self._tracker.update(depth.stamp, [each.moved_by(robot_in_odom) for each in found], view)
         users = tuple(user.moved_by(odom) for user in tracked)
         self._bodies_topic.publish(scan_to_ros(body_scan(found, self.stamp(depth.stamp), params.base_frame)))
         self._publish(users, depth.stamp)
         if colour is not None:
             self._ask_second_source(colour, depth.stamp)
         if self._action.active:
-            self._feed_look(depth.stamp, users, robot)
+            self._feed_look(depth.stamp, users, robot, view.moved_by(odom))
 
     def _on_scan(self, message: LaserScanMsg) -> None:
         """Go on with the legs of those whom the camera does not see."""
@@ -382,9 +379,11 @@ class UserTrackerNode(FlorenceNode):
         self._look_timer = self.timebase.call_at(self._look.deadline, self._judge_look)
         return None
 
-    def _feed_look(self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2) -> None:
+    def _feed_look(
+        self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2, view: CameraView
+    ) -> None:
         before = self._look.users_seen
-        self._look.feed(stamp, users, robot, undecided=self._tracker.undecided)
+        self._look.feed(stamp, users, robot, undecided=self._tracker.undecided, view=view)
         if self._look.users_seen != before:
             self._action.publish_feedback(LookAction.Feedback(users_seen=self._look.users_seen))
         self._judge_look()

@@ -6,62 +6,19 @@ From far away it would be taken for a person again and again, and each time the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import DepthImage
-from florence_bt.core.transforms import Transform3
+from florence_bt.skills.people.user_tracker.camera_view import CameraView
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.person_network import Pixels
 
 _BEARING = math.radians(20.0)
 """So far from its axis the camera sees the whole of what stands nearby."""
-_LOW, _HIGH = 0.3, 1.9
-_REACH = 0.3
-_PIXELS = 20
-"""Heights above the floor and the reach around its middle of what stands at a place, metres; so many pixels
-of the network's input show it."""
 _SURER = 0.03
 """Who is seen with so much more confidence than the thing ever was is no thing. A coat stand 3.2 and 3.8 m
 away in the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on average."""
-
-
-@dataclass(frozen=True, slots=True)
-class CameraView:
-    """The view of a camera: from where a picture was taken, and what stands there.
-
-    Attributes:
-        camera: Place and heading of the camera in the frame of the tracker.
-        shows: Whether something stands at a place (x, y) of this frame, and is seen.
-    """
-
-    camera: Pose2
-    shows: Callable[[float, float], bool]
-
-
-def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> CameraView:
-    """Return the view of a depth picture.
-
-    Args:
-        depth: The picture.
-        optical_in_base: Takes points of the optical frame to the robot frame.
-        robot: The robot in the frame of the tracker.
-    """
-    ahead = optical_in_base.rotation[:2, 2]
-    place = optical_in_base.translation
-    camera = robot @ Pose2(float(place[0]), float(place[1]), math.atan2(ahead[1], ahead[0]))
-
-    def shows(x: float, y: float) -> bool:
-        at = robot.inverse().apply(x, y)
-        points = Pixels.of(depth, optical_in_base).points
-        near = np.hypot(points[..., 0] - at[0], points[..., 1] - at[1]) < _REACH
-        return int((near & (points[..., 2] > _LOW) & (points[..., 2] < _HIGH)).sum()) >= _PIXELS
-
-    return CameraView(camera, shows)
 
 
 @dataclass(slots=True)

@@ -15,13 +15,14 @@ from scipy.optimize import linear_sum_assignment
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker.appearance import distance_if_known
+from florence_bt.skills.people.user_tracker.camera_view import CameraView
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Verdict
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.leg_tracker import LegTracker
 from florence_bt.skills.people.user_tracker.lying_body import LyingBodies
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.rejected_places import CameraView, RejectedPlaces
+from florence_bt.skills.people.user_tracker.rejected_places import RejectedPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict, reach
 from florence_bt.skills.people.user_tracker.track import LOST_DISTANCE, Track
 
