@@ -233,11 +233,6 @@ class OccupancyGrid:
         span_y = f"y {self.origin.y:g} to {self.origin.y + rows * self.resolution:g} m"
         return f"outside the map ({span_x}, {span_y})"
 
-    def is_occupied(self, x: float, y: float) -> bool:
-        """Tell whether a place (metres, map frame) is probably occupied; outside of the grid it is not."""
-        row, column = self.cell_of(x, y)
-        return self.contains(row, column) and bool(self.cells[row, column] > OCCUPIED // 2)
-
 
 def upright_size(columns: int, rows: int, yaw: float) -> tuple[int, int]:
     """Return the columns and rows of a map with a turned origin once made :meth:`OccupancyGrid.upright`."""

@@ -119,7 +119,8 @@ class Locator:
     def set_user_position(self, pose: Pose2, source: str = SET_POSITION) -> Result:
         """Take over a coordinate from a precise sensor, which sees the user now.
 
-        It always replaces the old one, unless it is not finite, in an obstacle of the map or off it.
+        It always replaces the old one, unless it is not finite or off the map. In an obstacle of the map somebody
+        may sit or lie: on a sofa, in bed.
         """
         if not pose.is_finite():
             return failure("bad_input", f"the position must be finite, not {pose}")
@@ -128,12 +129,6 @@ class Locator:
             return failure(
                 "bad_input",
                 f"({pose.x:.2f} m, {pose.y:.2f} m) is {problem}; a place on its free floor would be stored",
-            )
-        if self._in_obstacle(pose):
-            return failure(
-                "bad_input",
-                f"the map has an obstacle at ({pose.x:.2f} m, {pose.y:.2f} m): nobody can be there; "
-                "a place on free floor would be stored",
             )
         self.user = pose
         now = self._clock.now()
@@ -144,10 +139,6 @@ class Locator:
     def _off_the_map(self, pose: Pose2, slack: float = 0.0) -> str | None:
         """Tell why the map, if known, says nothing about a place; None if it does."""
         return None if self.map is None else self.map.problem_with_place(pose.x, pose.y, slack)
-
-    def _in_obstacle(self, pose: Pose2) -> bool:
-        """Tell whether the map, if known, has an obstacle at a point."""
-        return self.map is not None and self.map.is_occupied(pose.x, pose.y)
 
     def set_user_room(self, label: str) -> Result:
         """Take over a room from a coarse sensor; a known position in the same room stays as it is."""

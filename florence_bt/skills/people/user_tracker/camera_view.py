@@ -75,15 +75,17 @@ def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> Cam
     def is_free(x: float, y: float, heights: tuple[float, float]) -> bool:
         at = robot.inverse().apply(x, y)
         away = math.hypot(at[0] - place[0], at[1] - place[1])
-        towards = ((at[0] - place[0]) / max(away, 1e-6), (at[1] - place[1]) / max(away, 1e-6))
-        seen = Pixels.of(depth, optical_in_base).points - np.asarray(place, np.float32)
-        along = seen[..., 0] * towards[0] + seen[..., 1] * towards[1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            scale = away / along
-            beside = np.abs(seen[..., 1] * towards[0] - seen[..., 0] * towards[1]) * scale
-            height = place[2] + seen[..., 2] * scale
-        looked_at = (along > 0.0) & (beside < _BODY_M) & (height > heights[0]) & (height < heights[1])
-        through = int((looked_at & (along > away + _BEYOND_M)).sum())
-        return through >= max(_PIXELS, _FREE * int(looked_at.sum()))
+        towards = (at[0] - place[0]) / max(away, 1e-6), (at[1] - place[1]) / max(away, 1e-6)
+        pixels = Pixels.of(depth, optical_in_base)
+        x, y, z = pixels.along
+        forward = x * towards[0] + y * towards[1]
+        ahead = forward > 0.0
+        to_place = away / np.where(ahead, forward, 1.0)
+        beside = np.abs(y * towards[0] - x * towards[1]) * to_place
+        height = place[2] + z * to_place
+        looked_at = ahead & (beside < _BODY_M) & (height > heights[0]) & (height < heights[1])
+        # Where nothing was measured nothing is seen: of who is too near, or in the sun.
+        through = looked_at & (pixels.depth * forward > away + _BEYOND_M)
+        return int(through.sum()) >= max(_PIXELS, _FREE * int(looked_at.sum()))
 
     return CameraView(camera, shows, is_free)

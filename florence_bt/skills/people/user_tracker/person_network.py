@@ -37,12 +37,14 @@ class Pixels:
     Attributes:
         depth: Shape (120, 160), metres along the optical axis, NaN where nothing was measured.
         points: Shape (120, 160, 3), metres, in the robot frame; NaN as above.
+        along: Shape (3, 120, 160), what each pixel looks along for one metre of depth, robot frame.
         rays: Shape (120, 160, 2), the horizontal direction of each pixel in the robot frame, unit vectors.
         area: Shape (120, 160), what a pixel covers of a surface that faces the camera, square metres.
     """
 
     depth: Floats
     points: Floats
+    along: Floats
     rays: Floats
     area: Floats
 
@@ -60,7 +62,7 @@ class Pixels:
         along, rays = _directions(camera, optical_in_base.rotation.tobytes())
         points = depth * along + optical_in_base.translation.astype(np.float32)[:, None, None]
         side = camera.width / (INPUT_SIZE[0] * camera.fx) * camera.height / (INPUT_SIZE[1] * camera.fy)
-        return Pixels(depth, np.moveaxis(points, 0, -1), rays, depth**2 * np.float32(side))
+        return Pixels(depth, np.moveaxis(points, 0, -1), along, rays, depth**2 * np.float32(side))
 
     def as_input(self) -> Floats:
         """Return the network's input: inverse depth, height above the floor and whether there is a value."""
