@@ -136,14 +136,14 @@ class MissionMap:
         called = [ref.origin.node for ref in self.nodes.values() if ref.origin is not None]
         missions = {node.mission.text for node in called if isinstance(node, model.CallMission)}
         wanted = {path: _shorter(ref.shown, missions) for path, ref in self.nodes.items()}
-        count = Counter(text for texts in wanted.values() for text in texts)
+        count = Counter(_plain(text) for texts in wanted.values() for text in texts)
         for ref in self.nodes.values():
-            # The name of its skill alone means a numbered node, too.
-            bare = re.sub(r" \(\d+\)$", "", ref.shown)
-            if ref.skill is not None and bare != ref.shown:
-                count.update(_shorter(bare, missions))
+            # Its other names mean it, too: that of its skill, and of a call that is guarded the guard's.
+            *above, last = ref.shown.split("/")
+            for name in ref.segments[-1] - {_plain(last)}:
+                count.update(_plain(text) for text in _shorter("/".join([*above, name]), missions))
         for path, texts in wanted.items():
-            short = next((text for text in texts if count[text] == 1), texts[-1])
+            short = next((text for text in texts if count[_plain(text)] == 1), texts[-1])
             self.nodes[path] = replace(self.nodes[path], short=short)
 
 

@@ -11,7 +11,7 @@ from florence_bt.mission_testing.record import TraceLine, read_line
 def play():
     stage = MissionTester()
     stage.defaults(
-        get_robot_pose="SUCCESS (pose=(0 m, 0 m, 0 deg))",
+        get_robot_pose="SUCCESS (pose=(0 m, 0 m, 0 deg)), then SUCCESS (pose=(1 m, 0 m, 0 deg))",
         propose_approach_pose="SUCCESS (pose=(1 m, 0 m, 0 deg))",
         navigate_to="running 15 s, then SUCCESS",
     )
@@ -43,11 +43,13 @@ def test_what_is_no_line(text, says):
 
 def test_nodes_may_be_named_by_any_pattern_and_times_in_any_unit(play):
     play.assert_trace("""
-        0 s    set place: SUCCESS
+        0 s    set seen: SUCCESS
         0 ms   drive_before/**/get_robot_pose: SUCCESS
         0 s    approach_user/**/propose*: SUCCESS
         0 s    navigate to: RUNNING
         0.25 min  **/navigate_to: SUCCESS
+        15 s   set nearest: SUCCESS
+        15 s   approach the person/get_robot_pose: SUCCESS
     """)
     play.assert_trace("0 s navigate_to: RUNNING\n15 s navigate_to: SUCCESS", "navigate_to")
 

@@ -48,10 +48,10 @@ def goto_user():
         ("turn and look/*_tracker", 8),
         ("search in a circle/stop_tracker", 4),
         ("goto_user/*", 2),
-        ("**/**/turn", 6),
+        ("**/**/turn", 7),
         ("*tracker", 19),
-        ("approach_user/**", 16),
-        ("make sure from nearby/**", 15),
+        ("approach_user/**", 18),
+        ("make sure from nearby/**", 16),
         ("get_user_rom", 0),
     ],
 )

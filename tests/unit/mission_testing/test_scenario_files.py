@@ -155,7 +155,7 @@ def test_scripts_of_several_steps(play):
           given:
             inputs: {user: "(3 m, 2 m, 0 deg)"}
             skills:
-              get_robot_pose: 'SUCCESS (pose={x: 0 m, y: 0 m, yaw: 0 deg})'
+              get_robot_pose: 'SUCCESS (pose={x: 0 m, y: 0 m, yaw: 0 deg}), then SUCCESS (pose=(3 m, 0 m, 0 deg))'
               propose_approach_pose:
                 switch: trial
                 cases:
@@ -172,7 +172,7 @@ def test_scripts_of_several_steps(play):
                   [>] approach_user
                       [>] parallel
                           [>] approach the person (sequence)
-                              [+] set place -- place = (x 3.00 m, y 2.00 m, yaw 0 deg)
+                              [+] set seen -- seen = (x 3.00 m, y 2.00 m, yaw 0 deg)
                               [>] run drive_before
                                   [>] sequence
                                       [+] get robot pose
@@ -280,7 +280,7 @@ def test_no_outputs_at_all_can_be_expected(play):
         "    propose_approach_pose: 'SUCCESS (pose=(1 m, 0 m, 0 deg))'}\nscenarios:\n"
     )
     results = play("- {name: x, then: {status: SUCCEEDED, outputs: {}}}", head)
-    assert problems(results) == ["approach_user gave the outputs pose, not none"]
+    assert problems(results) == ["approach_user gave the outputs pose, nearest, not none"]
 
 
 def test_a_refusal_that_does_not_come_is_told_at_its_place(play):

@@ -46,15 +46,17 @@ def test_a_called_mission_is_mocked_like_a_skill(stage):
 
 def test_each_call_of_a_mission_is_a_call_of_its_mock(stage):
     stage.mock("look_for_user", f"{SEEN[:-1]}, posture=standing)")
-    approach = stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
+    approach = stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg), nearest=3 m)")
+    stage.mock("get_robot_pose", "SUCCESS (pose=(1 m, 1 m, 20 deg))")
     play = stage.run("meet_user", seen_at="(3 m, 2 m, 180 deg)", seen_id=1, distance="2 m")
-    play.assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(5 + 8 + 5 + 8)
+    play.assert_succeeded(pose="(1 m, 1 m, 20 deg)").assert_duration(5 + 8 + 5 + 8)
     assert play.order[1:] == [
         "approach_user",
         "look_for_user",
         "set_user_position",
         "approach_user",
         "look_for_user",
+        "get_robot_pose",
         "stop_tracker",
     ]
     assert [call["safe_distance"] for call in approach.inputs] == [1.2, 0.5]
@@ -228,4 +230,4 @@ def test_a_mock_of_a_mission_gives_what_its_caller_takes_and_no_more(tmp_path):
     failing = head.replace("follow_me: SUCCESS", "follow_me: FAILURE not_found").replace("@", "FAILURE")
     file.write_text(failing + scenario)
     (finding, *_) = read_scenarios(file, Libraries()).findings
-    assert finding.valid == ("no_user_seen",)
+    assert finding.valid == ("no_user_seen", "user_not_in_view")

@@ -120,7 +120,7 @@ def test_the_skills_declare_groups_together():
     groups = groups_of(own_declarations())
     assert set(groups) == {"unreachable", "not_found", "stopped_by_base"}
     assert {"no_path", "pose_occupied", "timed_out"} <= groups["unreachable"].codes
-    assert groups["not_found"].codes == {"no_user_seen", "user_lost"}
+    assert groups["not_found"].codes == {"no_user_seen", "user_not_in_view", "user_lost"}
     declared = own_declarations()
     known = {code for skill in declared.values() for code in skill.failures} | {"timed_out"}
     assert all(group.meaning and group.codes <= known for group in groups.values())
