@@ -15,9 +15,10 @@ NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
 ROUND_SEARCH = """with: {window: $window, looks: $looks, step: "${360 deg / $looks}"}
                 out: {user: user, distance: distance, user_id: user_id}
 """
-LOOK_AGAIN = 'x: "${distance($back, $user)}"'
-STORE = """          - succeed:
-              set_user_position: {user: $user}
+LOOK_AGAIN = 'x: "${distance($back, $seen_at)}"'
+ENSURED = "ensure: distance($pose, $user) < $nearest + 0.1 m and abs(bearing($pose, $user)) < 15 deg"
+STORE = """            - succeed:
+                set_user_position: {user: $user}
 """
 MUTANTS = [
     (
@@ -115,9 +116,19 @@ MUTANTS = [
         "'navigate_to' was started",
     ),
     ("drive_before", "robot: $robot", "robot: $user", "robot=(x 1.00 m, y 2.00 m, yaw 0 deg)"),
-    ("come_closer", "$distance + 4 cm", "$distance + 2 cm", "drive_straight"),
-    ("come_closer", "12 cm) / $part", "12 cm)", "drive_straight"),
-    ("come_closer", "repeat: 3", "repeat: 4", "'drive_straight' was started"),
+    ("drive_before", "out: {pose: place}", "out: {pose: robot}", "drive_before"),
+    ("stand_before", "$distance + 4 cm", "$distance + 3 cm", "drive_straight(distance=0.039 m"),
+    ("stand_before", "$distance + 4 cm", "$distance + 5 cm", "'drive_straight' with distance=0.05"),
+    ("stand_before", ", 36 cm)", ", 40 cm)", "'drive_straight' with distance=0.36"),
+    ("stand_before", " < 6 deg", " < 5 deg", "turn(angle=-5 deg"),
+    ("stand_before", " < 6 deg", " < 7 deg", "'turn' with angle=0.1047"),
+    ("stand_before", '${bearing($here, $user)}"', '${-bearing($here, $user)}"', "'turn' with angle="),
+    (
+        "stand_before",
+        "    - get_robot_pose:\n      out: {pose: pose}\n",
+        "    - set: {pose: $here}\n",
+        "the output pose",
+    ),
     ("approach_user", "timeout: $limit", "timeout: 120 s", "approach_user took "),
     (
         "goto_user",
@@ -238,7 +249,7 @@ MUTANTS = [
     (
         "meet_user",
         STORE,
-        STORE.replace("- succeed:\n              ", "- "),
+        STORE.replace("- succeed:\n                ", "- "),
         "set_user_position, not SUCCEEDED",
         "a place that is not stored keeps nobody from being approached",
     ),
@@ -269,6 +280,37 @@ MUTANTS = [
         "retry: 3",
         "'follow_user' was started",
         "who walks on again and again is followed three times",
+    ),
+    (
+        "meet_user",
+        ENSURED,
+        "ensure: $nearest > 0 m",
+        "meet_user is SUCCEEDED",
+        "a robot that cannot come up to them",
+    ),
+    (
+        "meet_user",
+        ENSURED,
+        ENSURED.split(" and ")[0],
+        "meet_user is SUCCEEDED",
+        "a robot that cannot turn to them",
+    ),
+    (
+        "meet_user",
+        "ensure: distance($pose, $user) < $nearest + 0.1 m and ",
+        "ensure: ",
+        "meet_user is SUCCEEDED",
+    ),
+    ("meet_user", ENSURED, ENSURED.replace("$nearest", "$safe_distance"), "meet_user is FAILED", "met there"),
+    ("meet_user", "retry: 2", "retry: 1", "meet_user is FAILED", "the second time"),
+    ("meet_user", "retry: 2", "retry: 3", "was started 3 times, not twice", "a robot that cannot come up"),
+    ("meet_user", "on: [too_far]", "on: [too_far, user_moved_on]", "was started", "three times"),
+    (
+        "meet_user",
+        "out: {nearest: nearest, seen: user}",
+        "out: {nearest: nearest}",
+        "meet_user is FAILED",
+        "who lies",
     ),
     ("meet_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker'"),
     (
@@ -305,7 +347,8 @@ MUTANTS = [
         "            wait: 1 s\n",
         "catch_up is",
     ),
-    ("look_again", "$user) >= 0.5 m", "$user) > 0.5 m", "look_again is SUCCEEDED"),
+    ("look_again", "$seen_at) < 0.5 m", "$seen_at) <= 0.5 m", "look_again is SUCCEEDED"),
+    ("look_again", "$seen_at) < 0.5 m", "$seen_at) < 0.4 m", "look_again is FAILED"),
     ("look_again", LOOK_AGAIN, LOOK_AGAIN.replace("$back", "$stood"), "'look_for_user'"),
     ("look_again", "drive_back: {distance: 0.4 m,", "drive_back: {distance: 0.3 m,", "'drive_back'"),
     (
@@ -314,7 +357,10 @@ MUTANTS = [
         "when: distance($back, $stood) > 5 m",
         "drive_straight",
     ),
-    ("look_again", "              code: user_moved_on\n", "", "the code is 'unexpected_success'"),
+    ("look_again", "$stood) > 5 cm", "$stood) > 4 cm", "'drive_straight' was started"),
+    ("look_again", "$stood) > 5 cm", "$stood) > 7 cm", "'drive_straight' was started"),
+    ("look_again", "        no_user_seen: {fail:", "        no_image: {fail:", "look_again is SUCCEEDED"),
+    ("look_again", "                user_not_in_view: {set: {now: $seen_at}}\n", "", "look_again is FAILED"),
     ("look_again", "any: {fail:", "no_image: {fail:", "'no_user_seen', not 'user_moved_on'"),
     ("approach_user", "$user) >= 0.6 m", "$user) > 0.6 m", "approach_user is SUCCEEDED"),
     (
@@ -336,7 +382,16 @@ MUTANTS = [
         "",
         "'get_robot_pose' was started",
     ),
-    ("approach_user", " < 6 deg", " < 5 deg", "turn"),
+    ("approach_user", "max($safe_distance, distance", "max(0.1 m, distance", "the output nearest"),
+    ("approach_user", "max($safe_distance, distance($place, $user))", "$safe_distance", "the output nearest"),
+    ("approach_user", "{user: $seen, distance", "{user: $user, distance", "'turn' with angle="),
+    (
+        "approach_user",
+        "distance: $safe_distance}\n            out: {pose: pose}",
+        "distance: $safe_distance}",
+        "pose",
+    ),
+    ("approach_user", "- set: {seen: $now}", "- set: {nearest: 1 m}", "the output seen"),
     ("approach_user", '                when: $posture == "lying"\n', "", "'turn'"),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5"),
     ("patrol", "            unreachable: {app", "            bumper: {app", "patrol is FAILED: "),

@@ -160,19 +160,19 @@ def test_the_habits_of_the_user_outlive_the_node(ros: Any, tmp_path: Path) -> No
     assert list(counts) == ["bedroom"] and sum(counts["bedroom"]) == 1
 
 
-def test_a_place_in_an_obstacle_of_the_map_is_not_stored(bench: Bench) -> None:
+def test_a_place_off_the_map_is_not_stored_and_one_on_a_sofa_is(bench: Bench) -> None:
     cells = np.zeros((4, 4), np.int8)
     cells[1, 2] = OCCUPIED
     maps = bench.missions.create_publisher(OccupancyGridMsg, "map", LATCHED)
     maps.publish(grid_to_ros(OccupancyGrid(0.5, Pose2(), cells), "map", 0.0))
     bench.until(
-        lambda: not bench.call(SetXYPhi, "setUserPosXYPhi", x=1.25, y=0.75).success, "the locator's map"
+        lambda: not bench.call(SetXYPhi, "setUserPosXYPhi", x=9.0, y=-9.0).success, "the locator's map"
     )
-    assert bench.call(SetXYPhi, "setUserPosXYPhi", x=0.25, y=0.25).success
-    refused = bench.call(SetXYPhi, "setUserPosXYPhi", x=1.25, y=0.75)
-    assert not refused.success and "obstacle at (1.25 m, 0.75 m)" in refused.message
+    assert bench.call(SetXYPhi, "setUserPosXYPhi", x=1.25, y=0.75).success
+    refused = bench.call(SetXYPhi, "setUserPosXYPhi", x=9.0, y=-9.0)
+    assert not refused.success and "outside the map" in refused.message
     where = bench.call(GetXYPhi, "getUserPosXYPhi")
-    assert (where.x, where.y) == (0.25, 0.25)
+    assert (where.x, where.y) == (1.25, 0.75)
 
 
 def test_the_robot_is_where_tf_says(bench: Bench) -> None:

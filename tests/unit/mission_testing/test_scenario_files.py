@@ -280,7 +280,7 @@ def test_no_outputs_at_all_can_be_expected(play):
         "    propose_approach_pose: 'SUCCESS (pose=(1 m, 0 m, 0 deg))'}\nscenarios:\n"
     )
     results = play("- {name: x, then: {status: SUCCEEDED, outputs: {}}}", head)
-    assert problems(results) == ["approach_user gave the outputs pose, nearest, not none"]
+    assert problems(results) == ["approach_user gave the outputs pose, seen, nearest, not none"]
 
 
 def test_a_refusal_that_does_not_come_is_told_at_its_place(play):
