@@ -155,7 +155,8 @@ def test_scripts_of_several_steps(play):
           given:
             inputs: {user: "(3 m, 2 m, 0 deg)"}
             skills:
-              get_robot_pose: 'SUCCESS (pose={x: 0 m, y: 0 m, yaw: 0 deg}), then SUCCESS (pose=(3 m, 0 m, 0 deg))'
+              get_robot_pose: >-
+                SUCCESS (pose={x: 0 m, y: 0 m, yaw: 0 deg}), then SUCCESS (pose=(3 m, 0 m, 0 deg))
               propose_approach_pose:
                 switch: trial
                 cases:
