@@ -119,8 +119,8 @@ class Locator:
     def set_user_position(self, pose: Pose2, source: str = SET_POSITION) -> Result:
         """Take over a coordinate from a precise sensor, which sees the user now.
 
-        It always replaces the old one, unless it is not finite or off the map. In an obstacle of the map somebody
-        may sit or lie: on a sofa, in bed.
+        It always replaces the old one, unless it is not finite or off the map. In an obstacle of the map
+        somebody may sit or lie: on a sofa, in bed.
         """
         if not pose.is_finite():
             return failure("bad_input", f"the position must be finite, not {pose}")

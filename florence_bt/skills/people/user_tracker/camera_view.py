@@ -25,8 +25,8 @@ UPRIGHT = (0.4, 1.1)
 _BEYOND_M = 0.2
 """What is seen so far beyond the middle of a place, through it, shows that nobody is there."""
 _FREE = 0.7
-"""So large a part of the pixels that look at a place must look through it. Chosen: the back of an armchair and
-somebody half beside the place take a part of them."""
+"""So large a part of the pixels that look at a place must look through it. Chosen: the back of an armchair
+and somebody half beside the place take a part of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +36,8 @@ class CameraView:
     Attributes:
         camera: Place and heading of the camera in the frame of the tracker.
         shows: Whether something stands at a place (x, y) of this frame, and is seen.
-        is_free: Whether a place (x, y) of this frame is in the picture, and between two heights above the floor,
-            metres, nobody is there.
+        is_free: Whether a place (x, y) of this frame is in the picture, and between two heights above the
+            floor, metres, nobody is there.
     """
 
     camera: Pose2

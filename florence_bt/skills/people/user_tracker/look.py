@@ -2,8 +2,8 @@
 
 A look ends as soon as it is decided: nobody is there when enough pictures show nothing that may be a person.
 A look with too few pictures to decide says so: that is not the same as nobody being there. Nor is it when the
-camera does not see the place free where they should be: from nearby it does not see everybody, and something may
-be in between.
+camera does not see the place free where they should be: from nearby it does not see everybody, and something
+may be in between.
 """
 
 from __future__ import annotations
