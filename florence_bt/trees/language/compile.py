@@ -447,7 +447,7 @@ class _TreeBuilder:
                     problem = f"the policy needs one branch that is called {wanted.text!r}"
                     raise self._error(wanted.position, problem, closest_first(wanted.text, titles))
             chosen = [children[titles.index(wanted.text)] for wanted in policy.names]
-            return Parallel(name, ParallelPolicy.SuccessOnSelected(children=chosen), children)
+            return CountingParallel(name, children, len(chosen), 1, chosen)
         needed = policy.successes_needed(len(children))
         if max(needed, policy.fail or 1) > len(children):
             raise self._error(policy.position, f"the policy counts more than {len(children)} branches")

@@ -406,7 +406,7 @@ class ForEach(Wrapper):
         item_key: ``as``: the key that receives the item.
         index_key: ``index``: the key that receives the number of the item, counted from 0, or None.
         goes_on_over: ``go_on_over``: the codes of failures after which the next item follows.
-        first_success: Whether the first item that succeeds ends it (``until: success``).
+        first_success: Whether the first item that succeeds ends it (``first_success``).
     """
 
     items: Value

@@ -46,6 +46,7 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
     "as": ("for_each",),
     "index": ("for_each",),
     "go_on_over": ("for_each",),
+    "first_success": ("for_each",),
     "on": ("retry",),
     "attempt": ("retry",),
     "between": ("retry",),
@@ -78,6 +79,7 @@ NEVER_INPUTS = (
     "cases",
     "between",
     "go_on_over",
+    "first_success",
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
@@ -114,9 +116,7 @@ GUARD_FAILED = "guard_failed"
 UNTIL_NOT_MET = "until_not_met"
 """The code of an ``until`` that names none."""
 NONE_WORKED = "none_worked"
-"""The code of a ``for_each`` with ``until: success`` that names none."""
-FIRST_SUCCESS = "success"
-"""What stands after ``until`` at a ``for_each`` that the first success ends."""
+"""The code of a ``for_each`` with ``first_success: true`` that names none."""
 FOREVER = "forever"
 """What stands after ``repeat`` and ``retry`` in place of a number."""
 
@@ -133,7 +133,7 @@ TREE_CODES: dict[str, str] = {
     "guard_failed": "`while` did not hold",
     "until_not_met": "a node was done before what its `until` waits for",
     "condition_false": "the expression of a `condition` does not hold",
-    "none_worked": "a `for_each` with `until: success` has no item that succeeds",
+    "none_worked": "a `for_each` with `first_success: true` has no item that succeeds",
     "no_case": "no case of a `switch` fits",
     "failed": "`fail` without a code",
 }
