@@ -11,12 +11,15 @@ from py_trees.common import Status
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import ValueProblem
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.why import EARLIER, FAILURE_CODE, FAILURE_REASON, Why, explain, shortened
 
 
 class OnFailure(Branching):
     """Does its body, and when that fails what is there for the code of the failure; then that counts.
+
+    A handler that is skipped leaves the failure as it was; a body that is skipped has not failed.
 
     Args:
         name: The name of the node in dumps.
@@ -48,7 +51,9 @@ class OnFailure(Branching):
             self.begin()
             self.branch, self._caught = self._body, None
         status = yield from self.branch_steps()
-        if self.branch is not self._body or status is not Status.FAILURE:
+        if self.branch is not self._body:
+            return self._handled(status)
+        if status is not Status.FAILURE or was_skipped(self._body):
             return status
         why = explain(self._body)
         assert why is not None  # the status of the body is FAILURE
@@ -62,7 +67,18 @@ class OnFailure(Branching):
             return self.give_up(error.as_result())
         self.branch, self._caught = handler, why
         self.feedback_message = f"{why.code}: {why.reason}"
-        return (yield from self.branch_steps())
+        return self._handled((yield from self.branch_steps()))
+
+    def _handled(self, status: Status) -> Status:
+        """Return how all of it ends when a handler has a status."""
+        if status is Status.FAILURE and was_skipped(self.branch):
+            self.branch, self._caught, self.feedback_message = self._body, None, ""
+        return status
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the body was skipped."""
+        return self._caught is None and self.branch is self._body and was_skipped(self._body)
 
     def extend_reason(self, why: Why) -> Why:
         """Extend the failure of a handler by the one that it was to deal with."""

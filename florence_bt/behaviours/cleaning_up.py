@@ -12,6 +12,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.branch import take_ids
 from florence_bt.behaviours.context import OpenRun, TreeContext
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.ticking import Ticker
 from florence_bt.behaviours.watching import Spot
@@ -58,6 +59,11 @@ class Finally(Stepping):
     def shown(self) -> tuple[Behaviour, Behaviour]:
         """The body and the clean-up for a dump: the one beside the tree, when there was one."""
         return self._body, self._beside or self._cleanup
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the body was skipped."""
+        return was_skipped(self._body)
 
     def steps(self) -> Steps:
         """Tick the body until it is done, then the clean-up."""

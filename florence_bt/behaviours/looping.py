@@ -14,6 +14,7 @@ from py_trees.common import Status
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
 from florence_bt.core.outcome import Result, failure
@@ -138,6 +139,8 @@ class Retry(Loop):
             if self.round > 1:
                 self.feedback_message = f"attempt {self._of_all(self.round)} succeeded"
             return False
+        if was_skipped(self.child):
+            return False
         self._last = explain(self.child)
         assert self._last is not None  # the child's status is FAILURE
         if self._on and self._last.code not in self._on:
@@ -169,6 +172,9 @@ class Repeat(Loop):
         rounds: How often, or a value source that says so; infinite: until it fails.
     """
 
+    skipped = False
+    """A round that is skipped is a round."""
+
     def goes_on(self, status: Status) -> bool:
         """Tell whether there is another round."""
         if status is not Status.SUCCESS or self.round >= self.rounds:
@@ -192,6 +198,9 @@ class ForEach(Branching):
         code: The code of the failure when that is so and no item succeeds.
     """
 
+    skipped = False
+    """After an item that is skipped the next one follows."""
+
     def __init__(
         self,
         name: str,
@@ -213,7 +222,8 @@ class ForEach(Branching):
         self._goes_on_over = goes_on_over
         self._first_success = first_success
         self._code = code
-        self._left: list[tuple[int, Any]] = []
+        self._left: list[Any] = []
+        self._done = 0
         self._last: Why | None = None
 
     def steps(self) -> Steps:
@@ -227,7 +237,7 @@ class ForEach(Branching):
                 return self.give_up(error.as_result())
             if not isinstance(items, tuple):
                 return self.give_up(failure("bad_input", f"{self.name} needs a list, not {readable(items)}"))
-            self._left = list(enumerate(items))
+            self._left, self._done = list(items), 0
             problem = self._next()
         else:
             problem = None
@@ -247,6 +257,8 @@ class ForEach(Branching):
 
     def _goes_on(self, status: Status) -> bool:
         """Tell whether the next item follows."""
+        if status is not Status.RUNNING and was_skipped(self.child):
+            return True
         if status is Status.SUCCESS:
             return not self._first_success
         self._last = explain(self.child)
@@ -259,7 +271,8 @@ class ForEach(Branching):
         self.branch = None
         if not self._left:
             return None
-        index, item = self._left.pop(0)
+        item, index = self._left.pop(0), self._done
+        self._done += 1
         try:
             self._context.keys.write(self._item_key, item)
             if self._index_key is not None:
@@ -272,5 +285,5 @@ class ForEach(Branching):
 
     def _none_worked(self) -> str:
         if self._last is None:
-            return "the list is empty"
+            return "every item was skipped" if self._done else "the list is empty"
         return f"no item succeeded; the last one: {self._last.reason}"

@@ -11,6 +11,7 @@ from py_trees.common import Status
 from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.watched_skill import EVERY_S
 from florence_bt.behaviours.watching import Watch
@@ -122,13 +123,13 @@ class Until(Branching):
             return self._answered(answer)
         self.branch = self._body
         status = yield from self.branch_steps()
-        if status is Status.SUCCESS:
+        if status is Status.SUCCESS and not was_skipped(self._body):
             # Its last step may have been what the question asks for.
             if (answer := (yield from self._question.steps())) is not Status.RUNNING:
                 return self._answered(answer)
             reason = f"{self._body.name} was done before {self._question.node.name}"
             return self.give_up(failure(self._code, reason))
-        if status is Status.FAILURE:
+        if status is not Status.RUNNING:
             self.halt_running()
         return status
 

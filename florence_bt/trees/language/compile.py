@@ -50,6 +50,7 @@ from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
+from florence_bt.trees.language.outcomes import skip_fails_below
 from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
 from florence_bt.trees.language.vocabulary import (
@@ -251,8 +252,9 @@ class _OfNode:
 class _TreeBuilder:
     """Builds the nodes of one call of one mission.
 
-    Every method that builds a node is given whether a skipped node counts as failure there: it does below a
-    selector, seen through decorators and branches, up to the end of the mission.
+    Every method that builds a node is given whether a skipped node counts as failure there: it does where
+    another one is tried then, or asked again. A node that has only this one to do is skipped with it, so this
+    is seen through.
 
     Attributes:
         mission: The mission.
@@ -432,7 +434,8 @@ class _TreeBuilder:
             if part in guards:
                 watches.append(Watch(self.context, self.watch))
                 builder = replace(self, watch=watches[-1])
-            children.append(builder._node(part, skipped_fails=skipped_fails))
+            is_question = isinstance(node, model.If) and part is node.condition
+            children.append(builder._node(part, skipped_fails=skipped_fails or is_question))
         return _numbered(children), [watch if watch.needed else None for watch in watches]
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
@@ -490,12 +493,12 @@ class _TreeBuilder:
 
     def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
         builder = self if passes_on(node) else replace(self, watch=None)
-        child = builder._node(node.child, skipped_fails=skipped_fails)
+        child = builder._node(node.child, skipped_fails=skip_fails_below(node, skipped_fails))
         if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
             self.watch.keep()
-        return self._decorator(node, name, child, skipped_fails)
+        return self._decorator(node, name, child)
 
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, skipped_fails: bool) -> Behaviour:
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
@@ -504,7 +507,7 @@ class _TreeBuilder:
             case model.Once():
                 return Once(name, child)
             case model.OnFailure():
-                return self._on_failure(node, name, child, skipped_fails)
+                return self._on_failure(node, name, child)
             case model.Until():
                 return self._until(node, name, child)
             case model.ForEach():
@@ -548,10 +551,8 @@ class _TreeBuilder:
             code=node.own_failure(NONE_WORKED),
         )
 
-    def _on_failure(
-        self, node: model.OnFailure, name: str, body: Behaviour, skipped_fails: bool
-    ) -> Behaviour:
-        handlers = [self._node(each, skipped_fails=skipped_fails) for _, each in node.handlers]
+    def _on_failure(self, node: model.OnFailure, name: str, body: Behaviour) -> Behaviour:
+        handlers = [self._node(each, skipped_fails=True) for _, each in node.handlers]
         words = [word.text for word, _ in node.handlers]
         chosen = by_code(zip(words, handlers, strict=True), self.parts.analysis.groups)
         otherwise = chosen.pop(ANY, None)
@@ -568,9 +569,9 @@ class _TreeBuilder:
         if self.parts.analysis.of(self.mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
-            return Question(self.context, self._node(node, skipped_fails=False), None)
+            return Question(self.context, self._node(node, skipped_fails=True), None)
         watch = Watch(self.context, self.watch)
-        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=False), watch)
+        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=True), watch)
 
     def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
         """Return the codes that some codes and groups stand for."""
