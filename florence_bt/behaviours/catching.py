@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import ValueProblem
+from florence_bt.behaviours.keys import KeyStore, ValueProblem
 from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.why import EARLIER, FAILURE_CODE, FAILURE_REASON, Why, explain, shortened
@@ -28,6 +28,7 @@ class OnFailure(Branching):
         handlers: What is done about failures, in the order of the file.
         by_code: Code -> the handler for it.
         otherwise: The handler for every other code, or None: such a failure stands.
+        own: The keys as the handlers see them, where the failure is written; None: those of the context.
     """
 
     def __init__(
@@ -38,11 +39,13 @@ class OnFailure(Branching):
         handlers: list[Behaviour],
         by_code: Mapping[str, Behaviour],
         otherwise: Behaviour | None = None,
+        own: KeyStore | None = None,
     ) -> None:
         super().__init__(name, context, [body, *handlers])
         self._body = body
         self._by_code = dict(by_code)
         self._otherwise = otherwise
+        self._own = context.keys if own is None else own
         self._caught: Why | None = None
 
     def steps(self) -> Steps:
@@ -61,8 +64,8 @@ class OnFailure(Branching):
         if handler is None:
             return status
         try:
-            self._context.keys.write(FAILURE_CODE, why.code)
-            self._context.keys.write(FAILURE_REASON, why.reason)
+            self._own.write(FAILURE_CODE, why.code)
+            self._own.write(FAILURE_REASON, why.reason)
         except ValueProblem as error:
             return self.give_up(error.as_result())
         self.branch, self._caught = handler, why

@@ -13,7 +13,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import ValueProblem, readable, resolve
+from florence_bt.behaviours.keys import KeyStore, ValueProblem, readable, resolve
 from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
@@ -31,6 +31,7 @@ class Loop(Branching):
         rounds: Any,
         round_key: str | None = None,
         between: Behaviour | None = None,
+        own: KeyStore | None = None,
     ) -> None:
         super().__init__(name, context, [child, *([between] if between is not None else [])])
         self.child = child
@@ -39,6 +40,7 @@ class Loop(Branching):
         self._rounds = rounds
         self._round_key = round_key
         self._between = between
+        self._own = context.keys if own is None else own
 
     def begin(self) -> None:
         """Forget the last time; the child starts anew by itself."""
@@ -55,7 +57,7 @@ class Loop(Branching):
                 "bad_input", f"{self.name} needs a whole number of at least 1, not {self.rounds!r}"
             )
         if self._round_key is not None:
-            self._context.keys.check(self._round_key, 1)
+            self._own.check(self._round_key, 1)
         return None
 
     def steps(self) -> Steps:
@@ -97,7 +99,7 @@ class Loop(Branching):
         """Begin a round."""
         self.round = number
         if self._round_key is not None:
-            self._context.keys.write(self._round_key, number)
+            self._own.write(self._round_key, number)
 
 
 class Retry(Loop):
@@ -111,6 +113,7 @@ class Retry(Loop):
         on: The codes that are worth another attempt; every code when empty.
         attempt_key: The key that receives the number of the attempt, beginning with 1.
         between: What is done before each further attempt; when it fails, the node fails as it did.
+        own: The keys as the attempts see them, where their number is written; None: those of the context.
     """
 
     def __init__(
@@ -122,8 +125,9 @@ class Retry(Loop):
         on: Collection[str] = (),
         attempt_key: str | None = None,
         between: Behaviour | None = None,
+        own: KeyStore | None = None,
     ) -> None:
-        super().__init__(name, child, context, attempts, attempt_key, between)
+        super().__init__(name, child, context, attempts, attempt_key, between, own)
         self._on = frozenset(on)
         self._last: Why | None = None
         self._exhausted = False
@@ -196,6 +200,7 @@ class ForEach(Branching):
         goes_on_over: The codes of failures after which the next item follows; None: all.
         first_success: Whether the first item that succeeds ends it.
         code: The code of the failure when that is so and no item succeeds.
+        own: The keys as the child sees them, where the item is written; None: those of the context.
     """
 
     skipped = False
@@ -213,6 +218,7 @@ class ForEach(Branching):
         goes_on_over: Collection[str] | None = (),
         first_success: bool = False,
         code: str = "none_worked",
+        own: KeyStore | None = None,
     ) -> None:
         super().__init__(name, context, [child])
         self.child = child
@@ -222,6 +228,7 @@ class ForEach(Branching):
         self._goes_on_over = goes_on_over
         self._first_success = first_success
         self._code = code
+        self._own = context.keys if own is None else own
         self._left: list[Any] = []
         self._done = 0
         self._last: Why | None = None
@@ -274,9 +281,9 @@ class ForEach(Branching):
         item, index = self._left.pop(0), self._done
         self._done += 1
         try:
-            self._context.keys.write(self._item_key, item)
+            self._own.write(self._item_key, item)
             if self._index_key is not None:
-                self._context.keys.write(self._index_key, index)
+                self._own.write(self._index_key, index)
         except ValueProblem as error:
             return error.as_result()
         self.branch = self.child

@@ -488,6 +488,18 @@ class OnFailure(Wrapper):
         return self.child.title
 
 
+def own_keys(node: Node, part: Node) -> frozenset[str]:
+    """Return the keys of a node that belong to one of its parts: nothing outside changes what that sees."""
+    match node:
+        case ForEach(item_key=item, index_key=index, child=child) if part is child:
+            return frozenset((item.text, *((index.text,) if index is not None else ())))
+        case Retry(attempt_key=Literal(text=attempt)) if part is not node.cleanup:
+            return frozenset((attempt,))
+        case OnFailure() if part is not node.child and part is not node.cleanup:
+            return frozenset(FAILURE_KEYS)
+    return frozenset()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Until(Wrapper):
     """``until``: what ends the node below, with success.
