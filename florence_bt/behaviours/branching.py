@@ -11,6 +11,7 @@ from py_trees.common import Status
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression, equal
 from florence_bt.behaviours.keys import KeyReference, ValueProblem, readable, resolve
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.watching import Watch
 from florence_bt.core.outcome import Result, failure
@@ -29,6 +30,11 @@ class Branching(Stepping):
     def cause(self) -> Behaviour | None:
         """The child that a failure comes from: the branch, never the question."""
         return self.branch
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the branch was skipped, and with it this node."""
+        return was_skipped(self.branch)
 
     def begin(self) -> None:
         """Forget the last round."""

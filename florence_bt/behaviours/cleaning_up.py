@@ -10,7 +10,9 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours.branch import take_ids
 from florence_bt.behaviours.context import OpenRun, TreeContext
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.ticking import Ticker
 from florence_bt.behaviours.watching import Spot
@@ -25,13 +27,14 @@ class Finally(Stepping):
     """Runs a body, then a clean-up, and ends with the status of the body.
 
     The clean-up also runs when the body is stopped from outside: then it goes on beside the tree, as one of
-    the context's open runs, until it is done. Its own failure changes nothing; the dump shows it.
+    the context's open runs, until it is done. A clean-up that is stopped itself goes on there where it was.
+    Its own failure changes nothing; the dump shows it.
 
     Args:
         name: The name of the node in dumps.
         context: What the tree shares.
         body: What is done.
-        make_cleanup: Builds the tree of the clean-up; each stop from outside needs a fresh one.
+        make_cleanup: Builds the tree of the clean-up; each one that goes on beside the tree needs another.
         spot: Where it stands in a condition that is watched, or None: it does not clean up again where the
             body only replays what it has done.
     """
@@ -57,6 +60,11 @@ class Finally(Stepping):
         """The body and the clean-up for a dump: the one beside the tree, when there was one."""
         return self._body, self._beside or self._cleanup
 
+    @property
+    def skipped(self) -> bool:
+        """Whether the body was skipped."""
+        return was_skipped(self._body)
+
     def steps(self) -> Steps:
         """Tick the body until it is done, then the clean-up."""
         if self.status is not Status.RUNNING:
@@ -81,11 +89,22 @@ class Finally(Stepping):
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Stop; when that interrupts the body or the clean-up, clean up beside the tree."""
         interrupted = new_status is Status.INVALID and self.status is Status.RUNNING
+        tree = self._cleanup_for_beside() if interrupted else None
         super().stop(new_status)
-        if interrupted:
-            beside = CleanupRun(self, self._context, self._make_cleanup)
-            self._beside = beside.tree
-            beside.begin()
+        if tree is not None:
+            self._beside = tree
+            CleanupRun(self, self._context, tree).begin()
+
+    def _cleanup_for_beside(self) -> Behaviour:
+        """Return the tree of the clean-up that goes on when this node is stopped."""
+        fresh = self._make_cleanup(self._context)
+        if self.current_child is not self._cleanup:
+            return fresh
+        # What goes on is no part of the tree any more; a fresh one takes its place, which can begin again.
+        begun, self._cleanup = self._cleanup, fresh
+        take_ids(fresh, begun)
+        fresh.parent, self.children[1] = self, fresh
+        return begun
 
 
 class CleanupRun:
@@ -94,27 +113,22 @@ class CleanupRun:
     Args:
         owner: The node whose clean-up it is.
         context: What the tree shares.
-        make_cleanup: Builds the tree of the clean-up.
-
-    Attributes:
-        tree: The tree of the clean-up.
+        tree: The tree of the clean-up, which may have begun.
     """
 
     feedback = ""
     """Empty: no node shows it."""
 
-    def __init__(
-        self, owner: Behaviour, context: TreeContext, make_cleanup: Callable[[TreeContext], Behaviour]
-    ) -> None:
+    def __init__(self, owner: Behaviour, context: TreeContext, tree: Behaviour) -> None:
         self._context = context
-        self.tree = make_cleanup(context)
+        self.tree = tree
         self.tree.parent = owner
         self._ticker = Ticker(self.tree)
         self._result: Result | None = None
         self._entry: OpenRun | None = None
 
     def begin(self) -> None:
-        """Tick it for the first time; whoever ticks the tree goes on with it."""
+        """Tick it beside the tree for the first time; whoever ticks the tree goes on with it."""
         path = path_of(self.tree)
         self._context.on_skill_started(path, CLEANUP, {})
         self._entry = self._context.adopt(path, CLEANUP, self)

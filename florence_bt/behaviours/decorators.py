@@ -13,6 +13,7 @@ from florence_bt.behaviours.branch import Branch
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, ValueProblem, resolve
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import Port
 from florence_bt.core.outcome import Outcome, Result, failure
@@ -46,6 +47,11 @@ class PreparedDecorator(Decorator):
     def reached(self) -> bool:
         """Whether the child is built; until then a stand-in is shown in its place."""
         return self._branch is None
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the child was skipped, and with it this node."""
+        return self.result is None and was_skipped(self.decorated)
 
     def prepare(self) -> Result | None:
         """Look up what is needed for a new round; a failure, or a success, that needs no child."""
@@ -104,7 +110,9 @@ class Invert(PreparedDecorator):
         self._code = code
 
     def update(self) -> Status:
-        """Return the opposite of the child's status."""
+        """Return the opposite of the child's status; what was skipped stays so."""
+        if was_skipped(self.decorated):
+            return self.decorated.status
         if self.decorated.status is Status.FAILURE:
             return Status.SUCCESS
         if self.decorated.status is Status.SUCCESS:
@@ -158,6 +166,9 @@ class CallMission(PreparedDecorator):
         self._watched = watched
         self._handed: Mapping[str, Any] | None = None
 
+    skipped = False
+    """What is skipped in another mission is that mission's own business."""
+
     def prepare(self) -> Result | None:
         """Hand the inputs over."""
         given = {name: resolve(value, self._context.keys) for name, value in self._inputs.items()}
@@ -195,7 +206,7 @@ class StartGuard(PreparedDecorator):
     """Looks at conditions before its child starts, and at nothing afterwards.
 
     ``unless`` and ``when`` come first: when one of them is not met the child is skipped, which counts as
-    success or as failure. ``while`` comes last: when it does not hold the node fails.
+    success or as failure (:mod:`.skipping`). ``while`` comes last: when it does not hold the node fails.
 
     Args:
         name: The name of the node in dumps.
@@ -205,7 +216,7 @@ class StartGuard(PreparedDecorator):
         unless: What must not hold, or None.
         holds: What must hold here too and is watched further down, or None.
         code: The code of the failure when that does not hold.
-        skipped_fails: Whether a skipped child counts as failure (below a selector) or as success.
+        skipped_fails: Whether a skipped child counts as failure (where another one is tried) or as success.
     """
 
     def __init__(
@@ -227,9 +238,16 @@ class StartGuard(PreparedDecorator):
         self._holds = holds
         self._code = code
         self._skipped_fails = skipped_fails
+        self._skips = False
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the child was skipped, or what is below it."""
+        return self._skips or super().skipped
 
     def prepare(self) -> Result | None:
         """Look at the conditions."""
+        self._skips = False
         keys = self._context.keys
         if self._unless is not None and self._unless.holds(keys):
             return self._skipped(self._unless.denial(keys, wanted=False))
@@ -244,6 +262,7 @@ class StartGuard(PreparedDecorator):
         return self.decorated.status
 
     def _skipped(self, why: str) -> Result:
+        self._skips = True
         reason = f"skipped: {why}"
         return failure(SKIPPED, reason) if self._skipped_fails else Result(Outcome.SUCCEEDED, reason=reason)
 
@@ -330,8 +349,8 @@ class While(PreparedDecorator):
 class Once(PreparedDecorator):
     """Does its child once; from then on it has the same result at once, success or failure alike.
 
-    A child that was stopped before it was done is done again. The memory lasts as long as the run of the
-    mission.
+    A child that was skipped, or stopped before it was done, is done again. The memory lasts as long as the
+    run of the mission.
     """
 
     def __init__(self, name: str, child: Behaviour) -> None:
@@ -350,6 +369,8 @@ class Once(PreparedDecorator):
 
     def update(self) -> Status:
         """Return the status of the child; the first result is remembered."""
+        if was_skipped(self.decorated):
+            return self.decorated.status
         why = explain(self.decorated)
         if why is not None:
             self._why = why

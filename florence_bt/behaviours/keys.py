@@ -175,6 +175,10 @@ class KeyStore:
         if problem:
             raise WrongValue(key, problem)
 
+    def is_own(self, key: str) -> bool:
+        """Tell whether a part of the mission has a key for itself: these are the keys of all."""
+        return False
+
     def _notify(self, key: str, old: Any, new: Any) -> None:
         # 1, 1.0 and True are equal, but a text that shows them is not the same.
         if old is not new and (type(old) is not type(new) or old != new):
@@ -189,13 +193,80 @@ class KeyStore:
 
     def with_values(self, values: Mapping[str, Any]) -> KeyStore:
         """Return a copy in which some keys have other values."""
-        copy = KeyStore({**self._values, **values})
+        copy = KeyStore({**self.as_dict(), **values})
         copy.declare(self._declared, self._kinds)
         return copy
 
     def as_dict(self) -> dict[str, Any]:
         """Copy all keys and values, for dumps and journals."""
         return dict(self._values)
+
+
+class OwnKeys(KeyStore):
+    """The keys as a part of a mission sees them that has some of its own, such as the names of a loop.
+
+    What others write to a key of such a name is not seen here. What is written here is seen outside too,
+    unless a part further out has a key of this name for itself.
+
+    Args:
+        outer: The keys outside.
+        own: The names of its own.
+    """
+
+    def __init__(self, outer: KeyStore, own: Iterable[str]) -> None:
+        self._outer = outer
+        self._own = frozenset(own)
+        super().__init__()
+        self._declared, self._kinds = outer._declared, outer._kinds
+
+    def watch(self, keys: Iterable[str], callback: Watcher) -> Callable[[], None]:
+        """Call back as :meth:`KeyStore.watch` does; each key is watched where it is kept."""
+        names = tuple(dict.fromkeys(keys))
+        ends = (
+            super().watch([key for key in names if key in self._own], callback),
+            self._outer.watch([key for key in names if key not in self._own], callback),
+        )
+
+        def end() -> None:
+            for each in ends:
+                each()
+
+        return end
+
+    def peek(self, keys: Iterable[str]) -> tuple[Any, ...]:
+        """Return the values of some keys, :data:`NOTHING` where a key has none."""
+        own, values, outer = self._own, self._values, self._outer
+        return tuple([values.get(k, NOTHING) if k in own else outer.peek((k,))[0] for k in keys])
+
+    def read(self, key: str) -> Any:
+        """Return the value of a key.
+
+        Raises:
+            MissingKey: Nothing has written the key.
+        """
+        return super().read(key) if key in self._own else self._outer.read(key)
+
+    def write(self, key: str, value: Any) -> None:
+        """Give a key a value, as :meth:`KeyStore.write` does."""
+        if key in self._own:
+            super().write(key, value)
+            if self._outer.is_own(key):
+                return
+        self._outer.write(key, value)
+
+    def is_own(self, key: str) -> bool:
+        """Tell whether this part, or one around it, has a key for itself."""
+        return key in self._own or self._outer.is_own(key)
+
+    def __contains__(self, key: object) -> bool:
+        return super().__contains__(key) if key in self._own else key in self._outer
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.as_dict())
+
+    def as_dict(self) -> dict[str, Any]:
+        """Copy all keys and values as they are seen here."""
+        return {**self._outer.as_dict(), **self._values}
 
 
 def _check_storable(key: str, value: Any) -> None:

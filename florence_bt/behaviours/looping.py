@@ -13,7 +13,8 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import ValueProblem, readable, resolve
+from florence_bt.behaviours.keys import KeyStore, ValueProblem, readable, resolve
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.why import EARLIER, Why, explain, shortened
 from florence_bt.core.outcome import Result, failure
@@ -30,6 +31,7 @@ class Loop(Branching):
         rounds: Any,
         round_key: str | None = None,
         between: Behaviour | None = None,
+        own: KeyStore | None = None,
     ) -> None:
         super().__init__(name, context, [child, *([between] if between is not None else [])])
         self.child = child
@@ -38,6 +40,7 @@ class Loop(Branching):
         self._rounds = rounds
         self._round_key = round_key
         self._between = between
+        self._own = context.keys if own is None else own
 
     def begin(self) -> None:
         """Forget the last time; the child starts anew by itself."""
@@ -54,7 +57,7 @@ class Loop(Branching):
                 "bad_input", f"{self.name} needs a whole number of at least 1, not {self.rounds!r}"
             )
         if self._round_key is not None:
-            self._context.keys.check(self._round_key, 1)
+            self._own.check(self._round_key, 1)
         return None
 
     def steps(self) -> Steps:
@@ -96,7 +99,7 @@ class Loop(Branching):
         """Begin a round."""
         self.round = number
         if self._round_key is not None:
-            self._context.keys.write(self._round_key, number)
+            self._own.write(self._round_key, number)
 
 
 class Retry(Loop):
@@ -110,6 +113,7 @@ class Retry(Loop):
         on: The codes that are worth another attempt; every code when empty.
         attempt_key: The key that receives the number of the attempt, beginning with 1.
         between: What is done before each further attempt; when it fails, the node fails as it did.
+        own: The keys as the attempts see them, where their number is written; None: those of the context.
     """
 
     def __init__(
@@ -121,8 +125,9 @@ class Retry(Loop):
         on: Collection[str] = (),
         attempt_key: str | None = None,
         between: Behaviour | None = None,
+        own: KeyStore | None = None,
     ) -> None:
-        super().__init__(name, child, context, attempts, attempt_key, between)
+        super().__init__(name, child, context, attempts, attempt_key, between, own)
         self._on = frozenset(on)
         self._last: Why | None = None
         self._exhausted = False
@@ -137,6 +142,8 @@ class Retry(Loop):
         if status is Status.SUCCESS:
             if self.round > 1:
                 self.feedback_message = f"attempt {self._of_all(self.round)} succeeded"
+            return False
+        if was_skipped(self.child):
             return False
         self._last = explain(self.child)
         assert self._last is not None  # the child's status is FAILURE
@@ -169,6 +176,9 @@ class Repeat(Loop):
         rounds: How often, or a value source that says so; infinite: until it fails.
     """
 
+    skipped = False
+    """A round that is skipped is a round."""
+
     def goes_on(self, status: Status) -> bool:
         """Tell whether there is another round."""
         if status is not Status.SUCCESS or self.round >= self.rounds:
@@ -190,7 +200,11 @@ class ForEach(Branching):
         goes_on_over: The codes of failures after which the next item follows; None: all.
         first_success: Whether the first item that succeeds ends it.
         code: The code of the failure when that is so and no item succeeds.
+        own: The keys as the child sees them, where the item is written; None: those of the context.
     """
+
+    skipped = False
+    """After an item that is skipped the next one follows."""
 
     def __init__(
         self,
@@ -204,6 +218,7 @@ class ForEach(Branching):
         goes_on_over: Collection[str] | None = (),
         first_success: bool = False,
         code: str = "none_worked",
+        own: KeyStore | None = None,
     ) -> None:
         super().__init__(name, context, [child])
         self.child = child
@@ -213,7 +228,9 @@ class ForEach(Branching):
         self._goes_on_over = goes_on_over
         self._first_success = first_success
         self._code = code
-        self._left: list[tuple[int, Any]] = []
+        self._own = context.keys if own is None else own
+        self._left: list[Any] = []
+        self._done = 0
         self._last: Why | None = None
 
     def steps(self) -> Steps:
@@ -227,7 +244,7 @@ class ForEach(Branching):
                 return self.give_up(error.as_result())
             if not isinstance(items, tuple):
                 return self.give_up(failure("bad_input", f"{self.name} needs a list, not {readable(items)}"))
-            self._left = list(enumerate(items))
+            self._left, self._done = list(items), 0
             problem = self._next()
         else:
             problem = None
@@ -247,6 +264,8 @@ class ForEach(Branching):
 
     def _goes_on(self, status: Status) -> bool:
         """Tell whether the next item follows."""
+        if status is not Status.RUNNING and was_skipped(self.child):
+            return True
         if status is Status.SUCCESS:
             return not self._first_success
         self._last = explain(self.child)
@@ -259,11 +278,12 @@ class ForEach(Branching):
         self.branch = None
         if not self._left:
             return None
-        index, item = self._left.pop(0)
+        item, index = self._left.pop(0), self._done
+        self._done += 1
         try:
-            self._context.keys.write(self._item_key, item)
+            self._own.write(self._item_key, item)
             if self._index_key is not None:
-                self._context.keys.write(self._index_key, index)
+                self._own.write(self._index_key, index)
         except ValueProblem as error:
             return error.as_result()
         self.branch = self.child
@@ -272,5 +292,5 @@ class ForEach(Branching):
 
     def _none_worked(self) -> str:
         if self._last is None:
-            return "the list is empty"
+            return "every item was skipped" if self._done else "the list is empty"
         return f"no item succeeded; the last one: {self._last.reason}"

@@ -148,7 +148,13 @@ class RunSkill(Behaviour):
             self._context.leave(entry)
 
     def _start_again(self, entry: OpenRun) -> bool:
-        """Start the skill once more after a pause; False while a condition above it is still asked again."""
+        """Start the skill once more after a pause; False while that has to wait.
+
+        It waits for a condition above it that is still asked again; and, in a clean-up of a run that was
+        stopped while it was paused, for the end of the run that was cancelled for the pause.
+        """
+        if not entry.end_reported:
+            return False
         asked = [node.name for node in self._conditions_above() if node.is_asked_again]
         if asked:
             self.feedback_message = f"waits for what {' and '.join(asked)} will answer after the pause"

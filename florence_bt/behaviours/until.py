@@ -11,6 +11,7 @@ from py_trees.common import Status
 from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.watched_skill import EVERY_S
 from florence_bt.behaviours.watching import Watch
@@ -55,8 +56,11 @@ class Question:
         if self.watch is not None:
             self.watch.end()
 
-    def steps(self) -> Generator[Behaviour, None, Status]:
+    def steps(self, *, once_more: bool = False) -> Generator[Behaviour, None, Status]:
         """Ask, when it is time to.
+
+        Args:
+            once_more: Whether it was asked in this tick already: what has failed in it does not start again.
 
         Returns:
             SUCCESS, RUNNING as long as there may be another answer, FAILURE when there will be none.
@@ -65,7 +69,7 @@ class Question:
             self.watch.look()
             yield from self.watch.steps(self.node)
             status = self.watch.answer or Status.RUNNING
-        elif self._rests and not self._timer.fired:
+        elif self._rests and (once_more or not self._is_due):
             return Status.RUNNING
         else:
             if self.node.status is not Status.RUNNING:
@@ -81,6 +85,11 @@ class Question:
             self._rests = True
             self._timer.start(max(0.0, self._began + EVERY_S - self._context.clock.now()))
         return Status.RUNNING
+
+    @property
+    def _is_due(self) -> bool:
+        """Whether what has failed may start again; a tick that something else asked for counts, too."""
+        return self._timer.fired or self._context.clock.now() >= self._began + EVERY_S
 
 
 class Until(Branching):
@@ -122,13 +131,13 @@ class Until(Branching):
             return self._answered(answer)
         self.branch = self._body
         status = yield from self.branch_steps()
-        if status is Status.SUCCESS:
+        if status is Status.SUCCESS and not was_skipped(self._body):
             # Its last step may have been what the question asks for.
-            if (answer := (yield from self._question.steps())) is not Status.RUNNING:
+            if (answer := (yield from self._question.steps(once_more=True))) is not Status.RUNNING:
                 return self._answered(answer)
             reason = f"{self._body.name} was done before {self._question.node.name}"
             return self.give_up(failure(self._code, reason))
-        if status is Status.FAILURE:
+        if status is not Status.RUNNING:
             self.halt_running()
         return status
 

@@ -287,6 +287,7 @@ class TreeRun:
         self._stop_tree()
         # Clean-ups need time, also after a pause.
         self.clock.thaw()
+        self._resume_cleanups()
         self._environment.wake()
 
     def rows(self) -> tuple[TreeRow, ...]:
@@ -313,6 +314,13 @@ class TreeRun:
             for entry in tuple(self._context.runs):
                 if not entry.left and entry.inputs is not None:
                     self._leave(entry)
+
+    def _resume_cleanups(self) -> None:
+        """Let the skills of clean-ups that a pause has cancelled start again; all others were left."""
+        try:
+            self._context.resume()
+        except Exception as error:
+            self._environment.event_bus.publish_error(self.run, error)
 
     def _leave(self, entry: Any) -> None:
         try:
@@ -350,7 +358,7 @@ class TreeRun:
     def _end_late(self) -> None:
         """End a run whose skills had their time."""
         skills = self._open_skills()
-        if CLEANUP in skills:
+        if CLEANUP in skills and not self._context.still_ending():
             self._limit_end()
         else:
             self._end_anyway(skills)

@@ -139,7 +139,7 @@ MUTANTS = [
     ),
     (
         "goto_user",
-        "      until: success\n",
+        "      first_success: true\n",
         "",
         "goto_user cannot end with the code 'nobody_met'",
     ),
@@ -405,7 +405,7 @@ MUTANTS = [
     ),
     ("find_user", "[unreachable, not_found]", "[not_found]", "find_user is FAILED: "),
     ("find_user", "[unreachable, not_found]", "[unreachable]", "find_user is FAILED: "),
-    ("find_user", "      until: success\n", "", "find_user "),
+    ("find_user", "      first_success: true\n", "", "find_user "),
     (
         "find_user",
         "$report$room: could not",

@@ -144,11 +144,9 @@ def type_of(node: Behaviour) -> NodeType:
 def detail_of(node: Behaviour) -> str:
     """Return the detail that a watcher shows beside the type."""
     if isinstance(node, Parallel):
-        policy = type(node.policy).__name__.removeprefix("Success")
-        chosen = getattr(node.policy, "children", None)
-        if chosen is None:
-            return policy
-        return f"{policy}({', '.join(str(node.children.index(child)) for child in chosen)})"
+        return type(node.policy).__name__.removeprefix("Success")
+    if isinstance(node, CountingParallel) and node.wanted is not None:
+        return f"OnSelected({', '.join(str(node.children.index(child)) for child in node.wanted)})"
     if isinstance(node, CountingParallel):
         limit = "" if node.fail is None else f", Fail({node.fail})"
         return f"Succeed({node.succeed}){limit}"

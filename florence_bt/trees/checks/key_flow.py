@@ -258,6 +258,9 @@ class KeyFlow:
         match node:
             case model.Succeed():
                 return Flow(join(flow.success, flow.failure), None, flow.touched)
+            case model.Invert() if self._outcomes(child).can_skip:
+                # What is skipped below it stays so.
+                return Flow(join(flow.failure, flow.success), join(flow.success, flow.failure), flow.touched)
             case model.Invert():
                 return Flow(flow.failure, flow.success, flow.touched)
             case model.Timeout():
@@ -299,6 +302,8 @@ class KeyFlow:
         goal = self.follow(node.goal, state, observer)
         touched = self._together(node.parts, state).maybe
         success = Written(touched, before.surely | goal.success.surely) if goal.success is not None else None
+        if self._outcomes(node.child).can_skip:
+            success = Written(touched, before.surely)
         return Flow(success, Written(touched, before.surely), touched)
 
     def _together(self, children: Iterable[Node], before: Written) -> Written:

@@ -12,6 +12,7 @@ from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.checks.keys import KeyChecks
 from florence_bt.trees.checks.names import NameChecks
 from florence_bt.trees.checks.places import KnownPlaces, check_places, labels_in
+from florence_bt.trees.checks.races import check_races
 from florence_bt.trees.checks.reach import ReachChecks
 from florence_bt.trees.checks.structure import check_structure
 from florence_bt.trees.checks.watches import WatchChecks
@@ -131,6 +132,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
     else:
         ReachChecks(mission, analysis, notes).check()
         WatchChecks(mission, analysis, notes).check()
+        check_races(mission, analysis, notes)
         keys.check()
     return [*mission.findings, *notes.findings]
 

@@ -221,8 +221,8 @@ class ReachChecks:
     def _check_for_each(self, node: model.ForEach) -> None:
         below = self._known.of(node.child)
         if node.code is not None and not node.first_success:
-            message = "code: a for_each has a failure of its own only with `until: success`"
-            self._findings.error(node.code.position, message, ["until: success"])
+            message = "code: a for_each has a failure of its own only with `first_success: true`"
+            self._findings.error(node.code.position, message, ["first_success: true"])
         if not below.known:
             return
         for code in node.goes_on_over:

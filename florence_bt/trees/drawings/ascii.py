@@ -107,9 +107,9 @@ def tree_rows(
     """
     rows = []
     known: dict[Behaviour, Why] = {}
-    todo = [(root, 0)]
+    todo = [(root, 0, True)]
     while todo:
-        node, depth = todo.pop()
+        node, depth, timed = todo.pop()
         status, says = node.status, ""
         stood = left(node) if status is Status.INVALID else None
         if stood is not None:
@@ -118,9 +118,12 @@ def tree_rows(
             says = _message(node, explain(node, known), node.feedback_message, known, left)
         title = f"{shown_name(node)}{_kind(node)}"
         was_left, call = stood is not None, isinstance(node, CallMission)
-        rows.append(TreeRow(depth, status, title, says, durations(node), was_left, call))
-        children = node.shown if isinstance(node, Finally) else node.children
-        todo += [(child, depth + 1) for child in reversed(children)]
+        rows.append(TreeRow(depth, status, title, says, durations(node) if timed else None, was_left, call))
+        if isinstance(node, Finally):
+            # How long the nodes of a clean-up beside the tree took, nobody notes.
+            todo += [(child, depth + 1, timed and child in node.children) for child in reversed(node.shown)]
+        else:
+            todo += [(child, depth + 1, timed) for child in reversed(node.children)]
     return tuple(rows)
 
 

@@ -150,7 +150,7 @@ def _details(node: Node) -> Iterator[str]:
             if over:
                 yield "goes on over " + ", ".join(code.text for code in over)
             if node.first_success:
-                yield "until success"
+                yield "the first success ends it"
         case model.Retry(on=on, attempt_key=key):
             if on:
                 yield "on " + ", ".join(code.text for code in on)

@@ -28,7 +28,7 @@ from florence_bt.behaviours.decorators import (
     While,
 )
 from florence_bt.behaviours.expressions import CompiledExpression
-from florence_bt.behaviours.keys import KeyStore, TextTemplate, is_source, readable
+from florence_bt.behaviours.keys import KeyStore, OwnKeys, TextTemplate, is_source, readable
 from florence_bt.behaviours.leaves import AppendToKeys, Condition, Fail, SetKey
 from florence_bt.behaviours.looping import ForEach, Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout, Wait
@@ -50,6 +50,7 @@ from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
+from florence_bt.trees.language.outcomes import skip_fails_below
 from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
 from florence_bt.trees.language.vocabulary import (
@@ -251,8 +252,9 @@ class _OfNode:
 class _TreeBuilder:
     """Builds the nodes of one call of one mission.
 
-    Every method that builds a node is given whether a skipped node counts as failure there: it does below a
-    selector, seen through decorators and branches, up to the end of the mission.
+    Every method that builds a node is given whether a skipped node counts as failure there: it does where
+    another one is tried then, or asked again. A node that has only this one to do is skipped with it, so this
+    is seen through.
 
     Attributes:
         mission: The mission.
@@ -432,7 +434,8 @@ class _TreeBuilder:
             if part in guards:
                 watches.append(Watch(self.context, self.watch))
                 builder = replace(self, watch=watches[-1])
-            children.append(builder._node(part, skipped_fails=skipped_fails))
+            is_question = isinstance(node, model.If) and part is node.condition
+            children.append(builder._node(part, skipped_fails=skipped_fails or is_question))
         return _numbered(children), [watch if watch.needed else None for watch in watches]
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
@@ -447,7 +450,7 @@ class _TreeBuilder:
                     problem = f"the policy needs one branch that is called {wanted.text!r}"
                     raise self._error(wanted.position, problem, closest_first(wanted.text, titles))
             chosen = [children[titles.index(wanted.text)] for wanted in policy.names]
-            return Parallel(name, ParallelPolicy.SuccessOnSelected(children=chosen), children)
+            return CountingParallel(name, children, len(chosen), 1, chosen)
         needed = policy.successes_needed(len(children))
         if max(needed, policy.fail or 1) > len(children):
             raise self._error(policy.position, f"the policy counts more than {len(children)} branches")
@@ -490,12 +493,15 @@ class _TreeBuilder:
 
     def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
         builder = self if passes_on(node) else replace(self, watch=None)
-        child = builder._node(node.child, skipped_fails=skipped_fails)
+        below = self._with_own_keys(node, node.child)
+        child = replace(below, watch=builder.watch)._node(
+            node.child, skipped_fails=skip_fails_below(node, skipped_fails)
+        )
         if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
             self.watch.keep()
-        return self._decorator(node, name, child, skipped_fails)
+        return self._decorator(node, name, child, below.context.keys)
 
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, skipped_fails: bool) -> Behaviour:
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, own: KeyStore) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
@@ -504,20 +510,20 @@ class _TreeBuilder:
             case model.Once():
                 return Once(name, child)
             case model.OnFailure():
-                return self._on_failure(node, name, child, skipped_fails)
+                return self._on_failure(node, name, child)
             case model.Until():
                 return self._until(node, name, child)
             case model.ForEach():
-                return self._for_each(node, name, child)
+                return self._for_each(node, name, child, own)
             case model.Repeat(rounds=None):
                 return Repeat(name, child, self.context, math.inf)
             case model.Retry(attempts=None):
-                return self._retry(node, name, child, math.inf)
+                return self._retry(node, name, child, math.inf, own)
         argument, kind = self.parts.get(node, "argument", partial(self._argument, node))
         behaviour: Behaviour
         match node:
             case model.Retry():
-                behaviour = self._retry(node, name, child, argument)
+                behaviour = self._retry(node, name, child, argument, own)
             case model.Repeat():
                 behaviour = Repeat(name, child, self.context, argument)
             case model.Timeout():
@@ -526,15 +532,23 @@ class _TreeBuilder:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
         return self._titled(node, behaviour, argument, kind)
 
-    def _retry(self, node: model.Retry, name: str, child: Behaviour, attempts: Any) -> Retry:
+    def _with_own_keys(self, node: model.Wrapper, part: Node) -> _TreeBuilder:
+        """Return what builds a part of a node: with the keys that belong to it."""
+        own = model.own_keys(node, part)
+        if not own:
+            return self
+        return replace(self, context=self.context.with_keys(OwnKeys(self.context.keys, own)))
+
+    def _retry(self, node: model.Retry, name: str, child: Behaviour, attempts: Any, own: KeyStore) -> Retry:
         key, between = node.attempt_key, node.between
-        pause = self._node(between, skipped_fails=False) if between is not None else None
+        builder = replace(self, context=self.context.with_keys(own))
+        pause = builder._node(between, skipped_fails=False) if between is not None else None
         attempt = key.text if key is not None else None
-        behaviour = Retry(name, child, self.context, attempts, self._codes(node.on), attempt, pause)
+        behaviour = Retry(name, child, self.context, attempts, self._codes(node.on), attempt, pause, own)
         _numbered(behaviour.children)
         return behaviour
 
-    def _for_each(self, node: model.ForEach, name: str, child: Behaviour) -> Behaviour:
+    def _for_each(self, node: model.ForEach, name: str, child: Behaviour, own: KeyStore) -> Behaviour:
         every = node.first_success and not node.goes_on_over
         return ForEach(
             name,
@@ -546,17 +560,17 @@ class _TreeBuilder:
             goes_on_over=None if every else self._codes(node.goes_on_over),
             first_success=node.first_success,
             code=node.own_failure(NONE_WORKED),
+            own=own,
         )
 
-    def _on_failure(
-        self, node: model.OnFailure, name: str, body: Behaviour, skipped_fails: bool
-    ) -> Behaviour:
-        handlers = [self._node(each, skipped_fails=skipped_fails) for _, each in node.handlers]
+    def _on_failure(self, node: model.OnFailure, name: str, body: Behaviour) -> Behaviour:
+        builder = self._with_own_keys(node, node.handlers[0][1])
+        handlers = [builder._node(each, skipped_fails=True) for _, each in node.handlers]
         words = [word.text for word, _ in node.handlers]
         chosen = by_code(zip(words, handlers, strict=True), self.parts.analysis.groups)
         otherwise = chosen.pop(ANY, None)
         _numbered([body, *handlers])
-        return OnFailure(name, self.context, body, handlers, chosen, otherwise)
+        return OnFailure(name, self.context, body, handlers, chosen, otherwise, builder.context.keys)
 
     def _until(self, node: model.Until, name: str, body: Behaviour) -> Behaviour:
         question = self._question(node.goal)
@@ -568,9 +582,9 @@ class _TreeBuilder:
         if self.parts.analysis.of(self.mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
-            return Question(self.context, self._node(node, skipped_fails=False), None)
+            return Question(self.context, self._node(node, skipped_fails=True), None)
         watch = Watch(self.context, self.watch)
-        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=False), watch)
+        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=True), watch)
 
     def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
         """Return the codes that some codes and groups stand for."""

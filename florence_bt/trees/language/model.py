@@ -406,7 +406,7 @@ class ForEach(Wrapper):
         item_key: ``as``: the key that receives the item.
         index_key: ``index``: the key that receives the number of the item, counted from 0, or None.
         goes_on_over: ``go_on_over``: the codes of failures after which the next item follows.
-        first_success: Whether the first item that succeeds ends it (``until: success``).
+        first_success: Whether the first item that succeeds ends it (``first_success``).
     """
 
     items: Value
@@ -486,6 +486,18 @@ class OnFailure(Wrapper):
     def default_title(self) -> str:
         """As the node below."""
         return self.child.title
+
+
+def own_keys(node: Node, part: Node) -> frozenset[str]:
+    """Return the keys of a node that belong to one of its parts: nothing outside changes what that sees."""
+    match node:
+        case ForEach(item_key=item, index_key=index, child=child) if part is child:
+            return frozenset((item.text, *((index.text,) if index is not None else ())))
+        case Retry(attempt_key=Literal(text=attempt)) if part is not node.cleanup:
+            return frozenset((attempt,))
+        case OnFailure() if part is not node.child and part is not node.cleanup:
+            return frozenset(FAILURE_KEYS)
+    return frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

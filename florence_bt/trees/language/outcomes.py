@@ -46,12 +46,14 @@ class NodeOutcomes:
         codes: The codes it can fail with; none when it cannot fail.
         skip_succeeds: Whether it counts as success when a guard keeps it from starting; else it has failed.
         only_skips: Whether it succeeds in no other way than that.
+        can_skip: Whether it, or all that it has to do, can be skipped.
     """
 
     can_succeed: bool
     codes: frozenset[str]
     skip_succeeds: bool = True
     only_skips: bool = False
+    can_skip: bool = False
 
     @property
     def can_fail(self) -> bool:
@@ -87,75 +89,79 @@ class MissionOutcomes:
         self.by_node: dict[Node, NodeOutcomes] = {}
         """The outcomes of each node."""
         if mission.tree is not None:
-            self._of(mission.tree, in_selector=False)
+            self._of(mission.tree, skip_fails=False)
 
-    def _of(self, node: Node, *, in_selector: bool) -> NodeOutcomes:
+    def _of(self, node: Node, *, skip_fails: bool) -> NodeOutcomes:
         """Return the outcomes of a node.
 
         Args:
             node: The node.
-            in_selector: Whether the nearest composite above is a selector: there a skipped node has failed.
+            skip_fails: Whether it has failed when it is skipped: where another one is tried then.
         """
-        outcomes = self._bare(node, in_selector)
+        outcomes = self._bare(node, skip_fails)
         if node.cleanup is not None:
-            self._of(node.cleanup, in_selector=False)
+            self._of(node.cleanup, skip_fails=False)
         if node.guards:
-            outcomes = self._guarded(node, outcomes, in_selector)
+            outcomes = self._guarded(node, outcomes, skip_fails)
         self.by_node[node] = outcomes
         return outcomes
 
-    def _guarded(self, node: Node, outcomes: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
+    def _guarded(self, node: Node, outcomes: NodeOutcomes, skip_fails: bool) -> NodeOutcomes:
         codes = outcomes.codes.union(*(self._of_expression(guard) for guard in node.guards))
         never = constant_of(node.when) is False or constant_of(node.unless) is True
         can_succeed = outcomes.can_succeed and not never and constant_of(node.holds) is not False
         if constant_of(node.holds) is not True and node.holds is not None:
             codes |= {node.own_failure(GUARD_FAILED)}
         if node.when is None and node.unless is None:
-            return NodeOutcomes(can_succeed, codes)
-        if in_selector:
-            return NodeOutcomes(can_succeed, codes | {"skipped"}, skip_succeeds=False)
-        return NodeOutcomes(True, codes, only_skips=not can_succeed)
+            return NodeOutcomes(can_succeed, codes, can_skip=outcomes.can_skip)
+        if skip_fails:
+            return NodeOutcomes(can_succeed, codes | {"skipped"}, skip_succeeds=False, can_skip=True)
+        return NodeOutcomes(True, codes, only_skips=not can_succeed, can_skip=True)
 
-    def _bare(self, node: Node, in_selector: bool) -> NodeOutcomes:
+    def _bare(self, node: Node, skip_fails: bool) -> NodeOutcomes:
         match node:
             case model.Sequence(children=children):
-                parts = [self._of(child, in_selector=False) for child in children]
+                parts = [self._of(child, skip_fails=False) for child in children]
                 return NodeOutcomes(all(part.can_succeed for part in parts), _codes(parts))
             case model.Selector(children=children):
-                parts = [self._of(child, in_selector=True) for child in children]
+                parts = [self._of(child, skip_fails=True) for child in children]
                 return _selector(parts)
             case model.Parallel():
-                return _parallel(node, [self._of(child, in_selector=False) for child in node.children])
+                return _parallel(node, [self._of(child, skip_fails=False) for child in node.children])
             case model.If():
-                return self._if(node, in_selector)
+                return self._if(node, skip_fails)
             case model.Switch():
-                return self._switch(node, in_selector)
+                return self._switch(node, skip_fails)
             case model.WaitUntil(goal=goal):
-                asked = self._of(goal, in_selector=False)
+                asked = self._of(goal, skip_fails=True)
                 return NodeOutcomes(asked.can_succeed, asked.codes & LASTING_CODES)
             case model.Wrapper(child=child):
-                return self._wrapper(node, self._of(child, in_selector=in_selector), in_selector)
+                below = self._of(child, skip_fails=skip_fails_below(node, skip_fails))
+                outcomes = self._wrapper(node, below, skip_fails)
+                return _skipped_with(below, outcomes, skip_fails) if _is_skipped_with(node) else outcomes
         return self._leaf(node)
 
-    def _if(self, node: model.If, in_selector: bool) -> NodeOutcomes:
-        then = self._of(node.then, in_selector=in_selector)
-        other = self._of(node.otherwise, in_selector=in_selector) if node.otherwise is not None else SUCCEEDS
+    def _if(self, node: model.If, skip_fails: bool) -> NodeOutcomes:
+        then = self._of(node.then, skip_fails=skip_fails)
+        other = self._of(node.otherwise, skip_fails=skip_fails) if node.otherwise is not None else SUCCEEDS
         if isinstance(node.condition, Expression):
             fixed, codes = constant_of(node.condition), self._of_expression(node.condition)
         else:
-            asked, codes = self._of(node.condition, in_selector=in_selector), _NO_CODES
+            asked, codes = self._of(node.condition, skip_fails=True), _NO_CODES
             fixed = None if asked.can_succeed and asked.can_fail else asked.can_succeed
         ways = [then, other] if fixed is None else [then if fixed else other]
-        return NodeOutcomes(any(way.can_succeed for way in ways), _codes(ways) | codes)
+        skips = any(way.can_skip for way in ways)
+        return NodeOutcomes(any(way.can_succeed for way in ways), _codes(ways) | codes, can_skip=skips)
 
-    def _switch(self, node: model.Switch, in_selector: bool) -> NodeOutcomes:
-        ways = [self._of(part, in_selector=in_selector) for part in node.parts]
+    def _switch(self, node: model.Switch, skip_fails: bool) -> NodeOutcomes:
+        ways = [self._of(part, skip_fails=skip_fails) for part in node.parts]
         codes = _codes(ways) | self._of_value(node.value)
         if node.default is None:
             codes |= {"no_case"}
-        return NodeOutcomes(any(way.can_succeed for way in ways), codes)
+        skips = any(way.can_skip for way in ways)
+        return NodeOutcomes(any(way.can_succeed for way in ways), codes, can_skip=skips)
 
-    def _wrapper(self, node: model.Wrapper, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
+    def _wrapper(self, node: model.Wrapper, child: NodeOutcomes, skip_fails: bool) -> NodeOutcomes:
         match node:
             case model.Succeed():
                 return SUCCEEDS
@@ -173,16 +179,16 @@ class MissionOutcomes:
                     again = (codes_named(code.text, self._groups) for code in node.on)
                     codes = codes - _NO_CODES.union(*again) if node.on else _NO_CODES
                 if between is not None:
-                    codes |= self._of(between, in_selector=False).codes
+                    codes |= self._of(between, skip_fails=False).codes
                 return NodeOutcomes(child.can_succeed, codes)
             case model.Repeat(rounds=None):
                 return NodeOutcomes(False, child.codes)
             case model.ForEach(items=value):
                 return self._for_each(node, child, value)
             case model.OnFailure():
-                return self._on_failure(node, child, in_selector)
+                return self._on_failure(node, child)
             case model.Until(goal=goal):
-                ends = self._of(goal, in_selector=False)
+                ends = self._of(goal, skip_fails=True)
                 codes = child.codes | (ends.codes & LASTING_CODES)
                 codes |= {node.own_failure(UNTIL_NOT_MET)} if child.can_succeed else _NO_CODES
                 return NodeOutcomes(ends.can_succeed, codes)
@@ -199,11 +205,12 @@ class MissionOutcomes:
             return NodeOutcomes(child.can_succeed, left | {node.own_failure(NONE_WORKED)})
         return NodeOutcomes(True, left | (child.codes - over))
 
-    def _on_failure(self, node: model.OnFailure, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
-        handlers = [(code.text, self._of(each, in_selector=in_selector)) for code, each in node.handlers]
+    def _on_failure(self, node: model.OnFailure, child: NodeOutcomes) -> NodeOutcomes:
+        handlers = [(code.text, self._of(each, skip_fails=True)) for code, each in node.handlers]
         caught = by_code(handlers, self._groups)
         ways = [caught.get(code, caught.get(ANY)) for code in child.codes]
-        left = {code for code, way in zip(child.codes, ways, strict=True) if way is None}
+        # A handler that is skipped leaves the failure as it was.
+        left = {code for code, way in zip(child.codes, ways, strict=True) if way is None or way.can_skip}
         done = [way for way in ways if way is not None]
         can_succeed = child.can_succeed or any(way.can_succeed for way in done)
         return NodeOutcomes(can_succeed, _codes(done) | left)
@@ -274,6 +281,31 @@ class MissionOutcomes:
         if given is None or given.kind is not port.kind or port.minimum is None:
             return False
         return given.minimum is not None and given.minimum >= port.minimum
+
+
+def skip_fails_below(node: model.Wrapper, above: bool) -> bool:
+    """Tell whether what is below a node has failed when it is skipped.
+
+    Args:
+        node: The node.
+        above: Whether the node itself has failed when it is skipped.
+    """
+    if isinstance(node, model.ForEach):
+        return node.first_success
+    return above and _is_skipped_with(node)
+
+
+def _is_skipped_with(node: model.Wrapper) -> bool:
+    """Tell whether a node is skipped when what is below it is."""
+    return not isinstance(node, model.ForEach | model.Repeat | model.Succeed)
+
+
+def _skipped_with(below: NodeOutcomes, own: NodeOutcomes, skip_fails: bool) -> NodeOutcomes:
+    """Add to the outcomes of a node what becomes of it when it is skipped with what is below."""
+    if not below.can_skip:
+        return own
+    codes = own.codes | {"skipped"} if skip_fails else own.codes
+    return NodeOutcomes(own.can_succeed or not skip_fails, codes, can_skip=True)
 
 
 def _codes(outcomes: Iterable[NodeOutcomes]) -> frozenset[str]:

@@ -199,11 +199,14 @@ class _MissionParser(Reader):
     def _unensured(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
         """Read a node without ``ensure``."""
         until, handlers = source.get("until"), source.get("on_failure")
-        if key.text == "for_each" and isinstance(until, YamlScalar):
-            if not _is_first_success(until) and close_matches(until.text, [vocabulary.FIRST_SUCCESS]):
-                self.error(until.position, f"until cannot be {until.text!r}", [vocabulary.FIRST_SUCCESS])
-                until = None
-            until = None if _is_first_success(until) else until
+        if (
+            key.text == "for_each"
+            and isinstance(until, YamlScalar)
+            and close_matches(until.text, ["success"])
+        ):
+            message = f"until: {until.text!r} is no expression; that the first success ends a list has a word"
+            self.error(until.position, message, ["first_success: true"])
+            until = None
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
@@ -421,9 +424,7 @@ class _MissionParser(Reader):
             kinds = vocabulary.MODIFIERS.get(key.text)
             beside = vocabulary.BESIDE.get(key.text, ())
             named = [word for word in beside if mapping.get(word) is not None]
-            if kind == "for_each" and "until" in named and _is_first_success(mapping.get("until")):
-                named.remove("until")
-            if kinds is not None and own in kinds:
+            if kinds is not None and own in kinds and (not named or kind != "for_each" or _may_fail(mapping)):
                 named.insert(0, own)
             if len(named) > 1:
                 message = f"{key.text}: it is not clear whether that is about {' or '.join(map(repr, named))}"
@@ -603,7 +604,7 @@ class _MissionParser(Reader):
             item_key=item_key,
             index_key=self.identifier(without_dollar(index), "index") if index is not None else None,
             goes_on_over=self.identifiers(over, "a code in go_on_over") if over is not None else (),
-            first_success=_is_first_success(mapping.get("until")),
+            first_success=self.flag(mapping.get("first_success"), "first_success"),
             **fields,
         )
 
@@ -736,8 +737,10 @@ def _time_meant(text: str) -> str | None:
     return f"{hours:02}:{minutes:02}" if hours < 24 and minutes < 60 else None
 
 
-def _is_first_success(until: YamlNode | None) -> bool:
-    return isinstance(until, YamlScalar) and until.text == vocabulary.FIRST_SUCCESS
+def _may_fail(loop: YamlMapping) -> bool:
+    """Tell whether a ``for_each`` has a failure of its own, which its ``code`` may be about."""
+    first = loop.get("first_success")
+    return isinstance(first, YamlScalar) and first.text == "true"
 
 
 def _is_misspelt(mapping: YamlMapping, name: str) -> bool:

@@ -251,6 +251,7 @@ MODIFIER_TEXTS: dict[str, str] = {
     "as": "the key that receives the item",
     "index": "the key that receives the number of the item, counted from 0",
     "go_on_over": "failures with these codes, or of these groups of codes, do not end the loop",
+    "first_success": "true: the first item that succeeds ends the loop, any failure leads to the next one",
     "on": "only failures with these codes, or of these groups of codes, are worth another attempt",
     "between": "a node that runs before each further attempt, such as a pause",
     "attempt": "the key that receives the number of the attempt",
@@ -361,7 +362,7 @@ class NodeSchemas:
                     },
                 ]
             },
-            "until": {"anyOf": [{"const": vocabulary.FIRST_SUCCESS}, EXPRESSION, NODE]},
+            "until": {"anyOf": [EXPRESSION, NODE]},
             "on_failure": {
                 "type": "object",
                 "properties": {
@@ -382,6 +383,7 @@ class NodeSchemas:
             "as": NAME,
             "index": NAME,
             "go_on_over": {"anyOf": [wanted, {"type": "array", "items": wanted}]},
+            "first_success": {"type": "boolean", "default": False, "errorMessage": "true or false"},
             "attempt": NAME,
             "between": NODE,
             "memory": {"type": "boolean", "default": True, "errorMessage": "true or false"},

@@ -46,6 +46,7 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
     "as": ("for_each",),
     "index": ("for_each",),
     "go_on_over": ("for_each",),
+    "first_success": ("for_each",),
     "on": ("retry",),
     "attempt": ("retry",),
     "between": ("retry",),
@@ -79,6 +80,7 @@ NEVER_INPUTS = (
     "cases",
     "between",
     "go_on_over",
+    "first_success",
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
@@ -117,9 +119,7 @@ UNTIL_NOT_MET = "until_not_met"
 NOT_ENSURED = "not_ensured"
 """The code of an ``ensure`` that names none."""
 NONE_WORKED = "none_worked"
-"""The code of a ``for_each`` with ``until: success`` that names none."""
-FIRST_SUCCESS = "success"
-"""What stands after ``until`` at a ``for_each`` that the first success ends."""
+"""The code of a ``for_each`` with ``first_success: true`` that names none."""
 FOREVER = "forever"
 """What stands after ``repeat`` and ``retry`` in place of a number."""
 
@@ -137,7 +137,7 @@ TREE_CODES: dict[str, str] = {
     "until_not_met": "a node was done before what its `until` waits for",
     "not_ensured": "a node succeeded, and its `ensure` does not hold",
     "condition_false": "the expression of a `condition` does not hold",
-    "none_worked": "a `for_each` with `until: success` has no item that succeeds",
+    "none_worked": "a `for_each` with `first_success: true` has no item that succeeds",
     "no_case": "no case of a `switch` fits",
     "failed": "`fail` without a code",
 }

@@ -1292,8 +1292,8 @@ def florence_for_each(c: Converter, e: Element) -> Node:
     codes = [code.strip() for code in e.get("go_on_over").split(";") if code.strip()]
     if codes:
         node["go_on_over"] = codes
-    if e.get("until") == "success":
-        node["until"] = "success"
+    if e.get("first_success") == "true":
+        node["first_success"] = "true"
     return {**node, "do": c.only_child(e)}
 
 

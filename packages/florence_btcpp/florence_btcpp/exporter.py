@@ -332,7 +332,7 @@ class NodeWriter:
         if node.goes_on_over:
             attributes["go_on_over"] = ";".join(code.text for code in node.goes_on_over)
         if node.first_success:
-            attributes["until"] = "success"
+            attributes["first_success"] = "true"
         return _florence("Decorator", "FlorenceForEach", attributes, children)
 
     def _retry(self, node: model.Retry, children: list[Element]) -> Element:

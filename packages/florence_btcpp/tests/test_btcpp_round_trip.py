@@ -87,7 +87,7 @@ NODES = [
     "{retry: 3, on: [nobody], do: {look: }, between: {wait: 1 s, when: $found}}",
     "{for_each: $rooms, as: mode, do: {room_is: {room: $mode}}}",
     "{for_each: [kitchen, $room], as: mode, index: number, go_on_over: [nobody], do: {look: }}",
-    "{for_each: [1, 2], as: number, until: success, do: {condition: $number > 1}, code: no_one}",
+    "{for_each: [1, 2], as: number, first_success: true, do: {condition: $number > 1}, code: no_one}",
     "{append: {mode: ' and $room', rooms: $room}}",
     "{condition: 'count($rooms) > 1 and $room in $rooms and $rooms[0] == $room'}",
     "{set: {rooms: [hall, $room]}}",

@@ -63,13 +63,30 @@ def test_a_stop_cleans_up_beside_the_tree(clock):
     assert (clock.now(), len(clean.runs), clean.active) == (3.0, 2, 0)
 
 
-def test_a_stop_during_the_clean_up_begins_it_again(clock):
+def test_a_stop_during_the_clean_up_lets_it_go_on_where_it_was(clock):
+    # 0: work; clean 0-1; stop at 0.5; again 1-2
     root, _, clean, context = build(clock, Step(success()))
     tick_until(root, clock, context, lambda: clock.now() >= 0.5 or bool(clean.runs))
     clock.advance(0.5)
+    ids = [node.id for node in root.iterate()]
     root.stop(Status.INVALID)
+    assert clean.active == 1
     drain(clock, context)
-    assert (clock.now(), len(clean.runs), clean.active) == (2.5, 3, 0)
+    assert (clock.now(), len(clean.runs), clean.active) == (2.0, 2, 0)
+    assert [node.status for node in root.shown[1].iterate()] == [Status.SUCCESS] * 3
+    assert [node.id for node in root.iterate()] == ids
+
+
+def test_one_that_was_stopped_in_its_clean_up_can_begin_again_meanwhile(clock):
+    # 0: work; clean 0-1; stop at 0.5, and the whole anew: clean 0.5-1.5; both end with their second steps
+    root, work, clean, context = build(clock, Step(success()))
+    root.tick_once()
+    clock.advance(0.5)
+    root.stop(Status.INVALID)
+    root.tick_once()
+    tick_until(root, clock, context)
+    drain(clock, context)
+    assert (root.status, clock.now(), len(work.runs), len(clean.runs)) == (Status.SUCCESS, 2.5, 2, 4)
 
 
 def test_a_clean_up_that_hangs_ends_with_its_skills_deadline(clock):

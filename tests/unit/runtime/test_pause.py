@@ -223,6 +223,41 @@ def test_a_clean_up_runs_when_a_paused_run_is_stopped(bench, tmp_path):
     assert run.status is RunStatus.STOPPED
 
 
+@pytest.mark.parametrize("cancel_takes", [0.0, 0.5])
+def test_a_run_that_is_paused_and_stopped_in_its_clean_up_goes_on_with_it(bench, tmp_path, cancel_takes):
+    # The clean-up works, then drives; the drive is cancelled for the pause, and is started again.
+    add(
+        bench,
+        tmp_path,
+        "tidy",
+        "  wait: 0.5 s\n  finally:\n    sequence:\n      - work:\n      - drive: {way: 1 m}\n",
+    )
+    bench.script_work(Step(success(pay=1)))
+    bench.script(Step(success(), after=2.0, cancel_takes=cancel_takes))
+    run = bench.executor.trigger(MissionRequest("tidy"))
+    bench.clock.advance(1.0)
+    bench.executor.pause("wait")
+    bench.executor.stop("enough")
+    assert run.status is RunStatus.ENDING
+    bench.clock.advance(0.4)
+    assert len(bench.drive.runs) == (1 if cancel_takes else 2), "not before the first one has ended"
+    bench.clock.advance(2.2)
+    assert run.status is RunStatus.STOPPED and (len(bench.drive.runs), bench.drive.active) == (2, 0)
+    assert len(bench.work.runs) == 1, "the clean-up has not begun again"
+
+
+def test_a_skill_of_a_clean_up_that_never_ends_after_a_pause_does_not_keep_a_stopped_run(bench, tmp_path):
+    add(bench, tmp_path, "tidy", "  work:\n  finally:\n    drive: {way: 1 m}\n")
+    bench.script_work(Step(success(pay=1)))
+    bench.script(Step(None, cancel_takes=1e6))
+    run = bench.executor.trigger(MissionRequest("tidy"))
+    bench.clock.advance(1.0)
+    bench.executor.pause("wait")
+    bench.executor.stop("enough")
+    bench.clock.advance(30.0)
+    assert run.status is RunStatus.STOPPED and "not known to have ended: " in run.why.reason
+
+
 def test_a_clean_up_beside_the_tree_is_paused_too(bench, tmp_path):
     # The inner body is left after 1 s; its clean-up (drive, 2 s) goes on beside the work (6 s).
     tree = (

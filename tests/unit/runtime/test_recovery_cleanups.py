@@ -31,6 +31,8 @@ MISSIONS = {
     "beside": "tree:\n  parallel:\n    - succeed:\nTIDY\n    - repeat: 9\n      do:\n        look:\n",
     # The tree has failed; only the clean-up is left.
     "ends": "tree:\nTIDY\n",
+    # The time is up in the clean-up, which goes on where it was.
+    "late": "tree:\nTIDY\n",
     "no_cleanup": "tree:\n  sequence:\n    - succeed:\n        timeout: 2 s\n        do:\n"
     "          drive: {goal: $there}\n    - repeat: 4\n      do:\n        look:\n",
 }
@@ -39,8 +41,10 @@ SPEAKS, DRIVES = "speak: {text: it is tidy}", "drive: {goal: $there}"
 
 
 def write(folder, name, cleans):
-    indent = {"beside": 8, "ends": 2}.get(name, 0)
+    indent = {"beside": 8, "ends": 2, "late": 2}.get(name, 0)
     tidy = "\n".join(" " * indent + line for line in TIDY.strip().replace("CLEANS", cleans).splitlines())
+    if name == "late":
+        tidy = tidy.replace("drive: {goal: $there}", "wait: 1.9 s", 1)
     (folder / f"{name}.yaml").write_text(HEAD.replace("NAME", name) + MISSIONS[name].replace("TIDY", tidy))
 
 
@@ -76,7 +80,8 @@ def undisturbed(tmp_path_factory):
 @pytest.mark.parametrize("tenth", sweep(range(1, 90, 4), every=3))
 @pytest.mark.parametrize("brakes_s", [0.0, 0.3, 1.9])
 @pytest.mark.parametrize(
-    ("name", "cleans"), [("beside", SPEAKS), ("beside", DRIVES), ("ends", SPEAKS), ("no_cleanup", SPEAKS)]
+    ("name", "cleans"),
+    [("beside", SPEAKS), ("beside", DRIVES), ("ends", SPEAKS), ("late", SPEAKS), ("no_cleanup", SPEAKS)],
 )
 def test_it_goes_on_where_its_process_died(tmp_path, undisturbed, name, cleans, brakes_s, tenth):
     whole, whole_run = undisturbed(name, cleans, brakes_s)

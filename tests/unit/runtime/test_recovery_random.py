@@ -18,7 +18,7 @@ from tests.scripted_skill import ScriptedSkill
 from tests.sweeps import sweep
 from tests.unit.behaviours.ticking.random_missions import DECLARATIONS, SUB, Author
 
-BESIDE = (20, 38, 156, 167, 262, 337, 393, 399, 484, 604, 669, 673)
+BESIDE = (20, 38, 156, 167, 337, 393, 399, 484, 604, 673, 713, 854)
 """Runs that die while a clean-up goes on beside the tree."""
 STOPPING = (1, 43, 102, 131, 138, 450, 572, 577, 608, 700)
 """Runs that die while a skill that was cancelled has not ended."""

@@ -86,7 +86,7 @@ def test_what_a_stock_visitor_calls_visited_is_active_without_memory() -> None:
 
 def test_a_parallel_tells_its_policy() -> None:
     children = [Success("a"), Success("b")]
-    parallel = Parallel("p", ParallelPolicy.SuccessOnSelected([children[1]]), children)
+    parallel = CountingParallel("p", children, succeed=1, fail=1, wanted=[children[1]])
     assert type_of(parallel) is NodeType.PARALLEL and detail_of(parallel) == "OnSelected(1)"
     assert detail_of(Parallel("q", ParallelPolicy.SuccessOnAll(), [Success("c")])) == "OnAll"
 

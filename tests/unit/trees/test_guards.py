@@ -24,16 +24,65 @@ SKILL = "{work: {}, when: $n < 3}"
         (f"{{selector: [{{if: true, then: {SKILL}}}, other: ]}}", "success", ["other"]),
         (f"{{selector: [{{switch: 1, cases: {{1: {SKILL}}}}}, other: ]}}", "success", ["other"]),
         (f"{{selector: [{{sequence: [{SKILL}]}}, other: ]}}", "success", []),
-        (f"{{invert: {SKILL}}}", "unexpected_success", []),
+        (f"{{invert: {SKILL}}}", "success", []),
+        (f"{{selector: [{{invert: {SKILL}}}, other: ]}}", "success", ["other"]),
+        (f"{{selector: [{{succeed: {SKILL}}}, other: ]}}", "success", []),
+        (f"{{selector: [{{retry: 3, do: {SKILL}, between: {{clean: }}}}, other: ]}}", "success", ["other"]),
+        (f"{{selector: [{{repeat: 3, do: {SKILL}}}, other: ]}}", "success", []),
+        (f"{{selector: [{{for_each: [a], as: x, do: {SKILL}}}, other: ]}}", "success", []),
+        (f"{{repeat: 2, do: {{sequence: [{SKILL}, other: ]}}}}", "success", ["other"] * 2),
+        (f"{{for_each: [a, b], as: x, first_success: true, do: {SKILL}}}", "none_worked", []),
+        (
+            f"{{for_each: [a], as: x, first_success: true, do: {{timeout: 5 s, do: {SKILL}}}}}",
+            "none_worked",
+            [],
+        ),
+        (
+            f"{{for_each: [a], as: x, first_success: true, go_on_over: [lost], do: {SKILL}}}",
+            "none_worked",
+            [],
+        ),
+        (
+            "{for_each: [a, b], as: x, first_success: true, do: {work: , when: $x == 'b'}}",
+            "success",
+            ["work"],
+        ),
+        (
+            "{sequence: [{set: {n: 1}}, {if: {is_home: , when: $n > 1}, then: {work: }, else: {other: }}]}",
+            "success",
+            ["other"],
+        ),
+        ("{wait: 3 s, until: {is_home: , when: $n < 3}, code: late}", "late", []),
+        ("{wait: 3 s, until: {other: , when: $n < 3}, code: late}", "late", []),
+        (f"{{timeout: 9 s, do: {SKILL}, until: {{other: , when: $n < 3}}}}", "success", []),
+        ("{fail: no, code: odd, on_failure: {odd: {work: , when: $n < 3}}}", "odd", []),
+        ("{fail: no, code: odd, on_failure: {odd: {work: , when: $n > 3}}}", "success", ["work"]),
+        (
+            f"{{selector: [{{timeout: 9 s, do: {SKILL}, on_failure: {{any: {{clean: }}}}}}, other: ]}}",
+            "success",
+            ["other"],
+        ),
+        (
+            "{sequence: [{set: {n: 1}}, {repeat: 3, do: {sequence: [{set: {n: '${$n + 1}'}},"
+            " {once: {work: , when: $n > 2}}]}}]}",
+            "success",
+            ["work"],
+        ),
         ("{selector: [{work: , unless: $n == 5}, other: ]}", "success", ["other"]),
         ("{selector: [{work: , when: $n == 5, unless: $n > 9}, other: ]}", "success", ["work"]),
         ("{selector: [{sequence: [work: ], when: $n < 3}, other: ]}", "success", ["other"]),
     ],
 )
-def test_a_skipped_node_counts_as_the_composite_above_wants(tmp_path, tree, status, started):
-    play = Play(tmp_path, f"inputs: {{n: {{type: integer, default: 5}}}}\ntree: {tree}")
+def test_what_a_skipped_node_counts_as(tmp_path, tree, status, started):
+    play = Play(tmp_path, f"keys: {{n: {{type: integer, default: 5}}}}\ntree: {tree}")
     assert play.run() == status
-    assert [skill for _, skill in play.started] == started
+    assert [skill for _, skill in play.started if skill != "is_home"] == started
+
+
+def test_a_list_of_which_all_was_skipped_is_not_called_empty(tmp_path):
+    tree = "{for_each: [a, b], as: x, first_success: true, do: {work: , when: $x == 'c'}}"
+    play = Play(tmp_path, f"tree: {tree}")
+    assert (play.run(), play.why.reason) == ("none_worked", "every item was skipped")
 
 
 def test_a_called_mission_decides_for_itself(tmp_path):

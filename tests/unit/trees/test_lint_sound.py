@@ -65,7 +65,12 @@ def lists(nodes):
 
 LISTS = st.sampled_from(["[]", "[1]", "[1, 2]"])
 MORE = st.sampled_from(
-    ["", ", until: success", ", go_on_over: [broken]", ", until: success, go_on_over: [lost], code: odd"]
+    [
+        "",
+        ", first_success: true",
+        ", go_on_over: [broken]",
+        ", first_success: true, go_on_over: [lost], code: odd",
+    ]
 )
 
 

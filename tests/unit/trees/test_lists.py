@@ -124,6 +124,7 @@ def test_append_to_a_key_without_a_value(tmp_path):
     assert play.run() == "missing_key"
 
 
+MENDED = "on_failure: {none_worked: {clean: }}"
 LOOP = "for_each: [a, b, c], as: x, do: {sequence: [{append: {found: $x}}, {work: }]}"
 
 
@@ -136,10 +137,12 @@ LOOP = "for_each: [a, b, c], as: x, do: {sequence: [{append: {found: $x}}, {work
         (", go_on_over: [broken]", [takes(1.0, BROKEN)], "success", "abc"),
         (", go_on_over: broken", [takes(0.0, BROKEN), takes(0.0)], "success", "abc"),
         (", go_on_over: [rejected]", [takes(1.0, BROKEN)], "broken", "a"),
-        (", until: success", [takes(1.0, BROKEN), takes(1.0)], "success", "ab"),
-        (", until: success", [takes(1.0, BROKEN)], "none_worked", "abc"),
-        (", until: success, code: nowhere", [takes(1.0, BROKEN)], "nowhere", "abc"),
-        (", until: success, go_on_over: [rejected]", [takes(1.0, BROKEN)], "broken", "a"),
+        (", first_success: true", [takes(1.0, BROKEN), takes(1.0)], "success", "ab"),
+        (", first_success: true", [takes(1.0, BROKEN)], "none_worked", "abc"),
+        (", first_success: true, code: nowhere", [takes(1.0, BROKEN)], "nowhere", "abc"),
+        (", first_success: true, go_on_over: [rejected]", [takes(1.0, BROKEN)], "broken", "a"),
+        (f", first_success: true, {MENDED}", [takes(1.0, BROKEN), takes(1.0)], "success", "ab"),
+        (f", first_success: true, {MENDED}", [takes(1.0, BROKEN)], "success", "abc"),
     ],
 )
 def test_how_a_loop_ends(tmp_path, more, ends, status, found):
@@ -148,10 +151,10 @@ def test_how_a_loop_ends(tmp_path, more, ends, status, found):
 
 
 def test_the_reason_when_no_item_succeeds(tmp_path):
-    play = Play(tmp_path, f"{HEAD}tree: {{{LOOP}, until: success}}", work=[takes(1.0, BROKEN)])
+    play = Play(tmp_path, f"{HEAD}tree: {{{LOOP}, first_success: true}}", work=[takes(1.0, BROKEN)])
     play.run()
     assert play.why.reason == "no item succeeded; the last one: it broke"
-    play = Play(tmp_path, "tree: {for_each: [], as: x, until: success, do: {set: {y: $x}}}")
+    play = Play(tmp_path, "tree: {for_each: [], as: x, first_success: true, do: {set: {y: $x}}}")
     assert (play.run(), play.why.reason) == ("none_worked", "the list is empty")
 
 
@@ -224,9 +227,9 @@ def test_the_dump(tmp_path):
         ),
         (
             "{for_each: $rooms, as: x, code: odd, do: {fail: $x}}",
-            "a for_each has a failure of its own only with `until: success`",
+            "a for_each has a failure of its own only with `first_success: true`",
         ),
-        ("{for_each: $rooms, as: x, until: success, code: odd, do: {fail: $x}}", ""),
+        ("{for_each: $rooms, as: x, first_success: true, code: odd, do: {fail: $x}}", ""),
         ("{for_each: $rooms, as: x, until: $n == 1, do: {fail: $x}}", ""),
         (
             "{foreach: $rooms, as: x, do: {fail: $x}}",

@@ -60,11 +60,25 @@ def test_named_branches(tmp_path, ends):
 
 
 @pytest.mark.parametrize(
-    ("policy", "status"), [("any", "success"), ("{succeed: 1, fail: 1}", "success"), ("all", "broken")]
+    ("policy", "status"),
+    [
+        ("any", "success"),
+        ("{succeed: 1, fail: 1}", "success"),
+        ("[other]", "success"),
+        ("[work]", "broken"),
+        ("[work, other]", "broken"),
+        ("all", "broken"),
+    ],
 )
 def test_a_success_and_a_failure_in_one_tick(tmp_path, policy, status):
     tree = f"{{parallel: [work: , other: ], policy: {policy}}}"
     assert Play(tmp_path, f"tree: {tree}", work=[takes(0.0, BROKEN)]).run() == status
+
+
+@pytest.mark.parametrize("policy", ["all", "any", "[second]", "{succeed: 2, fail: 2}"])
+def test_of_several_failures_in_one_tick_that_of_the_first_branch_is_told(tmp_path, policy):
+    branches = "[{fail: one, code: one, name: first}, {fail: two, code: two, name: second}]"
+    assert Play(tmp_path, f"tree: {{parallel: {branches}, policy: {policy}}}").run() == "one"
 
 
 @pytest.mark.parametrize("policy", ["any", "[other]", "{succeed: 1}"])

@@ -695,7 +695,13 @@ REMEDIES = {
     "a misspelt success": (
         HEAD + "  for_each: [hall, study]\n  as: one\n  until: succes\n  do: {robot_in_room: {room: $one}}\n",
         "5:10",
-        "success",
+        "first_success: true",
+    ),
+    "the word that a list had before": (
+        HEAD + "  for_each: [hall, study]\n  as: one\n  until: success\n"
+        "  do: {robot_in_room: {room: $one}}\n  on_failure: {any: {wait: 1 s}}\n",
+        "5:10",
+        "first_success: true",
     ),
     "hours and minutes": (HEAD + "  wait: 1h30\n", "3:9", "90 min"),
     "an item between braces": (

@@ -75,7 +75,7 @@ outputs:
 tree:
   for_each: [kitchen, living_room, bedroom]
   as: room
-  until: success
+  first_success: true
   do:
     sequence:
       - run: goto_room

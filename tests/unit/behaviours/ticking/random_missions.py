@@ -128,7 +128,7 @@ class Author:
         if self._catches and self.random.random() < 0.2:
             return {"retry": 3, "do": child, "between": self.leaf()}
         if self._catches and self.random.random() < 0.2:
-            more = self.random.choice(({}, {"until": "success"}, {"go_on_over": ["broken", "failed"]}))
+            more = self.random.choice(({}, {"first_success": True}, {"go_on_over": ["broken", "failed"]}))
             return {"for_each": [2, 0, 1], "as": key, "do": child, **more}
         return self.random.choice(
             [
