@@ -87,9 +87,10 @@ def add(
         from florence_bt.app.mission_files.live_skills import type_in_graph
 
         interface, latched = type_in_graph(way, name)
-    made, entry = draft_skill(way, name, interface, skill, latched=latched)
+    draft = draft_skill(way, name, interface, skill, latched=latched)
     if file is None:
-        typer.echo(f"skills:\n{entry}", nl=False)
+        typer.echo(f"skills:\n{draft.entry}", nl=False)
         return
-    add_to_file(file, made, entry)
-    typer.echo(f"{file}: the skill {made} was added; edit it, then: florence check {file}")
+    add_to_file(file, draft)
+    typer.echo("".join(f"  {each}\n" for each in draft.left_out), nl=False)
+    typer.echo(f"{file}: the skill {draft.skill} was added; edit it, then: florence check {file}")

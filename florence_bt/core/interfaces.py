@@ -33,6 +33,9 @@ _SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *(\d+))?>|(.+)\[(\d+)\])")
 _FLOATS = frozenset(("float", "double"))
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _TEXTS = frozenset(("string", "wstring"))
+_BOUND = re.compile(r"w?string<(\d+)>")
+_MAX_FLOAT = (2.0 - 2.0**-23) * 2.0**127
+"""The largest number of 32 bits (IEEE 754)."""
 _POSES = frozenset(
     f"geometry_msgs/{name}"
     for name in ("PoseStamped", "Pose", "PoseWithCovarianceStamped", "Point", "Pose2D")
@@ -127,12 +130,24 @@ def integer_limits(written: str) -> tuple[int, int] | None:
 
 
 def kind_of_field(written: str) -> Kind | None:
-    """Return the kind of what a field of a type gives to an expression, None for what is no single value."""
+    """Return the kind of what a field of a type gives to an expression, None for what has none."""
+    sequence = _SEQUENCE.fullmatch(written)
+    if sequence is not None:
+        item = kind_of_field(sequence[1] or sequence[3])
+        return item.list if item is not None and item.item is None else None
     plain = re.sub(r"<\d+>", "", written)
-    for kind in (Kind.BOOLEAN, Kind.TEXT, Kind.NUMBER):
+    for kind in (Kind.BOOLEAN, Kind.TEXT, Kind.NUMBER, Kind.DURATION, Kind.ANGLE, Kind.POSE):
         if plain in _HOLDS[kind]:
             return kind
     return Kind.INTEGER if plain in _INTEGERS or plain == "octet" else None
+
+
+def fields_below(message_type: Any, path: str) -> tuple[str, ...]:
+    """Return the paths of the fields of a field that is a message; none when it is none."""
+    written = field_type(message_type, path)
+    if "/" not in written or _SEQUENCE.fullmatch(written):
+        return ()
+    return tuple(f"{path}.{name}" for name in _nested(written, path).get_fields_and_field_types())
 
 
 def part_of(interface: Any, part: str) -> Any:
@@ -201,8 +216,14 @@ def put(message: Any, path: str, value: Any, stamp: Any) -> None:
         raise ValueError(f"{path}: {error}") from error
 
 
-def get(message: Any, path: str, kind: Kind) -> Any:
+def get(message: Any, path: str, kind: Kind, *, any_number: bool = False) -> Any:
     """Read a field as a value of a kind, in SI units.
+
+    Args:
+        message: The message.
+        path: The field.
+        kind: The kind.
+        any_number: Whether infinity and NaN may be read too.
 
     Raises:
         ConfigError: There is no such field or item, or it does not hold such a value.
@@ -217,7 +238,7 @@ def get(message: Any, path: str, kind: Kind) -> Any:
                 raise ConfigError(f"{path} is not there: {name} has {len(value)} items")
             value = value[index]
     try:
-        return _read(value, kind)
+        return _read(value, kind, any_number=any_number)
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise ConfigError(f"{path} holds no {kind.value}: {error}") from error
 
@@ -279,10 +300,21 @@ def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
     if kind == _DURATION:
         there.sec, there.nanosec = divmod(round(value * 1e9), 1_000_000_000)
         return there
-    limits = integer_limits(kind)
-    if limits is not None and not limits[0] <= value <= limits[1]:  # rclpy would cut it off
-        raise ValueError(f"{value} is not between {limits[0]} and {limits[1]}, as {kind} is")
+    _check_room(kind, value)
     return float(value) if kind in _FLOATS else value
+
+
+def _check_room(kind: str, value: Any) -> None:
+    """Raise ValueError when a field of a type has no room for a value; rclpy would cut it off, or send it."""
+    limits = integer_limits(kind)
+    if limits is not None and not limits[0] <= value <= limits[1]:
+        raise ValueError(f"{value} is not between {limits[0]} and {limits[1]}, as {kind} is")
+    if kind == "float" and math.isfinite(value) and abs(value) > _MAX_FLOAT:
+        raise ValueError(f"{value:g} is not between {-_MAX_FLOAT:g} and {_MAX_FLOAT:g}, as {kind} is")
+    bound = _BOUND.fullmatch(kind)
+    length = len(value if kind.startswith("w") else value.encode()) if bound is not None else 0
+    if bound is not None and length > int(bound[1]):
+        raise ValueError(f"{value!r} is longer than the {bound[1]} characters of {kind}")
 
 
 def _put_pose(there: Any, pose: Pose2, stamp: Any) -> None:
@@ -298,11 +330,11 @@ def _put_pose(there: Any, pose: Pose2, stamp: Any) -> None:
         there.theta = pose.yaw
 
 
-def _read(value: Any, kind: Kind) -> Any:
+def _read(value: Any, kind: Kind, *, any_number: bool = False) -> Any:
     if kind.item is not None:
         if isinstance(value, str) or not isinstance(value, Iterable):
             raise TypeError(f"{value!r} is no list")
-        return tuple(_read(each, kind.item) for each in value)
+        return tuple(_read(each, kind.item, any_number=any_number) for each in value)
     if isinstance(value, bytes) and len(value) == 1:
         value = value[0]
     match kind:
@@ -319,7 +351,7 @@ def _read(value: Any, kind: Kind) -> Any:
         case Kind.INTEGER:
             return int(value)
     number = float(value)
-    if not math.isfinite(number):
+    if not any_number and not math.isfinite(number):
         raise ValueError(f"{number} is not finite")
     return number
 

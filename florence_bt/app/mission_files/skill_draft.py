@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from florence_bt.app.mission_files.output import write_output
+from florence_bt.core.answer_shape import AnswerShape, constants_of, shape_of
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import holds, load_interface, part_of
@@ -24,21 +26,34 @@ _KINDS = (
     *(Kind.LIST_OF_TEXT, Kind.LIST_OF_BOOLEAN, Kind.LIST_OF_NUMBER, Kind.LIST_OF_INTEGER, Kind.LIST_OF_POSE),
 )
 """What a field is drafted as: the first of these that it holds."""
-_NO_POSES = ("geometry_msgs/Point", "geometry_msgs/Point[]", "sequence<geometry_msgs/Point>")
-"""They hold the place of a pose, and mostly are something else: a way, or the corner of a box."""
-_WORDS = ("error_msg", "error_message", "message", "status_message", "reason", "note", "why")
-"""Fields that have the server's own words."""
-_FINE = ("OK", "NONE", "SUCCESS", "SUCCEEDED", "NO_ERROR")
-"""Constants that name no failure."""
+_NO_POSE = re.compile(r"(sequence<)?geometry_msgs/Point\b.*")
+"""Holds the place of a pose, and mostly is something else: a way, or the corner of a box."""
+_TIME = "builtin_interfaces/Time"
 _MOST_FIELDS = 20
 """A draft takes no more fields of a part; a picture has more."""
+_MOST_SHOWN = 3
+"""A draft tells no more fields of the feedback."""
 LONGEST_NAME = 60
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
 
 
-def draft_skill(
-    way: str, name: str, interface: str, skill: str = "", *, latched: bool = False
-) -> tuple[str, str]:
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A drafted skill.
+
+    Attributes:
+        skill: Its name.
+        entry: Its entry for a file of skills, as text; what it leaves out is a comment in it.
+        left_out: The same for people: fields of the interface that the draft does not use, each with its type
+            and why.
+    """
+
+    skill: str
+    entry: str
+    left_out: tuple[str, ...] = ()
+
+
+def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched: bool = False) -> Draft:
     """Draft a skill.
 
     Args:
@@ -48,49 +63,67 @@ def draft_skill(
         skill: The name of the skill; made of the other name when empty.
         latched: Whether the topic gives its last message to who comes later.
 
-    Returns:
-        The name of the skill, and its entry for a file of skills, as text.
-
     Raises:
         ConfigError: The type is not installed, or is of another kind, or the skill cannot be called that.
     """
     loaded = load_interface(interface)
-    parts = WAYS[way]
     skill = skill or _skill_name(name)
     _check_name(skill)
+    sent, answered = (
+        _fields_of(part_of(loaded, part)) if part is not None else _Fields()
+        for part in (WAYS[way].sent, WAYS[way].answered)
+    )
     entry: dict[str, Any] = {"summary": f"{TO_BE_SAID.capitalize()} what {skill.replace('_', ' ')} does."}
-    sent = dict(_fields(part_of(loaded, parts.sent))) if parts.sent is not None else {}
-    answered = dict(_fields(part_of(loaded, parts.answered))) if parts.answered is not None else {}
-    names = {path: path.replace(".", "_") for path in sent}
-    if sent:
-        entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.items()}
-    words = next((path for path in _WORDS if answered.get(path) is Kind.TEXT), "")
-    failures = _failures(part_of(loaded, parts.answered), answered) if parts.answered is not None else {}
-    code = _code_field(part_of(loaded, parts.answered), answered) if parts.answered is not None else ""
-    used = {words, "success", *([code] if failures else [])}
-    outputs = {path: kind for path, kind in answered.items() if path not in used}
-    if outputs and way != "condition":
-        entry["outputs"] = {path.replace(".", "_"): _output(path, kind) for path, kind in outputs.items()}
-    plain = {path: kind for path, kind in outputs.items() if "." not in path and kind in _EXAMPLES}
-    if way == "condition" and plain:
-        path, kind = next(iter(plain.items()))
-        entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": _example(path, kind)}}
-    elif failures:
-        entry["failures"] = failures
+    names = {path: path.replace(".", "_") for path in sent.kinds}
+    if sent.kinds:
+        entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.kinds.items()}
+    left_out = [f"not sent: {each}" for each in (*sent.left_out, *_named_values(loaded, way, sent.kinds))]
+    if way == "condition":
+        left_out += _judge(entry, answered)
+    else:
+        left_out += [f"no output: {each}" for each in answered.left_out]
+    words = _take_answer(entry, loaded, way, answered)
     if way in DEADLINES:
         entry["deadline"] = DEADLINES[way]
     entry |= {way: name, "type": interface}
-    if sent:
-        entry["send"] = {path: f"${names[path]}" for path in sent}
+    if sent.kinds:
+        entry["send"] = {path: f"${names[path]}" for path in sent.kinds}
+    if way == "action" and (shown := _shown(loaded.Feedback)):
+        entry["feedback"] = shown
     if words:
         entry["reason"] = words
     if latched and way == "condition":
         entry["latched"] = True
     text = yaml.safe_dump({skill: entry}, sort_keys=False, default_flow_style=None, width=110)
-    return skill, "".join(f"  {line}\n" for line in text.splitlines())
+    lines = [text.splitlines()[0], *(f"  # {each}" for each in left_out), *text.splitlines()[1:]]
+    return Draft(skill, "".join(f"  {line}\n" for line in lines), tuple(left_out))
 
 
-def add_to_file(file: Path, skill: str, entry: str) -> None:
+def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: _Fields) -> str:
+    """Draft the outputs, and the failures of an answer that can say no; return the field with its words."""
+    shape = AnswerShape()
+    if way in ("action", "service"):
+        shape = shape_of(part_of(loaded, str(WAYS[way].answered)))
+    used = {shape.flag, shape.code, shape.words if shape.words_only else ""}
+    outputs = {path: kind for path, kind in answered.kinds.items() if path not in used}
+    if outputs and way != "condition":
+        entry["outputs"] = {path.replace(".", "_"): _output(path, kind) for path, kind in outputs.items()}
+    if failures := _failures(shape):
+        entry["failures"] = failures
+    return shape.words
+
+
+def _judge(entry: dict[str, Any], answered: _Fields) -> list[str]:
+    """Draft what a condition asks for; return what it does not ask for."""
+    plain = [path for path, kind in answered.kinds.items() if "." not in path and kind in _EXAMPLES]
+    if plain:
+        when = _example(plain[0], answered.kinds[plain[0]])
+        entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": when}}
+    others = [f"{path} ({kind.value})" for path, kind in answered.kinds.items() if path not in plain[:1]]
+    return [f"not judged: {each}" for each in (*others, *answered.left_out)]
+
+
+def add_to_file(file: Path, draft: Draft) -> None:
     """Add a drafted skill to a file of skills, which is made when there is none.
 
     Raises:
@@ -100,10 +133,10 @@ def add_to_file(file: Path, skill: str, entry: str) -> None:
         raise ConfigError(f"{file} does not end with {ENDING}", valid=[f"{file.stem}{ENDING}"])
     before = "skills:\n"
     if file.exists():
-        if skill in read_skills_file(file).declarations:
-            raise ConfigError(f"{file} has a skill {skill!r} already", valid=["--skill OTHER_NAME"])
+        if draft.skill in read_skills_file(file).declarations:
+            raise ConfigError(f"{file} has a skill {draft.skill!r} already", valid=["--skill OTHER_NAME"])
         before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
-    write_output(file, before + entry, make_folder=True)
+    write_output(file, before + draft.entry, make_folder=True)
 
 
 def _check_name(skill: str) -> None:
@@ -128,53 +161,73 @@ def _skill_name(name: str) -> str:
     return f"{plain}_skill" if plain in RESERVED else plain
 
 
-def _fields(message_type: Any, above: str = "") -> Iterator[tuple[str, Kind]]:
-    """Yield the fields that values can stand for, by path; deeper ones where the message has no kind."""
-    count = 0
+@dataclass(frozen=True, slots=True)
+class _Fields:
+    """The fields of a message.
+
+    Attributes:
+        kinds: Those that values can stand for, by path; deeper ones where the message has no kind.
+        left_out: The others, with their types and what can be done.
+    """
+
+    kinds: dict[str, Kind] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+
+
+def _fields_of(message_type: Any, above: str = "") -> _Fields:
+    found = _Fields()
     for name, written in message_type.get_fields_and_field_types().items():
         path = f"{above}{name}"
         kind = next((kind for kind in _KINDS if holds(kind, written)), None)
-        if written in _NO_POSES:
-            kind = None
-        if written == "std_msgs/Header" or count >= _MOST_FIELDS:
+        if written == "std_msgs/Header":
             continue
-        if kind is not None:
-            count += 1
-            yield path, kind
+        if kind is not None and not _NO_POSE.fullmatch(written):
+            if len(found.kinds) < _MOST_FIELDS:
+                found.kinds[path] = kind
+            else:
+                found.left_out.append(f"{path} ({written}): a draft takes {_MOST_FIELDS} fields")
+        elif written == _TIME:
+            found.left_out.append(f"{path} ({written}): no kind of value is a time")
         elif "/" in written and "[" not in written and "<" not in written:
             package, last = written.split("/")
-            for deeper in _fields(load_interface(f"{package}/msg/{last}"), f"{path}."):
-                count += 1
-                yield deeper
-
-
-def _failures(message_type: Any, answered: Mapping[str, Kind]) -> dict[str, Any]:
-    """Draft a failure for each error code that the type names, and for the success that it denies."""
-    found: dict[str, Any] = {}
-    code = _code_field(message_type, answered)
-    if code:
-        for name, number in sorted(_constants(message_type), key=lambda pair: pair[1]):
-            if number != 0 and name not in _FINE:
-                found[name.lower()] = {"when": f"${code} == {number}"}
-        if not found:
-            found["gave_up"] = {"meaning": f"{TO_BE_SAID} what fails", "when": "$error_code != 0"}
-    if answered.get("success") is Kind.BOOLEAN:
-        found["refused"] = {"when": "not $success"}
+            deeper = _fields_of(load_interface(f"{package}/msg/{last}"), f"{path}.")
+            found.kinds.update(deeper.kinds)
+            found.left_out.extend(deeper.left_out)
+        else:
+            found.left_out.append(f"{path} ({written}): items are named, as in {path}[0]")
     return found
 
 
-def _code_field(message_type: Any, answered: Mapping[str, Kind]) -> str:
-    """Return the field that says what went wrong: ``error_code``, or the one integer beside constants."""
-    integers = [path for path, kind in answered.items() if kind is Kind.INTEGER and "." not in path]
-    if "error_code" in integers:
-        return "error_code"
-    return integers[0] if len(integers) == 1 and _constants(message_type) else ""
+def _failures(shape: AnswerShape) -> dict[str, Any]:
+    """Draft a failure for each code that the type names, for those it does not, and for a refusal."""
+    found: dict[str, Any] = {
+        name.lower(): {"when": f"${shape.code} == {number}"} for name, number in shape.failures.items()
+    }
+    if shape.code:
+        meaning = "it failed for another reason" if found else f"{TO_BE_SAID} what fails"
+        found["gave_up"] = {"meaning": meaning, "when": shape.mishap}
+    if shape.flag:
+        found["refused"] = {"when": shape.refusal}
+    return found
 
 
-def _constants(message_type: Any) -> list[tuple[str, int]]:
-    names = [name for name in dir(type(message_type)) if name.isupper() and not name.startswith("_")]
-    values = [(name, getattr(message_type, name)) for name in names]
-    return [(name, value) for name, value in values if isinstance(value, int)]
+def _named_values(loaded: Any, way: str, sent: Mapping[str, Kind]) -> list[str]:
+    """Tell which values of what is sent have names in the interface."""
+    if Kind.INTEGER not in sent.values():
+        return []
+    constants = constants_of(part_of(loaded, str(WAYS[way].sent)))
+    return (
+        [f"constants: {', '.join(f'{name} = {each}' for name, each in constants.items())}"]
+        if constants
+        else []
+    )
+
+
+def _shown(feedback: Any) -> str:
+    """Draft what is told of a running goal."""
+    kinds = {path: kind for path, kind in _fields_of(feedback).kinds.items() if "." not in path}
+    plain = [path for path, kind in kinds.items() if kind.item is None and kind is not Kind.POSE]
+    return ", ".join(f"{path.replace('_', ' ')} ${path}" for path in plain[:_MOST_SHOWN])
 
 
 def _input(kind: Kind) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Any
 
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem, resolve
+from florence_bt.core.answer_shape import AnswerShape, shape_of
 from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.interfaces import (
@@ -22,7 +23,6 @@ from florence_bt.core.interfaces import (
     get,
     holds,
     integer_limits,
-    kind_of_field,
     load_interface,
     part_of,
 )
@@ -39,7 +39,9 @@ from florence_bt.core.serving import (
 from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
-from florence_bt.trees.language.model import Literal, Reference, Template, Value
+from florence_bt.trees.language.expressions.syntax import keys_of
+from florence_bt.trees.language.message_fields import check_readable, shown_in, value_in, with_paths
+from florence_bt.trees.language.model import Expression, Literal, Reference, Template, Value
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import kind_of, template_of, tree_value
@@ -97,6 +99,8 @@ class MessageMapping:
             speaks only when something changes.
         latched: Whether the topic gives its last message to who comes later.
         stock: Whether it comes with Florence, so that perhaps nobody wants it here.
+        unread: The output with which the server says no, and the expression that then holds, when no failure
+            reads it; None otherwise. Only a mission that takes it notices a refusal.
     """
 
     declaration: SkillDeclaration
@@ -112,6 +116,7 @@ class MessageMapping:
     max_age_s: float = MAX_AGE_S
     latched: bool = False
     stock: bool = False
+    unread: tuple[str, str] | None = None
 
     def binding(self) -> SkillBinding:
         """Return how the skill is served, as the shipped ones say it."""
@@ -186,7 +191,8 @@ class MessageMapping:
         if self.feedback is None:
             return ""
         names = [part.key for part in self.feedback.parts if not isinstance(part, str)]  # type: ignore[attr-defined]
-        return self.feedback.resolve(KeyStore({name: _simple(message, name) for name in names}))
+        shown = {name: shown_in(message, name, self.interface, "Feedback") for name in names}
+        return self.feedback.resolve(KeyStore(shown))
 
     def _meaning(self, code: str, otherwise: str) -> str:
         return f"{self.name}: {self.declaration.failures.get(code) or otherwise}"
@@ -212,18 +218,13 @@ class MessageMapping:
     def _values(
         self, keys: Iterable[str], inputs: Inputs, outputs: Mapping[str, Any], message: Any
     ) -> KeyStore:
-        known = {**inputs, **outputs}
-        return KeyStore({key: known[key] if key in known else _simple(message, key) for key in keys})
-
-
-def _simple(message: Any, name: str) -> Any:
-    """Read a field that an expression can compute with."""
-    value = getattr(message, name, None)
-    if isinstance(value, bytes):
-        return value[0] if len(value) == 1 else value.decode(errors="replace")
-    if not isinstance(value, (bool, int, float, str)):
-        raise ConfigError(f"{name} is not a single value; an output can take it with from: PATH")
-    return value
+        known, part = {**inputs, **outputs}, WAYS[self.way].answered or ""
+        return KeyStore(
+            {
+                key: known[key] if key in known else value_in(message, key, self.interface, part)
+                for key in keys
+            }
+        )
 
 
 def read_mapping(
@@ -302,6 +303,7 @@ class _Mapping:
             )
         latched = self._reader.flag(self._table.get("latched"), "latched")
         sent = self._read_send()
+        outputs = self._read_paths(paths)
         self._warn_of_unused(conditions)
         return MessageMapping(
             declaration,
@@ -309,15 +311,49 @@ class _Mapping:
             name,
             interface,
             sent,
-            self._read_paths(paths),
+            outputs,
             failures,
             otherwise or DEFAULT_CODE,
-            self._read_reason(),
+            self._read_reason(bool(failures)),
             self._read_feedback(),
             self._read_max_age(math.inf if latched else MAX_AGE_S),
             latched,
             self._stock,
+            self._unread_refusal(source.position, outputs, failures),
         )
+
+    def _unread_refusal(
+        self,
+        position: Position,
+        outputs: Mapping[str, str],
+        failures: tuple[tuple[str, CompiledExpression], ...],
+    ) -> tuple[str, str] | None:
+        """Return the output that says no and that no failure reads; warn when it is not even an output."""
+        shape = self._shape_of_answer()
+        read = {outputs.get(key, key) for _, expression in failures for key in expression.keys}
+        output = next((name for name, path in outputs.items() if path == shape.flag), "")
+        meant = (shape.flag,) if shape.flag else shape.flags
+        if not meant or read.intersection(meant) or (not output and {*outputs.values()}.intersection(meant)):
+            return None
+        if output:
+            return output, shape.refusal.replace(shape.flag, output)
+        condition = self._way_name == "condition"
+        what = "every message is a yes" if condition else "a refusal counts as success"
+        message = f"no failure reads {' or '.join(meant)}, which is true or false: {what}"
+        remedy = f"{'not_so' if condition else 'refused'}: {{when: {shape.refusal or f'not ${meant[0]}'}}}"
+        self._reader.warning(position, message, [f"failures: {{{remedy}}}"])
+        return None
+
+    def _shape_of_answer(self) -> AnswerShape:
+        """Return the shape of what says yes or no: an answer, or a message that is nothing but a flag."""
+        part = self._way.answered
+        if self._interface is None or part is None or self._way_name == "wait_for":
+            return AnswerShape()
+        message_type = part_of(self._interface, part)
+        if self._way_name == "condition":
+            kinds = {*message_type.get_fields_and_field_types().values()} - {"std_msgs/Header"}
+            return shape_of(message_type) if kinds == {"boolean"} else AnswerShape()
+        return shape_of(message_type)
 
     def _warn_of_unused(self, conditions: Mapping[str, YamlNode]) -> None:
         """Warn of inputs that go nowhere (nothing is sent or judged by them), and of empty messages."""
@@ -477,10 +513,10 @@ class _Mapping:
         """Read the code of failures that nothing names, and the conditions of the others."""
         failures = []
         for code, source in conditions.items():
-            expression = self._reader.expression(source, "when")
+            expression = self._condition(source)
             if expression is None:
                 continue
-            kinds = self._kinds_in_answers(expression.keys, source.position)
+            kinds = self._kinds_in_answers(expression)
             for problem in check_kinds(expression, kinds, Kind.BOOLEAN).problems:
                 valid = problem.valid or self._with_units(kinds)
                 self._error(problem.position, problem.message, valid)
@@ -507,18 +543,39 @@ class _Mapping:
             if kind is not None
         ]
 
-    def _kinds_in_answers(self, names: Iterable[str], position: Position) -> dict[str, Kind | None]:
-        kinds: dict[str, Kind | None] = {
-            **(self._inputs if self._way_name == "condition" else {}),
-            **{name: port.kind for name, port in self._declaration.outputs.items()},
-        }
-        for name in names:
-            if name not in kinds:
-                written = self._attempt(position, self._field, self._way.answered, name)
-                kinds[name] = kind_of_field(written) if written is not None else None
+    def _condition(self, source: YamlNode) -> Expression | None:
+        """Read ``when``, in which each field of the answer is a key, by its path."""
+        expression = self._reader.expression(source, "when", fields=True)
+        if expression is None:
+            return None
+        return self._attempt(source.position, with_paths, expression, self._known(), self._type_or_none)
+
+    def _known(self) -> dict[str, Kind]:
+        """Return the kinds of the keys of ``when`` that are no fields."""
+        outputs = {name: port.kind for name, port in self._declaration.outputs.items()}
+        return {**(self._inputs if self._way_name == "condition" else {}), **outputs}
+
+    def _type_or_none(self, path: str) -> str | None:
+        try:
+            return self._field(self._way.answered, path)
+        except ConfigError:
+            return None
+
+    def _kinds_in_answers(self, expression: Expression) -> dict[str, Kind | None]:
+        kinds: dict[str, Kind | None] = {**self._known()}
+        for key in keys_of(expression.term):
+            if key.key not in kinds:
+                kinds[key.key] = self._kind_of_answer(self._way.answered, key.key, key.position)
         return kinds
 
-    def _read_reason(self) -> str:
+    def _kind_of_answer(self, part: str | None, path: str, position: Position) -> Kind | None:
+        """Return the kind of a field that is read; None, and an error, when it has none."""
+        if self._interface is None or part is None:
+            return None
+        kind: Kind | None = self._attempt(position, check_readable, part_of(self._interface, part), path)
+        return kind
+
+    def _read_reason(self, can_fail: bool) -> str:
         source = self._table.get("reason")
         path = self._reader.text(source, "reason") if source is not None else None
         if source is None or path is None:
@@ -526,6 +583,9 @@ class _Mapping:
         written = self._attempt(source.position, self._field, self._way.answered, path)
         if written is not None and not holds(Kind.TEXT, written):
             self._error(source.position, f"reason: {path} is of the type {written}, and no text")
+        elif not can_fail and self._way_name == "service" and (refusal := self._shape_of_answer().refusal):
+            message = f"{path} is never told: no failure has when, and every answer counts as success"
+            self._reader.warning(source.position, message, [f"failures: {{refused: {{when: {refusal}}}}}"])
         return path
 
     def _read_feedback(self) -> TextTemplate | None:
@@ -536,5 +596,5 @@ class _Mapping:
         template = self._attempt(source.position, template_of, value)
         for part in template.parts if template is not None else ():
             if not isinstance(part, str):
-                self._attempt(source.position, self._field, "Feedback", part.key)
+                self._kind_of_answer("Feedback", part.key, source.position)
         return template

@@ -36,7 +36,7 @@ MISSIONS = Path(__file__).parents[3] / "examples" / "foreign_robot" / "missions"
 )
 def test_a_draft_passes_the_check(tmp_path: Path, way: str, interface: str) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill(way, "tb4/my_thing", interface))
+    add_to_file(file, draft_skill(way, "tb4/my_thing", interface))
     found = read_skills_file(file)
     assert {finding.severity for finding in found.findings} == {"warning"}  # texts of the draft
     assert set(found.mappings) == {"my_thing"}
@@ -45,45 +45,45 @@ def test_a_draft_passes_the_check(tmp_path: Path, way: str, interface: str) -> N
 
 def test_every_field_of_a_goal_is_sent(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("action", "drive", "nav2_msgs/action/NavigateToPose"))
+    add_to_file(file, draft_skill("action", "drive", "nav2_msgs/action/NavigateToPose"))
     assert [path for path, _ in read_skills_file(file).mappings["drive"].send] == ["pose", "behavior_tree"]
 
 
 def test_codes_that_the_type_names_are_failures(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("action", "spin", "nav2_msgs/action/Spin"))
+    add_to_file(file, draft_skill("action", "spin", "nav2_msgs/action/Spin"))
     assert {"tf_error", "collision_ahead"} <= read_skills_file(file).declarations["spin"].failures.keys()
 
 
 def test_constants_beside_the_one_integer_of_an_answer_are_failures() -> None:
-    _, entry = draft_skill("service", "load_map", "nav2_msgs/srv/LoadMap")
+    entry = draft_skill("service", "load_map", "nav2_msgs/srv/LoadMap").entry
     assert "result_map_does_not_exist: {when: $result == 1}" in entry and "result_success" not in entry
 
 
 def test_a_file_keeps_what_it_had(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
-    add_to_file(file, *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "shut", "std_srvs/srv/Trigger"))
     before = file.read_text()
     assert set(read_skills_file(file).mappings) == {"open", "shut"}
     with pytest.raises(ConfigError, match="already"):
-        add_to_file(file, *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+        add_to_file(file, draft_skill("service", "shut", "std_srvs/srv/Trigger"))
     with pytest.raises(ConfigError, match=r"skills\.yaml"):
-        add_to_file(tmp_path / "mine.yaml", *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+        add_to_file(tmp_path / "mine.yaml", draft_skill("service", "shut", "std_srvs/srv/Trigger"))
     assert file.read_text() == before and not (tmp_path / "mine.yaml").exists()
 
 
 def test_its_folder_is_made_too(tmp_path: Path) -> None:
     file = tmp_path / "my_robot" / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     assert set(read_skills_file(file).mappings) == {"open"}
     with pytest.raises(ConfigError, match="cannot be written"):
-        add_to_file(file / "other.skills.yaml", *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+        add_to_file(file / "other.skills.yaml", draft_skill("service", "open", "std_srvs/srv/Trigger"))
 
 
 def test_a_name_that_the_language_has_is_avoided() -> None:
-    assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait")[0] == "wait_skill"
-    assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait")[0] == "do_2nd_arm"
+    assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait").skill == "wait_skill"
+    assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait").skill == "do_2nd_arm"
 
 
 def test_the_list_tells_what_serves_a_skill() -> None:
@@ -105,7 +105,7 @@ def test_the_commands() -> None:
 
 
 def drafted(interface: str, way: str = "action") -> dict[str, Any]:
-    return yaml.safe_load("".join(draft_skill(way, "it", interface)[1:]))["it"]
+    return yaml.safe_load(draft_skill(way, "it", interface).entry)["it"]
 
 
 def test_a_result_with_a_code_but_no_names_of_codes_can_fail() -> None:
@@ -121,7 +121,7 @@ def test_a_point_is_three_numbers() -> None:
 
 def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("condition", "battery", "std_msgs/msg/Bool"))
+    add_to_file(file, draft_skill("condition", "battery", "std_msgs/msg/Bool"))
     assert len(read_skills_file(file).findings) == 2
     file.write_text(file.read_text().replace("Say here", "Told").replace("say here", "told"))
     assert read_skills_file(file).findings == ()
@@ -129,7 +129,7 @@ def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -
 
 def test_a_check_of_skills_alone_tells_what_it_looked_at(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     told = CliRunner().invoke(app, ["check", str(file)])
     assert told.exit_code == 0 and "1 skills file checked" in told.output
 
@@ -159,5 +159,5 @@ def test_a_link_is_not_written_through(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
     file.symlink_to(theirs)
     with pytest.raises(ConfigError, match="link"):
-        add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+        add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     assert theirs.read_text() == "skills: {}\n"

@@ -223,7 +223,9 @@ _WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
 
-def parse_expression(text: str, position: Position | None = None, *, exact: bool = True) -> Expression:
+def parse_expression(
+    text: str, position: Position | None = None, *, exact: bool = True, fields: bool = False
+) -> Expression:
     """Parse an expression.
 
     Args:
@@ -231,6 +233,7 @@ def parse_expression(text: str, position: Position | None = None, *, exact: bool
         position: Where it begins in its file; line 1, column 1 when not given.
         exact: Whether the text stands in the file as it is here, on one line; otherwise every part is said to
             stand at the beginning.
+        fields: Whether keys may be messages, whose parts have names of their own.
 
     Raises:
         ConfigError: It is not an expression; with line and column, without a file.
@@ -247,13 +250,14 @@ def parse_expression(text: str, position: Position | None = None, *, exact: bool
     if len(tokens) == 1:
         raise problem_at(start, "an expression is missing", "$distance < 1 m", "$found and not $done")
     begin = positions.at(len(text) - len(text.lstrip()))
-    term = _ExpressionParser(tokens).whole()
+    term = _ExpressionParser(tokens, fields=fields).whole()
     return Expression(print_term(term) if "\n" in text.strip() else text.strip(), term, begin)
 
 
 class _ExpressionParser:
-    def __init__(self, tokens: list[Token]) -> None:
+    def __init__(self, tokens: list[Token], *, fields: bool) -> None:
         self._tokens = tokens
+        self._fields = fields
         self._index = 0
         self._depth = 0
 
@@ -347,7 +351,7 @@ class _ExpressionParser:
                 term = Item(term, index, dot.position)
                 continue
             name = self._take()
-            if name.kind != "word" or name.text not in POSE_PARTS:
+            if name.kind != "word" or not (self._fields or name.text in POSE_PARTS):
                 where = name.position if name.kind == "word" else dot.position
                 raise problem_at(where, f"a pose has no part {name.text!r}", *(f".{p}" for p in POSE_PARTS))
             term = PosePart(term, name.text, name.position)
