@@ -17,7 +17,7 @@ from florence_bt.trees.language.declared_skills import read_skills_file
 from florence_bt.trees.language.loader import MissionLibrary
 from tests.made_interfaces import make_interfaces
 
-ANSWERS = {
+ANSWERS: dict[str, dict[str, Any]] = {
     "bool ok\nstring why\nfloat32 litres": {"ok": False, "why": "the bed is covered"},
     "bool granted\nstring remark": {"granted": False, "remark": "the bed is covered"},
     "bool refused\nstring hint": {"refused": True, "hint": "the bed is covered"},
