@@ -9,10 +9,10 @@ from rclpy.action import get_action_names_and_types
 from rclpy.qos import DurabilityPolicy
 
 from florence_bt.app.bringup.skills_ros import make_skills
-from florence_bt.app.mission_files.live_check import SEARCH_S, wrong_type
+from florence_bt.app.mission_files.live_check import SEARCH_S, search
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.ros.served_skill import ServedSkill
+from florence_bt.ros.served_skill import ServedSkill, server_text
 from florence_bt.trees.language.loader import MissionLibrary
 
 DISCOVERY_S = 3.0
@@ -32,17 +32,14 @@ def servers_now(library: MissionLibrary) -> Mapping[str, str]:
         skills = make_skills(client.node, mappings=library.mappings)
         served = {name: skill for name, skill in skills.items() if isinstance(skill, ServedSkill)}
         theirs = {name for name, mapping in library.mappings.items() if not mapping.stock}
-        client.spin_until(
-            lambda: all(served[name].server_is_there() for name in theirs & served.keys()), SEARCH_S
-        )
+        search(client, [served[name] for name in theirs & served.keys()], SEARCH_S)
         now: dict[str, str] = {}
         for name in sorted(served, key=lambda name: (name not in theirs, name)):
-            others = wrong_type(client.node, library.mappings.get(name))
-            there = served[name].server_is_there()
-            if others:
-                now[name] = f"WRONG TYPE: {served[name].label} has {others}"
-            elif there or name in theirs:
-                now[name] = f"{'there' if there else 'NOT THERE'}: {served[name].label}"
+            if served[name].server_is_there():
+                now[name] = f"there: {served[name].label}"
+            elif name in theirs:
+                wrong = served[name].lack().wrong_type
+                now[name] = f"{'WRONG TYPE' if wrong else 'NOT THERE'}: {server_text(served[name])}"
         return now
 
 

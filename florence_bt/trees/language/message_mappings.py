@@ -132,7 +132,11 @@ class MessageMapping:
                 make = partial(PublicationBinding, message=self.fields, latched=self.latched)
             case "condition":
                 make = partial(
-                    ConditionBinding, judge=self.judge, max_age_s=self.max_age_s, latched=self.latched
+                    ConditionBinding,
+                    judge=self.judge,
+                    max_age_s=self.max_age_s,
+                    latched=self.latched,
+                    foreign=True,
                 )
             case _:
                 limit_s = self.declaration.deadline_s
@@ -142,6 +146,7 @@ class MessageMapping:
                     result=self.result,
                     time_limit=lambda inputs: limit_s,
                     nothing=lambda inputs: nothing,
+                    foreign=True,
                 )
         return make(skill=self.declaration.name, interface=self.interface, name=self.name)
 
