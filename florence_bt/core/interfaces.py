@@ -216,6 +216,14 @@ def put(message: Any, path: str, value: Any, stamp: Any) -> None:
         raise ValueError(f"{path}: {error}") from error
 
 
+def length_limits(written: str) -> tuple[int, int] | None:
+    """Return the least and most items of an array of a type; None for what is no array, or has no limit."""
+    sequence = _SEQUENCE.fullmatch(written)
+    if sequence is None or not (sequence[2] or sequence[4]):
+        return None
+    return (int(sequence[4]), int(sequence[4])) if sequence[4] else (0, int(sequence[2]))
+
+
 def get(message: Any, path: str, kind: Kind, *, any_number: bool = False) -> Any:
     """Read a field as a value of a kind, in SI units.
 

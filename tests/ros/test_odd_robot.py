@@ -1,4 +1,4 @@
-"""One comparison of names, types and states, for runs, ``check --live``, ``skills --live``, ``up``, ``where``."""
+"""One comparison of names, types and states, for runs, ``check``, ``skills``, ``up`` and ``where``."""
 
 from __future__ import annotations
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -29,17 +30,19 @@ def with_paths(
     Raises:
         ConfigError: A pose of those keys has no such part; with line and column.
     """
-    term = expression.term
-    for part in list(_fields_in(term)):
-        path, root, position = _path(part)
-        pose = _pose_below(part, type_of)
+
+    def changed(term: syntax.Term) -> syntax.Term:
+        path, root, position = _path(term)
+        if not root or isinstance(term, syntax.Key):
+            return syntax.with_parts(term, changed)
         if root in known:
-            _check_pose_parts(part)
-        elif pose is not None:
-            term = syntax.replaced(term, pose, syntax.Key(_path(pose)[0], position))
-        else:
-            term = syntax.replaced(term, part, syntax.Key(path, position))
-    return syntax.Expression(expression.text, term, expression.position)
+            _check_pose_parts(term)
+            return term
+        if isinstance(term, syntax.PosePart) and _is_pose_part(term, type_of):
+            return replace(term, pose=syntax.Key(_path(term.pose)[0], position))
+        return syntax.Key(path, position)
+
+    return syntax.Expression(expression.text, changed(expression.term), expression.position)
 
 
 def check_readable(message_type: Any, path: str) -> Kind:
@@ -89,15 +92,6 @@ def _kind_at(interface: str, part: str, path: str) -> Kind:
     return check_readable(part_of(load_interface(interface), part), path)
 
 
-def _fields_in(term: syntax.Term) -> Iterator[syntax.PosePart | syntax.Item]:
-    """Yield each part of a key, or of a part of one, that is as long as it can be."""
-    if isinstance(term, syntax.PosePart | syntax.Item) and _path(term)[1]:
-        yield term
-        return
-    for part in syntax.parts_of(term):
-        yield from _fields_in(part)
-
-
 def _path(term: syntax.Term) -> tuple[str, str, Position]:
     """Return the path of a field, the key that it begins with, and where; an empty key when it is none."""
     match term:
@@ -112,12 +106,11 @@ def _path(term: syntax.Term) -> tuple[str, str, Position]:
     return "", "", term.position
 
 
-def _pose_below(term: syntax.Term, type_of: Callable[[str], str | None]) -> syntax.Term | None:
-    """Return the field whose part is a number of a pose, ``$final_pose.x``; None when it is none."""
-    if not isinstance(term, syntax.PosePart) or term.part not in POSE_PARTS:
-        return None
+def _is_pose_part(term: syntax.PosePart, type_of: Callable[[str], str | None]) -> bool:
+    """Tell whether a part is a number of a field that is a pose: ``$final_pose.x``."""
     written = type_of(_path(term.pose)[0])
-    return term.pose if written is not None and kind_of_field(written) is Kind.POSE else None
+    is_pose = written is not None and kind_of_field(written) is Kind.POSE
+    return is_pose and term.part in POSE_PARTS
 
 
 def _check_pose_parts(term: syntax.Term) -> None:

@@ -14,7 +14,14 @@ from functools import partial
 from typing import Any
 
 from florence_bt.behaviours.expressions import CompiledExpression
-from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem, resolve
+from florence_bt.behaviours.keys import (
+    KeyStore,
+    ListFromItems,
+    TextTemplate,
+    ValueProblem,
+    is_source,
+    resolve,
+)
 from florence_bt.core.answer_shape import AnswerShape, shape_of
 from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
@@ -23,8 +30,10 @@ from florence_bt.core.interfaces import (
     get,
     holds,
     integer_limits,
+    length_limits,
     load_interface,
     part_of,
+    put,
 )
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, texts_in
@@ -443,10 +452,44 @@ class _Mapping:
             message = f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
             raise ConfigError(message, valid=self._instead(value, written))
         made = tree_value(value, Kind.TEXT if text else None, self._inputs)
-        limits = integer_limits(written) if written is not None else None
-        if limits is not None:
-            self._check_limits(key.text, value, made, limits)
+        if written is not None:
+            self._check_room(key.text, written, value, made)
         return (made,)
+
+    def _check_room(self, path: str, written: str, value: Value, made: Any) -> None:
+        """Check that a field takes the values that it will be given, as far as they are known.
+
+        Raises:
+            ConfigError: It does not.
+        """
+        limits = integer_limits(written)
+        if limits is not None:
+            self._check_limits(path, value, made, limits)
+        known = [made] if not is_source(made) else []
+        if isinstance(value, Reference):
+            port = self._declaration.inputs.get(value.key)
+            known = [port.default] if port is not None and not port.required else []
+        for each in known:
+            self._check_put(path, each)
+        lengths = length_limits(written)
+        if isinstance(made, ListFromItems):
+            if lengths is not None and not lengths[0] <= len(made.items) <= lengths[1]:
+                raise ConfigError(f"{path}: {len(made.items)} items do not fit into {written}")
+            for each in made.items if lengths is None or not lengths[0] else ():
+                if not is_source(each):
+                    self._check_put(path, (each,))
+
+    def _check_put(self, path: str, value: Any) -> None:
+        """Write a value into an empty message, as a run would.
+
+        Raises:
+            ConfigError: The field does not take it.
+        """
+        stamp = load_interface("builtin_interfaces/msg/Time")()
+        try:
+            put(part_of(self._interface, str(self._way.sent))(), path, value, stamp)
+        except (ValueError, TypeError) as error:
+            raise ConfigError(str(error)) from error
 
     def _instead(self, value: Value, written: str) -> tuple[str, ...]:
         """Suggest what a field of a type takes in place of a value."""
