@@ -89,6 +89,35 @@ def test_nan_is_told_and_is_not_silence(ros: RosBench, robot: Child, folder: Pat
         assert (result.code, "nan" in result.reason) == ("bad_output", True), result
 
 
+def test_the_whole_robot_is_drafted_from_its_graph(
+    ros_domain: int, start_process: Callable[..., Child], robot: Child, tmp_path: Path
+) -> None:
+    florence, file = (sys.executable, "-m", "florence_bt.cli"), tmp_path / "cart.skills.yaml"
+    for _ in range(2):  # what is in the file already is left alone
+        child = start_process(*florence, "skills", "add", "--all", "cart", "--file", file)
+        assert child.process.wait(GENEROUS_S) == 0, child.output
+    served = {(each.way, each.name): each for each in mappings_in([tmp_path]).values()}
+    wanted = {("service", "/cart/scan"), ("action", "/cart/water"), ("condition", "/cart/door")}
+    assert served.keys() == wanted | {
+        *(("condition", "/cart/flow"), ("publish", "/cart/shout")),
+        ("service", "/cart/pump/change_state"),
+    }
+    skill = served["service", "/cart/pump/change_state"].declaration.name
+    assert skill == "change_pump"
+
+
+def test_a_managed_node_is_activated_by_name(ros: RosBench, robot: Child, tmp_path: Path) -> None:
+    from florence_bt.ros.node import FlorenceNode
+
+    text = "  change_pump: {like: set_lifecycle, service: cart/pump/change_state}\n"
+    (tmp_path / "cart.skills.yaml").write_text(SKILLS + text, encoding="utf-8")
+    skills = make_skills(ros.add(FlorenceNode("missions")), mappings=mappings_in([tmp_path]))
+    assert ended(ros, skills["change_pump"], {"transition": "activate"}).code == "refused"
+    for transition in ("configure", "activate"):
+        assert ended(ros, skills["change_pump"], {"transition": transition}).succeeded
+    assert ended(ros, skills["dose"]).succeeded
+
+
 @pytest.mark.slow
 def test_up_where_and_the_checks_say_the_same(
     ros_domain: int, start_process: Callable[..., Child], robot: Child, folder: Path, tmp_path: Path

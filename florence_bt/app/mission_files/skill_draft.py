@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import holds, load_interface, part_of
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
-from florence_bt.trees.language.message_mappings import WAYS
+from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
 from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
 
 _KINDS = (
@@ -28,6 +29,7 @@ _KINDS = (
 """What a field is drafted as: the first of these that it holds."""
 _NO_POSE = re.compile(r"(sequence<)?geometry_msgs/Point\b.*")
 """Holds the place of a pose, and mostly is something else: a way, or the corner of a box."""
+_TRANSITION = "lifecycle_msgs/srv/ChangeState"
 _TIME = "builtin_interfaces/Time"
 _MOST_FIELDS = 20
 """A draft takes no more fields of a part; a picture has more."""
@@ -51,6 +53,27 @@ class Draft:
     skill: str
     entry: str
     left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """Something of a running system that a skill can be made of.
+
+    Attributes:
+        way: One of :data:`WAYS`.
+        name: The whole name of the action, service or topic.
+        interface: Its type.
+        latched: Whether a topic gives its last message to who comes later.
+    """
+
+    way: str
+    name: str
+    interface: str
+    latched: bool = False
+
+    def __str__(self) -> str:
+        """Return it as ``florence skills add`` takes it."""
+        return f"{self.way} {self.name} {self.interface}"
 
 
 def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched: bool = False) -> Draft:
@@ -94,9 +117,29 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched
         entry["reason"] = words
     if latched and way == "condition":
         entry["latched"] = True
-    text = yaml.safe_dump({skill: entry}, sort_keys=False, default_flow_style=None, width=110)
-    lines = [text.splitlines()[0], *(f"  # {each}" for each in left_out), *text.splitlines()[1:]]
-    return Draft(skill, "".join(f"  {line}\n" for line in lines), tuple(left_out))
+    return Draft(skill, _entry(skill, entry, left_out), tuple(left_out))
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes the keys of a skill below one another, and what they have in one line."""
+
+
+class _Block(dict[str, Any]):
+    """A mapping whose keys stand below one another."""
+
+
+_Dumper.add_representer(
+    _Block, lambda dumper, data: dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=False)
+)
+
+
+def _entry(skill: str, entry: Mapping[str, Any], left_out: Iterable[str] = ()) -> str:
+    """Write the entry of a skill for a file of skills."""
+    document = _Block({skill: _Block(entry)})
+    text = yaml.dump(document, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110)
+    head, *rest = text.splitlines()
+    comments = [f"  # {line}" for each in left_out for line in textwrap.wrap(each, 104)]
+    return "".join(f"  {line}\n" for line in (head, *comments, *rest))
 
 
 def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: _Fields) -> str:
@@ -119,8 +162,82 @@ def _judge(entry: dict[str, Any], answered: _Fields) -> list[str]:
     if plain:
         when = _example(plain[0], answered.kinds[plain[0]])
         entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": when}}
-    others = [f"{path} ({kind.value})" for path, kind in answered.kinds.items() if path not in plain[:1]]
-    return [f"not judged: {each}" for each in (*others, *answered.left_out)]
+    others = ", ".join(path for path in answered.kinds if path not in plain[:1])
+    return [f"not judged: {each}" for each in ((others,) if others else ()) + tuple(answered.left_out)]
+
+
+def draft_all(
+    offers: Iterable[Offer], namespace: str, taken: Iterable[str] = ()
+) -> tuple[list[Draft], list[str]]:
+    """Draft a skill for everything that a robot offers.
+
+    Args:
+        offers: What there is.
+        namespace: That of the robot, as ``/cart``; what lies outside is no part of it.
+        taken: Names of skills that cannot be used.
+
+    Returns:
+        The drafts; and what has none, each with the reason.
+
+    Raises:
+        ConfigError: The namespace has nothing; with those that there are.
+    """
+    below = f"{namespace.rstrip('/')}/" if namespace.startswith("/") else f"/{namespace.strip('/')}/"
+    known = list(offers)
+    ours = [offer for offer in known if offer.name.startswith(below)]
+    if not ours:
+        others = dict.fromkeys(f"/{offer.name.split('/')[1]}" for offer in known if offer.name.count("/") > 1)
+        raise ConfigError(f"nothing is below {below.rstrip('/') or '/'} now", valid=[*others])
+    drafts: list[Draft] = []
+    without: list[str] = []
+    names = {*taken, *collect_declarations()}
+    for offer in ours:
+        try:
+            problem = _unfit(offer)
+        except ConfigError as error:
+            problem = str(error)
+        if problem:
+            without.append(f"{offer}: {problem}")
+            continue
+        skill = _free_name(offer, names)
+        names.add(skill)
+        drafts.append(_draft_of(offer, skill))
+    return drafts, without
+
+
+def _draft_of(offer: Offer, skill: str) -> Draft:
+    if offer.interface == _TRANSITION:
+        what = offer.name.rpartition("/")[0]
+        entry = {"like": "set_lifecycle", "summary": f"Change the lifecycle state of the node {what}."}
+        return Draft(skill, _entry(skill, {**entry, "service": offer.name}))
+    return draft_skill(offer.way, offer.name, offer.interface, skill, latched=offer.latched)
+
+
+def _unfit(offer: Offer) -> str:
+    """Return why no skill is drafted for something; empty when one is.
+
+    Raises:
+        ConfigError: The type is not installed.
+    """
+    loaded = load_interface(offer.interface)
+    if offer.interface.startswith("lifecycle_msgs/") and offer.interface != _TRANSITION:
+        return "every managed node has it"
+    if offer.way != "condition":
+        return ""
+    written = part_of(loaded, "").get_fields_and_field_types().values()
+    return "a picture, or other data that no condition judges" if "sequence<uint8>" in written else ""
+
+
+def _free_name(offer: Offer, taken: Container[str]) -> str:
+    """Return a name for the skill of an offer: of its last word, of its last two, or with what it is."""
+    parts = offer.name.strip("/").split("/")
+    last, two = _skill_name(offer.name), _skill_name("_".join(parts[-2:]))
+    if offer.interface == _TRANSITION:
+        last = _skill_name("_".join(["change", *parts[-2:-1]]))
+    for name in (last, two, f"{last}_{offer.way}", f"{two}_{offer.way}"):
+        if name not in taken and name not in RESERVED and not keyword.iskeyword(name):
+            return name[:LONGEST_NAME]
+    raise ConfigError(f"no name is left for a skill of {offer}", valid=["--skill NAME, one at a time"])
 
 
 def add_to_file(file: Path, draft: Draft) -> None:
@@ -133,10 +250,22 @@ def add_to_file(file: Path, draft: Draft) -> None:
         raise ConfigError(f"{file} does not end with {ENDING}", valid=[f"{file.stem}{ENDING}"])
     before = "skills:\n"
     if file.exists():
-        if draft.skill in read_skills_file(file).declarations:
+        if draft.skill in skills_of(file):
             raise ConfigError(f"{file} has a skill {draft.skill!r} already", valid=["--skill OTHER_NAME"])
         before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
     write_output(file, before + draft.entry, make_folder=True)
+
+
+def skills_of(file: Path) -> Mapping[str, MessageMapping | None]:
+    """Return the skills of a file by name, each with what serves it; none when there is no such file.
+
+    Raises:
+        ConfigError: The file cannot be read.
+    """
+    if not file.exists():
+        return {}
+    found = read_skills_file(file)
+    return {name: found.mappings.get(name) for name in found.declarations}
 
 
 def _check_name(skill: str) -> None:

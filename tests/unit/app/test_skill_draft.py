@@ -11,11 +11,12 @@ from typer.testing import CliRunner
 
 pytest.importorskip("nav2_msgs")
 
-from florence_bt.app.mission_files.skill_draft import add_to_file, draft_skill
+from florence_bt.app.mission_files.skill_draft import Offer, add_to_file, draft_all, draft_skill
 from florence_bt.app.mission_files.skill_list import list_skills
 from florence_bt.cli.application import app
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import read_skills_file
+from tests.made_interfaces import make_interfaces
 
 MISSIONS = Path(__file__).parents[3] / "examples" / "foreign_robot" / "missions"
 
@@ -161,3 +162,67 @@ def test_a_link_is_not_written_through(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="link"):
         add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     assert theirs.read_text() == "skills: {}\n"
+
+
+def test_what_a_draft_leaves_out_is_said_in_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    make_interfaces(
+        monkeypatch,
+        "made_msgs",
+        msg_Plant="string species\nbool ripe",
+        action_Water="int8 LOW=-1\nint8 HIGH=1\nint8 prio\nPlant[] only\nbuiltin_interfaces/Time begin\n"
+        "geometry_msgs/Point[4] corners\n---\nuint8 OK=0\nuint8 code\nstring detail\nPlant[] plants\n---\n"
+        "uint8 percent\nstring bed",
+    )
+    draft = draft_skill("action", "cart/water", "made_msgs/action/Water")
+    said = "\n".join(draft.left_out)
+    assert all(word in said for word in ("only", "begin", "corners", "LOW = -1", "HIGH = 1", "plants"))
+    assert all(f"# {line}" in draft.entry for line in draft.left_out)
+    entry = yaml.safe_load(draft.entry)["water"]
+    assert entry["send"] == {"prio": "$prio"} and "$percent" in entry["feedback"]
+    add_to_file(tmp_path / "mine.skills.yaml", draft)
+    assert {each.severity for each in read_skills_file(tmp_path / "mine.skills.yaml").findings} == {"warning"}
+
+
+def test_what_a_condition_does_not_judge_is_said() -> None:
+    (said,) = draft_skill("condition", "battery", "sensor_msgs/msg/BatteryState").left_out
+    assert "percentage" in said and " voltage" not in said
+
+
+OFFERS = (
+    Offer("action", "/cart/spin", "nav2_msgs/action/Spin"),
+    Offer("service", "/cart/spin", "std_srvs/srv/Empty"),
+    Offer("service", "/cart/arm/lamp", "std_srvs/srv/SetBool"),
+    Offer("service", "/cart/pump/change_state", "lifecycle_msgs/srv/ChangeState"),
+    Offer("service", "/cart/pump/get_state", "lifecycle_msgs/srv/GetState"),
+    Offer("service", "/cart/weigh", "nobodys_msgs/srv/Weigh"),
+    Offer("condition", "/cart/door", "std_msgs/msg/Bool", latched=True),
+    Offer("condition", "/cart/camera", "sensor_msgs/msg/Image"),
+    Offer("publish", "/cart/say", "std_msgs/msg/String"),
+    Offer("service", "/cart2/lamp", "std_srvs/srv/SetBool"),
+)
+
+
+@pytest.mark.parametrize("namespace", ["cart", "/cart", "/cart/"])
+def test_a_whole_robot_is_drafted(tmp_path: Path, namespace: str) -> None:
+    drafts, without = draft_all(OFFERS, namespace, ["lamp"])
+    assert [draft.skill for draft in drafts] == [
+        *("spin", "cart_spin", "arm_lamp", "change_pump", "door", "cart_say")
+    ]
+    assert [line.split(":")[0].split()[1] for line in without] == [
+        *("/cart/pump/get_state", "/cart/weigh", "/cart/camera")
+    ]
+    assert "not installed" in without[1]
+    file = tmp_path / "cart.skills.yaml"
+    for draft in drafts:
+        add_to_file(file, draft)
+    found = read_skills_file(file)
+    assert {each.severity for each in found.findings} == {"warning"} and found.mappings["door"].latched
+    assert dict(found.mappings["change_pump"].fields({"transition": "activate"})) == {
+        "transition.label": "activate"
+    }
+
+
+def test_a_namespace_with_nothing_in_it_is_told_with_those_that_are_there() -> None:
+    with pytest.raises(ConfigError) as caught:
+        draft_all(OFFERS, "kart")
+    assert list(caught.value.valid) == ["/cart", "/cart2"]
