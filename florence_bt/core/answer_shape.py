@@ -8,7 +8,7 @@ true is a yes.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -138,6 +138,24 @@ def constants_of(message_type: Any) -> dict[str, int]:
     values = {name: getattr(message_type, name) for name in names}
     found = {name: value for name, value in values.items() if isinstance(value, int)}
     return dict(sorted(found.items(), key=lambda pair: pair[1]))
+
+
+def constants_below(message_type: Any) -> dict[str, int]:
+    """Return the constants of a type and of all messages in it; without names that mean several numbers."""
+    found: dict[str, set[int]] = {}
+    for each in _types_below(message_type, set()):
+        for name, number in constants_of(each).items():
+            found.setdefault(name, set()).add(number)
+    return {name: min(numbers) for name, numbers in found.items() if len(numbers) == 1}
+
+
+def _types_below(message_type: Any, seen: set[str]) -> Iterator[Any]:
+    yield message_type
+    for written in message_type.get_fields_and_field_types().values():
+        nested = re.search(r"(\w+)/(\w+)", written)
+        if nested is not None and nested[0] not in seen:
+            seen.add(nested[0])
+            yield from _types_below(load_interface(f"{nested[1]}/msg/{nested[2]}"), seen)
 
 
 def _flag(flags: tuple[str, ...], with_text: bool, fields: int) -> str:

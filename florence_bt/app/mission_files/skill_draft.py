@@ -16,7 +16,7 @@ from florence_bt.app.mission_files.output import write_output
 from florence_bt.core.answer_shape import AnswerShape, constants_of, shape_of
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.interfaces import holds, load_interface, part_of
+from florence_bt.core.interfaces import TIME, holds, item_of_array, load_interface, part_of
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
@@ -30,7 +30,6 @@ _KINDS = (
 _NO_POSE = re.compile(r"(sequence<)?geometry_msgs/Point\b.*")
 """Holds the place of a pose, and mostly is something else: a way, or the corner of a box."""
 _TRANSITION = "lifecycle_msgs/srv/ChangeState"
-_TIME = "builtin_interfaces/Time"
 _MOST_FIELDS = 20
 """A draft takes no more fields of a part; a picture has more."""
 _MOST_SHOWN = 3
@@ -93,24 +92,24 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched
     skill = skill or _skill_name(name)
     _check_name(skill)
     sent, answered = (
-        _fields_of(part_of(loaded, part)) if part is not None else _Fields()
+        _fields_of(part_of(loaded, part), lists=part == WAYS[way].answered) if part is not None else _Fields()
         for part in (WAYS[way].sent, WAYS[way].answered)
     )
     entry: dict[str, Any] = {"summary": f"{TO_BE_SAID.capitalize()} what {skill.replace('_', ' ')} does."}
-    names = {path: path.replace(".", "_") for path in sent.kinds}
+    names = {path: _port_name(path) for path in sent.kinds}
     if sent.kinds:
         entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.kinds.items()}
-    left_out = [f"not sent: {each}" for each in (*sent.left_out, *_named_values(loaded, way, sent.kinds))]
+    left_out = [f"not sent: {each}" for each in (*sent.not_sent, *_named_values(loaded, way, sent.kinds))]
     if way == "condition":
         left_out += _judge(entry, answered)
     else:
-        left_out += [f"no output: {each}" for each in answered.left_out]
+        left_out += [f"no output: {each}" for each in answered.not_read]
     words = _take_answer(entry, loaded, way, answered)
     if way in DEADLINES:
         entry["deadline"] = DEADLINES[way]
     entry |= {way: name, "type": interface}
-    if sent.kinds:
-        entry["send"] = {path: f"${names[path]}" for path in sent.kinds}
+    if sent.kinds or sent.times:
+        entry["send"] = {path: f"${names[path]}" for path in sent.kinds} | dict.fromkeys(sent.times, "now")
     if way == "action" and (shown := _shown(loaded.Feedback)):
         entry["feedback"] = shown
     if words:
@@ -150,7 +149,7 @@ def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: _Fields
     used = {shape.flag, shape.code, shape.words if shape.words_only else ""}
     outputs = {path: kind for path, kind in answered.kinds.items() if path not in used}
     if outputs and way != "condition":
-        entry["outputs"] = {path.replace(".", "_"): _output(path, kind) for path, kind in outputs.items()}
+        entry["outputs"] = {_port_name(path): _output(path, kind) for path, kind in outputs.items()}
     if failures := _failures(shape):
         entry["failures"] = failures
     return shape.words
@@ -163,7 +162,7 @@ def _judge(entry: dict[str, Any], answered: _Fields) -> list[str]:
         when = _example(plain[0], answered.kinds[plain[0]])
         entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": when}}
     others = ", ".join(path for path in answered.kinds if path not in plain[:1])
-    return [f"not judged: {each}" for each in ((others,) if others else ()) + tuple(answered.left_out)]
+    return [f"not judged: {each}" for each in (others, *answered.not_read) if each]
 
 
 def draft_all(
@@ -296,35 +295,88 @@ class _Fields:
 
     Attributes:
         kinds: Those that values can stand for, by path; deeper ones where the message has no kind.
-        left_out: The others, with their types and what can be done.
+        times: Those that are a time.
+        arrays: Those that are arrays of messages, or of what has no kind, each with what can be done.
+        beyond: Those that are too many for a draft.
     """
 
     kinds: dict[str, Kind] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)
+    times: list[str] = field(default_factory=list)
+    arrays: list[str] = field(default_factory=list)
+    beyond: list[str] = field(default_factory=list)
+
+    @property
+    def not_sent(self) -> tuple[str, ...]:
+        """What a draft does not send."""
+        return (*self.arrays, *self.beyond)
+
+    @property
+    def not_read(self) -> tuple[str, ...]:
+        """What a draft does not read."""
+        return (
+            *self.arrays,
+            *(f"{path} ({TIME}): no kind of value is a time" for path in self.times),
+            *self.beyond,
+        )
+
+    def take(self, path: str, written: str, kind: Kind) -> None:
+        """Note a field that values can stand for."""
+        if len(self.kinds) < _MOST_FIELDS:
+            self.kinds[path] = kind
+        else:
+            self.beyond.append(f"{path} ({written}): a draft takes {_MOST_FIELDS} fields")
 
 
-def _fields_of(message_type: Any, above: str = "") -> _Fields:
+def _fields_of(message_type: Any, above: str = "", *, lists: bool) -> _Fields:
+    """Find the fields of a message.
+
+    Args:
+        message_type: The message.
+        above: What stands before their names.
+        lists: Whether each field of the items of an array is a list; else the array has no kind.
+    """
     found = _Fields()
     for name, written in message_type.get_fields_and_field_types().items():
         path = f"{above}{name}"
         kind = next((kind for kind in _KINDS if holds(kind, written)), None)
+        item = item_of_array(written)
         if written == "std_msgs/Header":
             continue
         if kind is not None and not _NO_POSE.fullmatch(written):
-            if len(found.kinds) < _MOST_FIELDS:
-                found.kinds[path] = kind
-            else:
-                found.left_out.append(f"{path} ({written}): a draft takes {_MOST_FIELDS} fields")
-        elif written == _TIME:
-            found.left_out.append(f"{path} ({written}): no kind of value is a time")
-        elif "/" in written and "[" not in written and "<" not in written:
-            package, last = written.split("/")
-            deeper = _fields_of(load_interface(f"{package}/msg/{last}"), f"{path}.")
-            found.kinds.update(deeper.kinds)
-            found.left_out.extend(deeper.left_out)
+            found.take(path, written, kind)
+        elif written == TIME:
+            found.times.append(path)
+        elif "/" in written and not item:
+            deeper = _fields_of(_message(written), f"{path}.", lists=lists)
+            for below, its_kind in deeper.kinds.items():
+                found.take(below, written, its_kind)
+            for ours, its in zip(_parts(found), _parts(deeper), strict=True):
+                ours.extend(its)
+        elif "/" in item and lists:
+            deeper = _fields_of(_message(item), f"{path}[*].", lists=False)
+            for below, its_kind in deeper.kinds.items():
+                if its_kind.item is None:
+                    found.take(below, written, its_kind.list)
+                else:
+                    found.arrays.append(f"{below} ({its_kind.value}): a list of lists is no kind of value")
+            found.arrays.extend(deeper.not_read)
         else:
-            found.left_out.append(f"{path} ({written}): items are named, as in {path}[0]")
+            hint = f"lists of its fields, as in {path}[*].FIELD" if "/" in item else "no kind of value"
+            found.arrays.append(f"{path} ({written}): {hint}")
     return found
+
+
+def _parts(fields: _Fields) -> tuple[list[str], ...]:
+    return fields.times, fields.arrays, fields.beyond
+
+
+def _message(written: str) -> Any:
+    package, name = written.split("/")
+    return load_interface(f"{package}/msg/{name}")
+
+
+def _port_name(path: str) -> str:
+    return path.replace("[*]", "").replace(".", "_")
 
 
 def _failures(shape: AnswerShape) -> dict[str, Any]:
@@ -354,7 +406,7 @@ def _named_values(loaded: Any, way: str, sent: Mapping[str, Kind]) -> list[str]:
 
 def _shown(feedback: Any) -> str:
     """Draft what is told of a running goal."""
-    kinds = {path: kind for path, kind in _fields_of(feedback).kinds.items() if "." not in path}
+    kinds = {path: kind for path, kind in _fields_of(feedback, lists=False).kinds.items() if "." not in path}
     plain = [path for path, kind in kinds.items() if kind.item is None and kind is not Kind.POSE]
     return ", ".join(f"{path.replace('_', ' ')} ${path}" for path in plain[:_MOST_SHOWN])
 
@@ -366,7 +418,7 @@ def _input(kind: Kind) -> dict[str, Any]:
 
 def _output(path: str, kind: Kind) -> dict[str, Any]:
     port = port_document(Port(kind, ""))
-    return port if "." not in path else {**port, "from": path}
+    return port if path == _port_name(path) else {**port, "from": path}
 
 
 _EXAMPLES = {

@@ -17,6 +17,16 @@ from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.parser import POSE_PARTS
 
 
+class AnyConstant(dict[str, int]):
+    """The constants of an interface that is not installed: every name in capitals may be one."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name.isupper()
+
+    def __missing__(self, name: str) -> int:
+        return 0
+
+
 def with_paths(
     expression: syntax.Expression, known: Container[str], type_of: Callable[[str], str | None]
 ) -> syntax.Expression:

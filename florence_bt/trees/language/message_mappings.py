@@ -22,12 +22,15 @@ from florence_bt.behaviours.keys import (
     is_source,
     resolve,
 )
-from florence_bt.core.answer_shape import AnswerShape, shape_of
+from florence_bt.core.answer_shape import AnswerShape, constants_below, constants_of, shape_of
 from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.interfaces import (
+    NOW,
+    TIME,
     field_type,
     get,
+    holder_of,
     holds,
     integer_limits,
     length_limits,
@@ -49,7 +52,13 @@ from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.syntax import keys_of
-from florence_bt.trees.language.message_fields import check_readable, shown_in, value_in, with_paths
+from florence_bt.trees.language.message_fields import (
+    AnyConstant,
+    check_readable,
+    shown_in,
+    value_in,
+    with_paths,
+)
 from florence_bt.trees.language.model import Expression, Literal, Reference, Template, Value
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.reader import Reader
@@ -445,6 +454,9 @@ class _Mapping:
         except ConfigError as error:
             self._error(key.position, error.problem, error.valid)
             return None
+        named = self._named(key.text, written, value) if written is not None else None
+        if named is not None:
+            return (named,)
         text = written is not None and holds(Kind.TEXT, written)
         kind = Kind.TEXT if text else kind_of(value, self._inputs)
         given = kind_of(value, self._inputs) if isinstance(value, Reference) else kind
@@ -491,9 +503,30 @@ class _Mapping:
         except (ValueError, TypeError) as error:
             raise ConfigError(str(error)) from error
 
+    def _named(self, path: str, written: str, value: Value) -> Any:
+        """Return what a word stands for: the present, or a constant of the interface; None for anything else.
+
+        Raises:
+            ConfigError: The interface has constants, and none of this name.
+        """
+        if not isinstance(value, Literal) or value.quoted or value.text in self._inputs:
+            return None
+        if written == TIME and value.text == "now":
+            return NOW
+        if integer_limits(written) is None or kind_of(value, {}) is not Kind.TEXT:
+            return None
+        whole = part_of(self._interface, str(self._way.sent))
+        constants = constants_of(holder_of(whole, path)) or constants_of(whole)
+        if constants and value.text not in constants:
+            valid = closest_first(value.text, constants)
+            raise ConfigError(f"{path}: the interface names no {value.text}", valid=valid)
+        return constants.get(value.text)
+
     def _instead(self, value: Value, written: str) -> tuple[str, ...]:
         """Suggest what a field of a type takes in place of a value."""
         kind = next((each for each in Kind if holds(each, written)), None)
+        if written == TIME:
+            return ("now",)
         match value:
             case Reference(key=name) if kind is not None:
                 return (f"inputs: {{{name}: {{type: {kind.value}}}}}",)
@@ -593,10 +626,15 @@ class _Mapping:
 
     def _condition(self, source: YamlNode) -> Expression | None:
         """Read ``when``, in which each field of the answer is a key, by its path."""
-        expression = self._reader.expression(source, "when", fields=True)
+        expression = self._reader.expression(source, "when", constants=self._constants_in_answers())
         if expression is None:
             return None
         return self._attempt(source.position, with_paths, expression, self._known(), self._type_or_none)
+
+    def _constants_in_answers(self) -> Mapping[str, int]:
+        if self._interface is None or self._way.answered is None:
+            return AnyConstant()
+        return constants_below(part_of(self._interface, self._way.answered))
 
     def _known(self) -> dict[str, Kind]:
         """Return the kinds of the keys of ``when`` that are no fields."""

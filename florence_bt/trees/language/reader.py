@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
@@ -186,7 +186,12 @@ class Reader(WordReader):
         return self._scalar(source)
 
     def expression(
-        self, source: YamlNode, what: str, *, or_node: bool = False, fields: bool = False
+        self,
+        source: YamlNode,
+        what: str,
+        *,
+        or_node: bool = False,
+        constants: Mapping[str, int] | None = None,
     ) -> Expression | None:
         """Read an expression that stands alone; ``${`` and ``}`` round it do no harm.
 
@@ -194,7 +199,7 @@ class Reader(WordReader):
             source: Where it stands.
             what: What has it.
             or_node: Whether a node could stand there as well.
-            fields: Whether keys may be messages, whose parts have names of their own.
+            constants: Of an expression over a message: the numbers that its type names.
         """
         if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
             node = suggestions.for_condition(what, source)
@@ -210,17 +215,17 @@ class Reader(WordReader):
         if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
             inside = text[start + 2 : -1]
             if not IDENTIFIER.fullmatch(inside):
-                return self._parsed(source, inside, start + 2, fields=fields)
-        return self._parsed(source, text[start:], start, fields=fields)
+                return self._parsed(source, inside, start + 2, constants)
+        return self._parsed(source, text[start:], start, constants)
 
     def _parsed(
-        self, source: YamlScalar, text: str, offset: int, *, fields: bool = False
+        self, source: YamlScalar, text: str, offset: int, constants: Mapping[str, int] | None = None
     ) -> Expression | None:
         """Parse a part of a scalar; a line break counts as a space."""
         column = source.first_column
         place = source.position if column is None else Position(source.position.line, column + offset)
         try:
-            return parse_expression(text, place, exact=column is not None, fields=fields)
+            return parse_expression(text, place, exact=column is not None, constants=constants)
         except ConfigError as error:
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
             return None

@@ -168,17 +168,21 @@ def test_what_a_draft_leaves_out_is_said_in_it(monkeypatch: pytest.MonkeyPatch, 
     make_interfaces(
         monkeypatch,
         "made_msgs",
-        msg_Plant="string species\nbool ripe",
+        msg_Plant="string species\nbool ripe\nstring[] names",
         action_Water="int8 LOW=-1\nint8 HIGH=1\nint8 prio\nPlant[] only\nbuiltin_interfaces/Time begin\n"
-        "geometry_msgs/Point[4] corners\n---\nuint8 OK=0\nuint8 code\nstring detail\nPlant[] plants\n---\n"
+        "geometry_msgs/Point[4] corners\n---\nuint8 OK=0\nuint8 code\nstring detail\nPlant[] plants\n"
+        "builtin_interfaces/Time ended\n---\n"
         "uint8 percent\nstring bed",
     )
     draft = draft_skill("action", "cart/water", "made_msgs/action/Water")
     said = "\n".join(draft.left_out)
-    assert all(word in said for word in ("only", "begin", "corners", "LOW = -1", "HIGH = 1", "plants"))
+    assert all(
+        word in said for word in ("only", "ended", "corners", "LOW = -1", "HIGH = 1", "plants[*].names")
+    )
     assert all(f"# {line}" in draft.entry for line in draft.left_out)
     entry = yaml.safe_load(draft.entry)["water"]
-    assert entry["send"] == {"prio": "$prio"} and "$percent" in entry["feedback"]
+    assert entry["send"] == {"prio": "$prio", "begin": "now"} and "$percent" in entry["feedback"]
+    assert entry["outputs"]["plants_species"] == {"type": "list of text", "from": "plants[*].species"}
     add_to_file(tmp_path / "mine.skills.yaml", draft)
     assert {each.severity for each in read_skills_file(tmp_path / "mine.skills.yaml").findings} == {"warning"}
 

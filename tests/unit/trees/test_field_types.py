@@ -18,6 +18,8 @@ from tests.made_interfaces import make_interfaces
 
 PLANT = "string species\nfloat32 height\nbool ripe"
 BED = """
+uint8 STATE_DRY=1
+uint8 STATE_WET=2
 uint8 state
 string<=16 name
 float32 moisture
@@ -34,14 +36,20 @@ string<=32[<=4] warnings
 Bed bed
 """
 DOSE = """
+uint8 MODE_DRIP=0
+uint8 MODE_FOG=2
 uint8 mode
 uint8[] nozzles
 float64[3] mix
 string<=16 bed
 float32 flow
 string<=4[<=2] tags
+Plant[] only
+Bed whole
+builtin_interfaces/Time not_before
 ---
 bool ok
+Bed bed
 """
 GROW = """
 ---
@@ -215,3 +223,97 @@ def test_feedback_is_told_with_units_and_held_against_the_type(read: Any) -> Non
     for wrong in ("$bed", "$nobody"):
         (finding,) = read(f"{head}    feedback: {wrong}\n").findings
         assert (finding.severity, finding.line) == ("error", 6)
+
+
+def test_constants_have_names_in_what_is_sent_and_judged(read: Any) -> None:
+    found = read(service("{mode: MODE_FOG, whole.state: STATE_WET}").replace("send:\n      ", "send: "))
+    assert not found.findings
+    assert found.mappings["it"].fields({}) == {"mode": 2, "whole.state": 2}
+    found = read(condition("$bed.state == STATE_WET"))
+    assert not found.findings
+    tank = load_interface("made_msgs/msg/Tank")()
+    assert found.mappings["it"].judge({}, tank).succeeded
+    tank.bed.state = 2
+    assert found.mappings["it"].judge({}, tank).code == "no"
+
+
+@pytest.mark.parametrize(
+    ("text", "would_work"),
+    [
+        (service("mode: MODE_FOGG"), "MODE_FOG"),
+        (service("mode: fog"), "MODE_FOG"),
+        (service("whole.state: MODE_FOG"), None),
+        (service("not_before: soon"), "now"),
+        (service("not_before: 3"), "now"),
+        (condition("$bed.state == STATE_WEET"), "STATE_WET"),
+        (condition("$litres == MODE_FOG"), None),
+    ],
+)
+def test_a_name_that_the_interface_does_not_have_is_told(
+    read: Any, text: str, would_work: str | None
+) -> None:
+    (finding,) = read(text).findings
+    assert finding.severity == "error" and (would_work is None or would_work in finding.valid)
+
+
+def test_a_name_of_an_interface_that_is_not_installed_is_no_mistake(read: Any) -> None:
+    (finding,) = read(condition("$state == STATE_WET").replace("made_msgs", "nobodys_msgs")).findings
+    assert finding.severity == "warning"
+
+
+def test_now_is_the_time_when_the_message_is_sent(read: Any) -> None:
+    found = read(service("not_before: now"))
+    assert not found.findings
+    request = part_of(load_interface("made_msgs/srv/Dose"), "Request")()
+    fill(request, found.mappings["it"].fields({}), Time(sec=7, nanosec=5))
+    assert (request.not_before.sec, request.not_before.nanosec) == (7, 5)
+
+
+def test_the_same_field_of_every_item_is_a_list(read: Any) -> None:
+    outputs = "    outputs: {species: {type: list of text, from: 'bed.plants[*].species'}}\n"
+    found = read(outputs + service("only[*].species: $s", "s: {type: list of text}"))
+    assert not found.findings
+    response = part_of(load_interface("made_msgs/srv/Dose"), "Response")()
+    response.ok = True
+    assert found.mappings["it"].result(response).outputs == {"species": ()}
+    for species in ("tomato", "basil"):
+        plant = load_interface("made_msgs/msg/Plant")()
+        plant.species = species
+        response.bed.plants.append(plant)
+    assert found.mappings["it"].result(response).outputs == {"species": ("tomato", "basil")}
+    request = part_of(load_interface("made_msgs/srv/Dose"), "Request")()
+    fill(request, found.mappings["it"].fields({"s": ("tomato", "basil")}), Time())
+    assert [plant.species for plant in request.only] == ["tomato", "basil"]
+
+
+def test_lists_for_one_array_are_of_one_length(read: Any) -> None:
+    send = "{'only[*].species': $s, 'only[*].ripe': $r}"
+    found = read(
+        service("FIELDS", "s: {type: list of text}, r: {type: list of boolean}").replace(
+            "\n      FIELDS", f" {send}"
+        )
+    )
+    assert not found.findings
+    fields = found.mappings["it"].fields
+    request = part_of(load_interface("made_msgs/srv/Dose"), "Request")()
+    fill(request, fields({"s": ("tomato", "basil"), "r": (False, True)}), Time())
+    assert [plant.ripe for plant in request.only] == [False, True]
+    request = part_of(load_interface("made_msgs/srv/Dose"), "Request")()
+    with pytest.raises(ValueError, match=r"only\[\*\].ripe"):
+        fill(request, fields({"s": ("tomato", "basil"), "r": (True,)}), Time())
+    with pytest.raises(ValueError, match="corners"):
+        fill(request, {"whole.corners[*].x": (1.0, 2.0)}, Time())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        service("only[*].species: $s", "s: {type: text}"),
+        service("only[*]: $s", "s: {type: list of text}"),
+        service("mode[*].x: 1"),
+        "    outputs: {a: {type: text, from: 'bed.plants[*].species'}}\n" + service("mode: 1"),
+        "    outputs: {a: {type: list of text, from: 'bed.plants[*].corners[*].x'}}\n" + service("mode: 1"),
+    ],
+)
+def test_a_list_that_does_not_fit_is_told(read: Any, text: str) -> None:
+    assert [each.severity for each in read(text).findings if "nowhere" not in each.message] == ["error"]
