@@ -6,32 +6,27 @@ import keyword
 import re
 import textwrap
 from collections.abc import Container, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from florence_bt.app.mission_files.draft_fields import Fields, choices_of, fields_of, port_name
 from florence_bt.app.mission_files.output import write_output
-from florence_bt.core.answer_shape import AnswerShape, constants_of, shape_of
-from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.answer_shape import AnswerShape, shape_of
+from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.interfaces import TIME, holds, item_of_array, load_interface, part_of
+from florence_bt.core.interfaces import (
+    load_interface,
+    part_of,
+)
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
 from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
 
-_KINDS = (
-    *(Kind.TEXT, Kind.BOOLEAN, Kind.NUMBER, Kind.INTEGER, Kind.POSE, Kind.DURATION, Kind.ANGLE),
-    *(Kind.LIST_OF_TEXT, Kind.LIST_OF_BOOLEAN, Kind.LIST_OF_NUMBER, Kind.LIST_OF_INTEGER, Kind.LIST_OF_POSE),
-)
-"""What a field is drafted as: the first of these that it holds."""
-_NO_POSE = re.compile(r"(sequence<)?geometry_msgs/Point\b.*")
-"""Holds the place of a pose, and mostly is something else: a way, or the corner of a box."""
 _TRANSITION = "lifecycle_msgs/srv/ChangeState"
-_MOST_FIELDS = 20
-"""A draft takes no more fields of a part; a picture has more."""
 _MOST_SHOWN = 3
 """A draft tells no more fields of the feedback."""
 LONGEST_NAME = 60
@@ -92,14 +87,18 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched
     skill = skill or _skill_name(name)
     _check_name(skill)
     sent, answered = (
-        _fields_of(part_of(loaded, part), lists=part == WAYS[way].answered) if part is not None else _Fields()
+        fields_of(part_of(loaded, part), lists=part == WAYS[way].answered) if part is not None else Fields()
         for part in (WAYS[way].sent, WAYS[way].answered)
     )
     entry: dict[str, Any] = {"summary": f"{TO_BE_SAID.capitalize()} what {skill.replace('_', ' ')} does."}
-    names = {path: _port_name(path) for path in sent.kinds}
+    names = {path: port_name(path) for path in sent.kinds}
+    choices = choices_of(part_of(loaded, WAYS[way].sent or ""), sent.kinds) if sent.kinds else {}
     if sent.kinds:
-        entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.kinds.items()}
-    left_out = [f"not sent: {each}" for each in (*sent.not_sent, *_named_values(loaded, way, sent.kinds))]
+        entry["inputs"] = {
+            names[path]: _choice(choices[path]) if path in choices else _input(kind)
+            for path, kind in sent.kinds.items()
+        }
+    left_out = [f"not sent: {each}" for each in sent.not_sent]
     if way == "condition":
         left_out += _judge(entry, answered)
     else:
@@ -141,7 +140,7 @@ def _entry(skill: str, entry: Mapping[str, Any], left_out: Iterable[str] = ()) -
     return "".join(f"  {line}\n" for line in (head, *comments, *rest))
 
 
-def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: _Fields) -> str:
+def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: Fields) -> str:
     """Draft the outputs, and the failures of an answer that can say no; return the field with its words."""
     shape = AnswerShape()
     if way in ("action", "service"):
@@ -149,13 +148,13 @@ def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: _Fields
     used = {shape.flag, shape.code, shape.words if shape.words_only else ""}
     outputs = {path: kind for path, kind in answered.kinds.items() if path not in used}
     if outputs and way != "condition":
-        entry["outputs"] = {_port_name(path): _output(path, kind) for path, kind in outputs.items()}
+        entry["outputs"] = {port_name(path): _output(path, kind) for path, kind in outputs.items()}
     if failures := _failures(shape):
         entry["failures"] = failures
     return shape.words
 
 
-def _judge(entry: dict[str, Any], answered: _Fields) -> list[str]:
+def _judge(entry: dict[str, Any], answered: Fields) -> list[str]:
     """Draft what a condition asks for; return what it does not ask for."""
     plain = [path for path, kind in answered.kinds.items() if "." not in path and kind in _EXAMPLES]
     if plain:
@@ -289,96 +288,6 @@ def _skill_name(name: str) -> str:
     return f"{plain}_skill" if plain in RESERVED else plain
 
 
-@dataclass(frozen=True, slots=True)
-class _Fields:
-    """The fields of a message.
-
-    Attributes:
-        kinds: Those that values can stand for, by path; deeper ones where the message has no kind.
-        times: Those that are a time.
-        arrays: Those that are arrays of messages, or of what has no kind, each with what can be done.
-        beyond: Those that are too many for a draft.
-    """
-
-    kinds: dict[str, Kind] = field(default_factory=dict)
-    times: list[str] = field(default_factory=list)
-    arrays: list[str] = field(default_factory=list)
-    beyond: list[str] = field(default_factory=list)
-
-    @property
-    def not_sent(self) -> tuple[str, ...]:
-        """What a draft does not send."""
-        return (*self.arrays, *self.beyond)
-
-    @property
-    def not_read(self) -> tuple[str, ...]:
-        """What a draft does not read."""
-        return (
-            *self.arrays,
-            *(f"{path} ({TIME}): no kind of value is a time" for path in self.times),
-            *self.beyond,
-        )
-
-    def take(self, path: str, written: str, kind: Kind) -> None:
-        """Note a field that values can stand for."""
-        if len(self.kinds) < _MOST_FIELDS:
-            self.kinds[path] = kind
-        else:
-            self.beyond.append(f"{path} ({written}): a draft takes {_MOST_FIELDS} fields")
-
-
-def _fields_of(message_type: Any, above: str = "", *, lists: bool) -> _Fields:
-    """Find the fields of a message.
-
-    Args:
-        message_type: The message.
-        above: What stands before their names.
-        lists: Whether each field of the items of an array is a list; else the array has no kind.
-    """
-    found = _Fields()
-    for name, written in message_type.get_fields_and_field_types().items():
-        path = f"{above}{name}"
-        kind = next((kind for kind in _KINDS if holds(kind, written)), None)
-        item = item_of_array(written)
-        if written == "std_msgs/Header":
-            continue
-        if kind is not None and not _NO_POSE.fullmatch(written):
-            found.take(path, written, kind)
-        elif written == TIME:
-            found.times.append(path)
-        elif "/" in written and not item:
-            deeper = _fields_of(_message(written), f"{path}.", lists=lists)
-            for below, its_kind in deeper.kinds.items():
-                found.take(below, written, its_kind)
-            for ours, its in zip(_parts(found), _parts(deeper), strict=True):
-                ours.extend(its)
-        elif "/" in item and lists:
-            deeper = _fields_of(_message(item), f"{path}[*].", lists=False)
-            for below, its_kind in deeper.kinds.items():
-                if its_kind.item is None:
-                    found.take(below, written, its_kind.list)
-                else:
-                    found.arrays.append(f"{below} ({its_kind.value}): a list of lists is no kind of value")
-            found.arrays.extend(deeper.not_read)
-        else:
-            hint = f"lists of its fields, as in {path}[*].FIELD" if "/" in item else "no kind of value"
-            found.arrays.append(f"{path} ({written}): {hint}")
-    return found
-
-
-def _parts(fields: _Fields) -> tuple[list[str], ...]:
-    return fields.times, fields.arrays, fields.beyond
-
-
-def _message(written: str) -> Any:
-    package, name = written.split("/")
-    return load_interface(f"{package}/msg/{name}")
-
-
-def _port_name(path: str) -> str:
-    return path.replace("[*]", "").replace(".", "_")
-
-
 def _failures(shape: AnswerShape) -> dict[str, Any]:
     """Draft a failure for each code that the type names, for those it does not, and for a refusal."""
     found: dict[str, Any] = {
@@ -392,21 +301,17 @@ def _failures(shape: AnswerShape) -> dict[str, Any]:
     return found
 
 
-def _named_values(loaded: Any, way: str, sent: Mapping[str, Kind]) -> list[str]:
-    """Tell which values of what is sent have names in the interface."""
-    if Kind.INTEGER not in sent.values():
-        return []
-    constants = constants_of(part_of(loaded, str(WAYS[way].sent)))
-    return (
-        [f"constants: {', '.join(f'{name} = {each}' for name, each in constants.items())}"]
-        if constants
-        else []
+def _choice(numbers: Mapping[str, int]) -> dict[str, Any]:
+    """Draft an input that takes the names of numbers; the one of zero, which is sent otherwise, by itself."""
+    default = next((name for name, number in numbers.items() if number == 0), None)
+    return port_document(
+        Port(Kind.TEXT, "", REQUIRED if default is None else default, choices=tuple(numbers))
     )
 
 
 def _shown(feedback: Any) -> str:
     """Draft what is told of a running goal."""
-    kinds = {path: kind for path, kind in _fields_of(feedback, lists=False).kinds.items() if "." not in path}
+    kinds = {path: kind for path, kind in fields_of(feedback, lists=False).kinds.items() if "." not in path}
     plain = [path for path, kind in kinds.items() if kind.item is None and kind is not Kind.POSE]
     return ", ".join(f"{path.replace('_', ' ')} ${path}" for path in plain[:_MOST_SHOWN])
 
@@ -418,7 +323,7 @@ def _input(kind: Kind) -> dict[str, Any]:
 
 def _output(path: str, kind: Kind) -> dict[str, Any]:
     port = port_document(Port(kind, ""))
-    return port if path == _port_name(path) else {**port, "from": path}
+    return port if path == port_name(path) else {**port, "from": path}
 
 
 _EXAMPLES = {

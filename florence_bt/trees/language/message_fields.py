@@ -3,18 +3,63 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container
-from dataclasses import replace
+from collections.abc import Callable, Container, Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from florence_bt.behaviours.keys import readable
+from florence_bt.behaviours.keys import KeyReference, KeyStore, readable
 from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.interfaces import field_type, fields_below, get, kind_of_field, load_interface, part_of
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.parser import POSE_PARTS
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """The number that a choice stands for.
+
+    Attributes:
+        choice: Gives the text.
+        numbers: Choice -> number.
+    """
+
+    choice: KeyReference
+    numbers: Mapping[str, int]
+
+    def resolve(self, keys: KeyStore) -> int:
+        """Return the number of what is chosen now.
+
+        Raises:
+            ValueProblem: There is no value; KeyError when it is no choice.
+        """
+        return self.numbers[self.choice.resolve(keys)]
+
+
+def numbers_of(choices: Iterable[str], constants: Mapping[str, int], field: str) -> dict[str, int]:
+    """Return which constant of an interface each choice is: of its name, or of the end of it.
+
+    Args:
+        choices: The choices.
+        constants: The constants.
+        field: The field, whose name begins those that count where several end alike.
+
+    Raises:
+        ConfigError: A choice is no constant, or may be several; with those that there are.
+    """
+    found: dict[str, int] = {}
+    for choice in choices:
+        word = choice.upper().replace("-", "_").replace(" ", "_")
+        names = [name for name in constants if name == word or name.endswith(f"_{word}")]
+        names = [name for name in names if name == word or name.startswith(field.upper())] or names
+        if len({constants[name] for name in names}) != 1:
+            many = " and ".join(names)
+            problem = f"{choice!r} is {many}" if names else f"the interface names no {word}"
+            raise ConfigError(problem, valid=names or closest_first(word, constants))
+        found[choice] = constants[names[0]]
+    return found
 
 
 class AnyConstant(dict[str, int]):

@@ -15,6 +15,7 @@ from typing import Any
 
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import (
+    KeyReference,
     KeyStore,
     ListFromItems,
     TextTemplate,
@@ -54,7 +55,9 @@ from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.syntax import keys_of
 from florence_bt.trees.language.message_fields import (
     AnyConstant,
+    Chosen,
     check_readable,
+    numbers_of,
     shown_in,
     value_in,
     with_paths,
@@ -504,23 +507,33 @@ class _Mapping:
             raise ConfigError(str(error)) from error
 
     def _named(self, path: str, written: str, value: Value) -> Any:
-        """Return what a word stands for: the present, or a constant of the interface; None for anything else.
+        """Return what a word or choice stands for: the present, or a constant; None for anything else.
 
         Raises:
             ConfigError: The interface has constants, and none of this name.
         """
+        if isinstance(value, Reference) and integer_limits(written) is not None:
+            port = self._declaration.inputs.get(value.key)
+            if port is not None and port.choices and port.kind is Kind.TEXT:
+                constants = self._constants_of_field(path)
+                numbers = numbers_of(port.choices, constants, path.rpartition(".")[2])
+                return Chosen(KeyReference(value.key), numbers)
         if not isinstance(value, Literal) or value.quoted or value.text in self._inputs:
             return None
         if written == TIME and value.text == "now":
             return NOW
         if integer_limits(written) is None or kind_of(value, {}) is not Kind.TEXT:
             return None
-        whole = part_of(self._interface, str(self._way.sent))
-        constants = constants_of(holder_of(whole, path)) or constants_of(whole)
+        constants = self._constants_of_field(path)
         if constants and value.text not in constants:
             valid = closest_first(value.text, constants)
             raise ConfigError(f"{path}: the interface names no {value.text}", valid=valid)
         return constants.get(value.text)
+
+    def _constants_of_field(self, path: str) -> dict[str, int]:
+        """Return the constants that a field may mean: those of the message that has it, else of the whole."""
+        whole = part_of(self._interface, str(self._way.sent))
+        return constants_of(holder_of(whole, path)) or constants_of(whole)
 
     def _instead(self, value: Value, written: str) -> tuple[str, ...]:
         """Suggest what a field of a type takes in place of a value."""

@@ -176,12 +176,11 @@ def test_what_a_draft_leaves_out_is_said_in_it(monkeypatch: pytest.MonkeyPatch, 
     )
     draft = draft_skill("action", "cart/water", "made_msgs/action/Water")
     said = "\n".join(draft.left_out)
-    assert all(
-        word in said for word in ("only", "ended", "corners", "LOW = -1", "HIGH = 1", "plants[*].names")
-    )
+    assert all(word in said for word in ("only", "ended", "corners", "plants[*].names"))
     assert all(f"# {line}" in draft.entry for line in draft.left_out)
     entry = yaml.safe_load(draft.entry)["water"]
     assert entry["send"] == {"prio": "$prio", "begin": "now"} and "$percent" in entry["feedback"]
+    assert entry["inputs"] == {"prio": {"type": "text", "choices": ["low", "high"]}}
     assert entry["outputs"]["plants_species"] == {"type": "list of text", "from": "plants[*].species"}
     add_to_file(tmp_path / "mine.skills.yaml", draft)
     assert {each.severity for each in read_skills_file(tmp_path / "mine.skills.yaml").findings} == {"warning"}
@@ -230,3 +229,29 @@ def test_a_namespace_with_nothing_in_it_is_told_with_those_that_are_there() -> N
     with pytest.raises(ConfigError) as caught:
         draft_all(OFFERS, "kart")
     assert list(caught.value.valid) == ["/cart", "/cart2"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "inputs"),
+    [
+        ("uint8 ROW_ANY=0\nuint8 ROW_LEFT=1\nuint8 side", {"side": ["any", "left"]}),
+        ("uint8 DRIP=0\nuint8 FOG=2\nuint8 mode", {"mode": ["drip", "fog"]}),
+        ("uint8 MODE_A=0\nuint8 MODE_B=1\nuint8 mode\nuint8 count", {"mode": ["a", "b"], "count": None}),
+        (
+            "int8 PRIO_LOW=-1\nint8 PRIO_HIGH=1\nint8 prio\nuint8 count",
+            {"prio": ["low", "high"], "count": None},
+        ),
+        ("uint8 MODE_A=0\nuint8 MODE_B=1\nuint8 count\nuint8 size", {"count": None, "size": None}),
+        ("uint8 MOST=9\nuint8 count", {"count": None}),
+    ],
+)
+def test_numbers_that_have_names_are_choices(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, fields: str, inputs: dict[str, list[str] | None]
+) -> None:
+    make_interfaces(monkeypatch, "made_msgs", srv_Ask=f"{fields}\n---\n")
+    draft = draft_skill("service", "cart/ask", "made_msgs/srv/Ask")
+    drafted_inputs = yaml.safe_load(draft.entry)["ask"]["inputs"]
+    assert {name: port.get("choices") for name, port in drafted_inputs.items()} == inputs
+    add_to_file(tmp_path / "mine.skills.yaml", draft)
+    found = read_skills_file(tmp_path / "mine.skills.yaml")
+    assert {each.severity for each in found.findings} == {"warning"}

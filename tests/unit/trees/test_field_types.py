@@ -13,7 +13,11 @@ pytest.importorskip("std_msgs")
 from builtin_interfaces.msg import Time
 
 from florence_bt.core.interfaces import fill, load_interface, part_of
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import DeclaredSkills, read_skills_file
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.schema import port
 from tests.made_interfaces import make_interfaces
 
 PLANT = "string species\nfloat32 height\nbool ripe"
@@ -194,7 +198,7 @@ def test_what_has_room_passes_and_is_sent(read: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("send", "port", "value"),
+    ("send", "kind", "value"),
     [
         ("bed: $a", "text", "a_name_of_more_than_16_characters"),
         ("nozzles: $a", "list of integer", (1, 300)),
@@ -204,9 +208,9 @@ def test_what_has_room_passes_and_is_sent(read: Any) -> None:
     ],
 )
 def test_a_value_that_only_the_run_knows_is_refused_by_it(
-    read: Any, send: str, port: str, value: Any
+    read: Any, send: str, kind: str, value: Any
 ) -> None:
-    found = read(service(send, f"a: {{type: {port}}}"))
+    found = read(service(send, f"a: {{type: {kind}}}"))
     assert not found.findings
     request = part_of(load_interface("made_msgs/srv/Dose"), "Request")()
     with pytest.raises(ValueError, match=send.partition(":")[0]):
@@ -317,3 +321,50 @@ def test_lists_for_one_array_are_of_one_length(read: Any) -> None:
 )
 def test_a_list_that_does_not_fit_is_told(read: Any, text: str) -> None:
     assert [each.severity for each in read(text).findings if "nowhere" not in each.message] == ["error"]
+
+
+def test_choices_of_an_input_are_the_numbers_of_the_interface(read: Any) -> None:
+    found = read(service("mode: $how", "how: {type: text, choices: [drip, fog], default: fog}"))
+    assert not found.findings
+    skill = found.mappings["it"]
+    for how, number in (("drip", 0), ("fog", 2)):
+        request = fill(
+            part_of(load_interface("made_msgs/srv/Dose"), "Request")(), skill.fields({"how": how}), Time()
+        )
+        assert request.mode == number
+    input_port = found.declarations["it"].inputs["how"]
+    assert input_port.problem_with("fog") is None
+    assert "drip, fog" in str(input_port.problem_with("rain"))
+
+
+@pytest.mark.parametrize(
+    ("how", "would_work"),
+    [
+        ("{type: text, choices: [drip, rain]}", None),
+        ("{type: text, choices: [drip, fogg]}", "MODE_FOG"),
+        ("{type: text, choices: [drip, fog], default: rain}", "drip"),
+        ("{type: text, choices: []}", "choices: [left, right]"),
+        ("{type: text, choices: fog}", "choices: [left, right]"),
+        ("{type: integer, choices: [a]}", None),
+        ("{type: text}", None),
+    ],
+)
+def test_choices_that_do_not_fit_are_told(read: Any, how: str, would_work: str | None) -> None:
+    findings = read(service("mode: $how", f"how: {how}")).findings
+    assert {each.severity for each in findings} == {"error"}
+    assert would_work is None or any(would_work in each.valid for each in findings)
+
+
+def test_a_mission_gives_a_choice(tmp_path: Path) -> None:
+    text = "skills:\n  it:\n" + service("mode: $how", "how: {type: text, choices: [drip, fog]}")
+    (tmp_path / "mine.skills.yaml").write_text(text, encoding="utf-8")
+    for how, wrong in (("fog", False), ("rain", True), ("$how", False), ('"$how"', False)):
+        mission = f"mission: m\ninputs: {{how: {{type: text}}}}\ntree: {{it: {{how: {how}}}}}\n"
+        (tmp_path / "m.yaml").write_text(mission, encoding="utf-8")
+        library = MissionLibrary.load([tmp_path], built_in=False)
+        findings = check(library.missions(), library, collect_declarations())
+        errors = [each for each in findings if each.severity == "error"]
+        assert bool(errors) is wrong, findings
+        assert not errors or errors[0].valid == ("drip", "fog")
+    (schema_of_how,) = (port(each, {}) for each in library.declarations["it"].inputs.values())
+    assert {"enum": ["drip", "fog"]} in schema_of_how["anyOf"]
