@@ -6,7 +6,7 @@ active, all look alike from outside: no server is found. No ROS in here.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.core.errors import close_matches
@@ -46,10 +46,12 @@ class Offers:
     Attributes:
         names: Role -> name -> types.
         states: Managed node (its whole name) -> the label of its lifecycle state.
+        nodes: Role -> name -> the whole names of the nodes that have it.
     """
 
     names: Mapping[str, Mapping[str, Collection[str]]] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
+    nodes: Mapping[str, Mapping[str, Collection[str]]] = field(default_factory=dict)
 
     def types(self, role: str, name: str) -> list[str]:
         """Return the types that a name has in a role."""
@@ -77,10 +79,10 @@ class Lack:
 
 
 def compare(wanted: Wanted, offers: Offers) -> Lack:
-    """Return why a server cannot be reached, as far as the graph tells it."""
+    """Return why a server cannot be reached, or does not work though it can, as far as the graph tells it."""
     types = offers.types(wanted.role, wanted.name)
     if wanted.interface in types:
-        return Lack()
+        return Lack(_states(sorted(offers.nodes.get(wanted.role, {}).get(wanted.name, ())), offers.states))
     if types:
         valid = tuple(f"type: {each}" for each in types)
         return Lack(f"{wanted.name} has the type {' and '.join(types)}", valid, wrong_type=True)
@@ -92,8 +94,10 @@ def compare(wanted: Wanted, offers: Offers) -> Lack:
     near = _near(wanted, offers)
     what = wanted.role if wanted.role in (ACTION, SERVICE) else "topic"
     words = [f"there is no {what} of this name"] if near else []
-    if not any(wanted.interface in offers.types(wanted.role, name) for name in near):
-        words += [f"{node} is {state}" for node, state in _asleep(wanted.name, offers.states)[:_MOST]]
+    here = wanted.name.rpartition("/")[0]
+    beside = [name for name in near if name.rpartition("/")[0] == here]
+    if not any(wanted.interface in offers.types(wanted.role, name) for name in beside):
+        words += filter(None, [_states(_around(wanted.name, offers.states)[:_MOST], offers.states)])
     return Lack(", ".join(words), tuple(near))
 
 
@@ -110,10 +114,15 @@ def _last(name: str) -> str:
     return name.rpartition("/")[2]
 
 
-def _asleep(name: str, states: Mapping[str, str]) -> list[tuple[str, str]]:
+def _around(name: str, states: Mapping[str, str]) -> list[str]:
     """Return the managed nodes that could serve a name and are not active: those of its namespace."""
     return [
-        (node, state)
+        node
         for node, state in sorted(states.items())
         if state != ACTIVE and name.startswith((f"{node}/", f"{node.rpartition('/')[0]}/"))
     ]
+
+
+def _states(nodes: Iterable[str], states: Mapping[str, str]) -> str:
+    """Tell which of some nodes are managed and not active."""
+    return ", ".join(f"{node} is {states[node]}" for node in nodes if states.get(node, ACTIVE) != ACTIVE)

@@ -61,12 +61,12 @@ class ServerGraph:
         now = self._node.steady.now()
         if now - self._seen >= KEEP_S:
             self._seen = now
-            names = self._names()
+            names, nodes = self._names()
             managed = self._managed(names[SERVICE])
             for node in managed:
                 self._ask(node, now)
             self._forget_others(managed)
-            self._offers = Offers(names, self._states)
+            self._offers = Offers(names, self._states, nodes)
         return self._offers
 
     def waits_for_states(self) -> bool:
@@ -74,8 +74,10 @@ class ServerGraph:
         self.offers()
         return not self._asked.keys() <= self._states.keys()
 
-    def _names(self) -> dict[str, Names]:
+    def _names(self) -> tuple[dict[str, Names], dict[str, Names]]:
+        """Return role -> name -> types, and role -> name -> nodes."""
         found: dict[str, Names] = {role: {} for role in (ACTION, SERVICE, PUBLISHER, SUBSCRIBER)}
+        nodes: dict[str, Names] = {role: {} for role in found}
         node = self._node
         listings: tuple[tuple[str, Callable[[str, str], Any]], ...] = (
             (ACTION, lambda name, space: get_action_server_names_and_types_by_node(node, name, space)),
@@ -89,7 +91,8 @@ class ServerGraph:
                 for name, types in _attempt(listing, *other):
                     if "/_action/" not in name:
                         found[role].setdefault(name, set()).update(types)
-        return found
+                        nodes[role].setdefault(name, set()).add(f"{other[1].rstrip('/')}/{other[0]}")
+        return found, nodes
 
     def _managed(self, services: Names) -> list[str]:
         own = self._node.get_fully_qualified_name()

@@ -115,7 +115,10 @@ def test_a_managed_node_is_activated_by_name(ros: RosBench, robot: Child, tmp_pa
     assert ended(ros, skills["change_pump"], {"transition": "activate"}).code == "refused"
     for transition in ("configure", "activate"):
         assert ended(ros, skills["change_pump"], {"transition": transition}).succeeded
-    assert ended(ros, skills["dose"]).succeeded
+    assert ended(ros, skills["dose"]).succeeded and not str(skills["dose"].lack())
+    assert ended(ros, skills["change_pump"], {"transition": "deactivate"}).succeeded
+    ros.spin_until(lambda: "/cart/pump is inactive" in str(skills["dose"].lack()), what="the state")
+    assert skills["dose"].server_is_there() and not skills["dose"].lack().wrong_type
 
 
 @pytest.mark.slow

@@ -140,7 +140,7 @@ def search(client: MissionClient, skills: Collection[ServedSkill], search_s: flo
         search_s: Wall seconds in which servers are looked for.
     """
     client.spin_until(lambda: all(skill.server_is_there() for skill in skills), search_s)
-    if not all(skill.server_is_there() for skill in skills):
+    if skills:
         client.spin_until(lambda: not client.node.server_graph.waits_for_states(), STATES_S)
 
 
@@ -160,15 +160,18 @@ def _compare_skills(
         elif isinstance(skill, ServedSkill):
             waiting[need.name] = skill
     search(client, waiting.values(), SEARCH_S)
-    lost = {name: skill for name, skill in waiting.items() if not skill.server_is_there()}
-    return findings + [
-        _lost(need, lost[need.name], theirs=need.name in mappings) for need in needs if need.name in lost
-    ]
+    found = ((need, waiting[need.name]) for need in needs if need.name in waiting)
+    about = (_about(need, skill, theirs=need.name in mappings) for need, skill in found)
+    return findings + [finding for finding in about if finding is not None]
 
 
-def _lost(need: _Need, skill: ServedSkill, *, theirs: bool) -> Finding:
-    """Say that a skill has no server, and why."""
+def _about(need: _Need, skill: ServedSkill, *, theirs: bool) -> Finding | None:
+    """Say that a skill has no server, or one that does not work, and why; None when all is well."""
     lack = skill.lack()
+    if skill.server_is_there():
+        message = f"the server of the skill {need.name!r} is not active: {lack.problem}"
+        valid = ["configuring and activating it"]
+        return need.finding(message, valid, WARNING) if lack.problem else None
     start = ["starting the program that serves it"] if theirs else STARTS
     message = f"the skill {need.name!r} has no server: no {skill.label} was found"
     if lack.wrong_type:

@@ -38,7 +38,7 @@ def servers_now(library: MissionLibrary) -> Mapping[str, str]:
         now: dict[str, str] = {}
         for name in sorted(served, key=lambda name: (name not in theirs, name)):
             if served[name].server_is_there():
-                now[name] = f"there: {served[name].label}"
+                now[name] = f"there: {server_text(served[name])}"
             elif name in theirs:
                 wrong = served[name].lack().wrong_type
                 now[name] = f"{'WRONG TYPE' if wrong else 'NOT THERE'}: {server_text(served[name])}"

@@ -25,12 +25,14 @@ GRAPH = Offers(
             "/cart1/scan_bed": [SCAN],
             "/cart1/scan_beds": [TRIGGER],
             "/cart1/horn": [TRIGGER],
+            "/cart2/rinse": [DOSE],
             "/cart1/pump/get_state": ["lifecycle_msgs/srv/GetState"],
         },
         PUBLISHER: {"/cart1/door_open": ["std_msgs/msg/String"]},
         SUBSCRIBER: {"/cart1/say": ["std_msgs/msg/String"]},
     },
     {"/cart1/pump": "unconfigured", "/cart1/arm": "active", "/cart2/pump": "inactive"},
+    {SERVICE: {"/cart1/scan_bed": ["/cart1/arm"], "/cart2/rinse": ["/cart2/pump"]}},
 )
 
 
@@ -86,6 +88,12 @@ GRAPH = Offers(
         (Wanted(SERVICE, "/cart1/set_dose", DOSE), "/cart1/pump is unconfigured", ()),
         (Wanted(SERVICE, "/cart1/pump/dose", DOSE), "/cart1/pump is unconfigured", ()),
         (Wanted(SERVICE, "/robot/lamp", DOSE), "", ()),
+        (Wanted(SERVICE, "/cart2/rinse", DOSE), "/cart2/pump is inactive", ()),
+        (
+            Wanted(SERVICE, "/cart1/rinse", DOSE),
+            "there is no service of this name, /cart1/pump is unconfigured",
+            ("/cart2/rinse",),
+        ),
     ],
 )
 def test_why_a_server_cannot_be_reached(wanted: Wanted, problem: str, valid: tuple[str, ...]) -> None:
