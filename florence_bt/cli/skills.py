@@ -65,18 +65,27 @@ def add(
     file: Annotated[
         Path | None, typer.Option(help="The file of skills it is added to.", show_default="the terminal")
     ] = None,
+    all_below: Annotated[
+        str | None,
+        typer.Option("--all", metavar="NAMESPACE", help="Draft all that the running robot offers there."),
+    ] = None,
 ) -> None:
     """Draft a skill without code from the type of its action, service or topic; then edit it.
 
     Without WAY and NAME it lists what the running system has to offer, each line ready to follow "add".
     """
+    if all_below is not None:
+        if way is not None or skill:
+            raise typer.BadParameter("--all drafts every skill of a robot: without WAY, NAME and --skill")
+        _add_all(all_below, file)
+        return
     from florence_bt.app.mission_files.skill_draft import add_to_file, draft_skill
     from florence_bt.core.errors import ConfigError, closest_first
 
     if way is None or name is None:
         from florence_bt.app.mission_files.live_skills import offered
 
-        lines = [line for line in offered().splitlines() if way is None or line.startswith(f"{way} ")]
+        lines = [str(offer) for offer in offered() if way in (None, offer.way)]
         typer.echo("\n".join(lines) or "nothing was found: no other node runs in this ROS domain")
         return
     if way.replace("_", "-") not in _WAYS:
@@ -87,9 +96,28 @@ def add(
         from florence_bt.app.mission_files.live_skills import type_in_graph
 
         interface, latched = type_in_graph(way, name)
-    made, entry = draft_skill(way, name, interface, skill, latched=latched)
+    draft = draft_skill(way, name, interface, skill, latched=latched)
     if file is None:
-        typer.echo(f"skills:\n{entry}", nl=False)
+        typer.echo(f"skills:\n{draft.entry}", nl=False)
         return
-    add_to_file(file, made, entry)
-    typer.echo(f"{file}: the skill {made} was added; edit it, then: florence check {file}")
+    add_to_file(file, draft)
+    typer.echo("".join(f"  {each}\n" for each in draft.left_out), nl=False)
+    typer.echo(f"{file}: the skill {draft.skill} was added; edit it, then: florence check {file}")
+
+
+def _add_all(below: str, file: Path | None) -> None:
+    from florence_bt.app.mission_files.live_skills import offered
+    from florence_bt.app.mission_files.skill_draft import add_to_file, draft_all, skills_of
+
+    there = skills_of(file) if file is not None else {}
+    served = {(mapping.way, mapping.name) for mapping in there.values() if mapping is not None}
+    offers = [offer for offer in offered() if (offer.way, offer.name) not in served]
+    drafts, without = draft_all(offers, below, there)
+    if file is None:
+        typer.echo("skills:\n" + "\n".join(draft.entry for draft in drafts), nl=False)
+    else:
+        for draft in drafts:
+            add_to_file(file, draft)
+        typer.echo(f"{file}: {len(drafts)} skills were added; edit them, then: florence check {file}")
+    for line in without:
+        typer.echo(f"# no skill: {line}", err=file is None)

@@ -122,6 +122,7 @@ class Port:
         maximum: Largest value allowed, or None.
         names: What a text must name: ``hotspot`` (any label of the hotspots file), ``room`` (the label of a
             room in it), or nothing in particular. The checks hold written labels against the file.
+        choices: The texts that are allowed, or that the items of a list may be; empty for any.
     """
 
     kind: Kind
@@ -130,6 +131,7 @@ class Port:
     minimum: float | None = None
     maximum: float | None = None
     names: str = ""
+    choices: tuple[str, ...] = ()
 
     @property
     def required(self) -> bool:
@@ -144,8 +146,10 @@ class Port:
         if wrong_type:
             return f"a value of type {self.kind.value} is needed, not {value!r}"
         if self.kind.item is not None:
-            one = Port(self.kind.item, "")
+            one = Port(self.kind.item, "", choices=self.choices)
             return next((problem for each in value if (problem := one.problem_with(each))), None)
+        if self.choices and value not in self.choices:
+            return f"{value!r} is none of {', '.join(self.choices)}"
         if isinstance(value, Pose2):
             return None if value.is_within_limits() else f"{value!r} is not finite, or too far away"
         if isinstance(value, float) and not math.isfinite(value):

@@ -3,22 +3,33 @@
 Nothing of ROS is imported before an interface is asked for by its name, and messages are read and written by
 their attributes, so that the check works without ROS.
 
-A path names a field of a field: ``pose.pose.position.x``; ``[0]`` takes an item of an array.
+A path names a field of a field: ``pose.pose.position.x``; ``[0]`` takes an item of an array, and ``[*]`` the
+same field of every item: ``plants[*].species`` is a list.
 """
 
 from __future__ import annotations
 
 import array
+import enum
 import importlib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, yaw_of_quaternion
 
+
+class _Now(enum.Enum):
+    """One value that stays itself when it is copied."""
+
+    NOW = "now"
+
+
+NOW: Any = _Now.NOW
+"""The value of a ``builtin_interfaces/Time`` that is the present when the message is sent."""
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/(msg|srv|action)/([A-Z][A-Za-z0-9]*)")
 _USUAL_TYPES = (
     *("std_msgs/msg/Bool", "std_msgs/msg/String", "std_msgs/msg/Float64", "std_srvs/srv/Trigger"),
@@ -26,18 +37,24 @@ _USUAL_TYPES = (
 )
 """Types that much of a home is made of, for suggestions."""
 _A = {"message": "a message", "service": "a service", "action": "an action"}
-_STEP = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+)\])?")
+_STEP = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+|\*)\])?")
+_EVERY = -1
+"""The index of ``[*]``."""
 _SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *(\d+))?>|(.+)\[(\d+)\])")
 """The type of the items, and how many there may be; or that type, and how many there are."""
 
 _FLOATS = frozenset(("float", "double"))
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _TEXTS = frozenset(("string", "wstring"))
+_BOUND = re.compile(r"w?string<(\d+)>")
+_MAX_FLOAT = (2.0 - 2.0**-23) * 2.0**127
+"""The largest number of 32 bits (IEEE 754)."""
 _POSES = frozenset(
     f"geometry_msgs/{name}"
     for name in ("PoseStamped", "Pose", "PoseWithCovarianceStamped", "Point", "Pose2D")
 )
 _QUATERNION, _DURATION = "geometry_msgs/Quaternion", "builtin_interfaces/Duration"
+TIME = "builtin_interfaces/Time"
 _HOLDS: dict[Kind, frozenset[str]] = {
     Kind.TEXT: _TEXTS,
     Kind.BOOLEAN: frozenset(("boolean",)),
@@ -96,8 +113,8 @@ def field_type(message_type: Any, path: str) -> str:
     Raises:
         ConfigError: There is no such field; with the names that are near.
     """
-    kind = ""
-    for number, (name, index) in enumerate(_steps(path)):
+    kind, steps = "", _steps(path)
+    for number, (name, index) in enumerate(steps):
         if number:
             message_type = _nested(kind, path)
         fields = message_type.get_fields_and_field_types()
@@ -107,7 +124,20 @@ def field_type(message_type: Any, path: str) -> str:
         kind = fields[name]
         if index is not None:
             kind = _item_type(kind, path, index)
-    return kind
+    return f"sequence<{kind}>" if any(index == _EVERY for _, index in steps) else kind
+
+
+def holder_of(message_type: Any, path: str) -> Any:
+    """Return the type of the message that has a field itself, whose constants may be meant by its values.
+
+    Raises:
+        ConfigError: There is no such field.
+    """
+    above = path.rpartition(".")[0]
+    if not above:
+        return message_type
+    written = field_type(message_type, above)
+    return _nested(item_of_array(written) or written, path)
 
 
 def holds(kind: Kind, written: str) -> bool:
@@ -127,12 +157,30 @@ def integer_limits(written: str) -> tuple[int, int] | None:
 
 
 def kind_of_field(written: str) -> Kind | None:
-    """Return the kind of what a field of a type gives to an expression, None for what is no single value."""
+    """Return the kind of what a field of a type gives to an expression, None for what has none."""
+    sequence = _SEQUENCE.fullmatch(written)
+    if sequence is not None:
+        item = kind_of_field(sequence[1] or sequence[3])
+        return item.list if item is not None and item.item is None else None
     plain = re.sub(r"<\d+>", "", written)
-    for kind in (Kind.BOOLEAN, Kind.TEXT, Kind.NUMBER):
+    for kind in (Kind.BOOLEAN, Kind.TEXT, Kind.NUMBER, Kind.DURATION, Kind.ANGLE, Kind.POSE):
         if plain in _HOLDS[kind]:
             return kind
     return Kind.INTEGER if plain in _INTEGERS or plain == "octet" else None
+
+
+def item_of_array(written: str) -> str:
+    """Return the type of the items of an array of a type; empty for what is none."""
+    sequence = _SEQUENCE.fullmatch(written)
+    return str(sequence[1] or sequence[3]) if sequence is not None else ""
+
+
+def fields_below(message_type: Any, path: str) -> tuple[str, ...]:
+    """Return the paths of the fields of a field that is a message; none when it is none."""
+    written = field_type(message_type, path)
+    if "/" not in written or _SEQUENCE.fullmatch(written):
+        return ()
+    return tuple(f"{path}.{name}" for name in _nested(written, path).get_fields_and_field_types())
 
 
 def part_of(interface: Any, part: str) -> Any:
@@ -189,46 +237,90 @@ def put(message: Any, path: str, value: Any, stamp: Any) -> None:
         ConfigError: There is no such field.
         ValueError: The field does not hold the value.
     """
-    *parents, (last, item) = _steps(path)
-    for name, index in parents:
-        message = _entered(message, name, index, path)
-    if item is not None:
+    steps = _steps(path)
+    if steps[-1][1] is not None:
         raise ConfigError(f"{path!r} names an item of an array, and a whole field is sent")
-    kind = field_type(type(message), last)
     try:
-        setattr(message, last, _written(kind, getattr(message, last), value, stamp))
+        _put(message, steps, value, stamp, path)
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{path}: {error}") from error
 
 
-def get(message: Any, path: str, kind: Kind) -> Any:
+def _put(message: Any, steps: Sequence[tuple[str, int | None]], value: Any, stamp: Any, path: str) -> None:
+    (name, index), *below = steps
+    if index == _EVERY:
+        _put_every(message, name, below, value, stamp, path)
+    elif below:
+        _put(_entered(message, name, index, path), below, value, stamp, path)
+    else:
+        kind = field_type(type(message), name)
+        setattr(message, name, _written(kind, getattr(message, name), value, stamp))
+
+
+def _put_every(
+    message: Any, name: str, below: Sequence[tuple[str, int | None]], values: Any, stamp: Any, path: str
+) -> None:
+    """Write a list into the same field of every item, of which there become as many as it has values."""
+    there, size = getattr(message, name), len(values)
+    others = len(there) if there else size
+    least, most = length_limits(field_type(type(message), name)) or (0, max(size, others))
+    if others != size or not least <= size <= most:
+        wanted = f"{others} items are there" if others != size else f"{least} to {most} items have room"
+        raise ValueError(f"{size} values, and {wanted}")
+    for number, value in enumerate(values):
+        _put(_entered(message, name, number, path), below, value, stamp, path)
+
+
+def length_limits(written: str) -> tuple[int, int] | None:
+    """Return the least and most items of an array of a type; None for what is no array, or has no limit."""
+    sequence = _SEQUENCE.fullmatch(written)
+    if sequence is None or not (sequence[2] or sequence[4]):
+        return None
+    return (int(sequence[4]), int(sequence[4])) if sequence[4] else (0, int(sequence[2]))
+
+
+def get(message: Any, path: str, kind: Kind, *, any_number: bool = False) -> Any:
     """Read a field as a value of a kind, in SI units.
+
+    Args:
+        message: The message.
+        path: The field.
+        kind: The kind.
+        any_number: Whether infinity and NaN may be read too.
 
     Raises:
         ConfigError: There is no such field or item, or it does not hold such a value.
     """
-    value = message
-    for name, index in _steps(path):
-        if not hasattr(value, name):
-            raise ConfigError(f"{type(value).__name__} has no field {name!r}")
-        value = getattr(value, name)
-        if index is not None:
-            if index >= len(value):
-                raise ConfigError(f"{path} is not there: {name} has {len(value)} items")
-            value = value[index]
+    value = _value_at(message, _steps(path), path)
     try:
-        return _read(value, kind)
+        return _read(value, kind, any_number=any_number)
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise ConfigError(f"{path} holds no {kind.value}: {error}") from error
 
 
+def _value_at(value: Any, steps: Sequence[tuple[str, int | None]], path: str) -> Any:
+    for number, (name, index) in enumerate(steps):
+        if not hasattr(value, name):
+            raise ConfigError(f"{type(value).__name__} has no field {name!r}")
+        value = getattr(value, name)
+        if index == _EVERY:
+            return [_value_at(each, steps[number + 1 :], path) for each in value]
+        if index is not None:
+            if index >= len(value):
+                raise ConfigError(f"{path} is not there: {name} has {len(value)} items")
+            value = value[index]
+    return value
+
+
 def _steps(path: str) -> list[tuple[str, int | None]]:
-    steps = []
+    steps: list[tuple[str, int | None]] = []
     for part in path.split("."):
         match = _STEP.fullmatch(part)
         if match is None:
             raise ConfigError(f"{path!r} is not the path of a field", valid=["pose.position.x", "poses[0]"])
-        steps.append((match[1], int(match[2]) if match[2] else None))
+        steps.append((match[1], None if not match[2] else _EVERY if match[2] == "*" else int(match[2])))
+    if sum(index == _EVERY for _, index in steps) > 1:
+        raise ConfigError(f"{path!r} is a list of lists; no kind of value is one")
     return steps
 
 
@@ -276,13 +368,27 @@ def _written(kind: str, there: Any, value: Any, stamp: Any) -> Any:
     if kind == _QUATERNION:
         there.z, there.w = math.sin(value / 2.0), math.cos(value / 2.0)
         return there
+    if value is NOW:
+        there.sec, there.nanosec = stamp.sec, stamp.nanosec
+        return there
     if kind == _DURATION:
         there.sec, there.nanosec = divmod(round(value * 1e9), 1_000_000_000)
         return there
-    limits = integer_limits(kind)
-    if limits is not None and not limits[0] <= value <= limits[1]:  # rclpy would cut it off
-        raise ValueError(f"{value} is not between {limits[0]} and {limits[1]}, as {kind} is")
+    _check_room(kind, value)
     return float(value) if kind in _FLOATS else value
+
+
+def _check_room(kind: str, value: Any) -> None:
+    """Raise ValueError when a field of a type has no room for a value; rclpy would cut it off, or send it."""
+    limits = integer_limits(kind)
+    if limits is not None and not limits[0] <= value <= limits[1]:
+        raise ValueError(f"{value} is not between {limits[0]} and {limits[1]}, as {kind} is")
+    if kind == "float" and math.isfinite(value) and abs(value) > _MAX_FLOAT:
+        raise ValueError(f"{value:g} is not between {-_MAX_FLOAT:g} and {_MAX_FLOAT:g}, as {kind} is")
+    bound = _BOUND.fullmatch(kind)
+    length = len(value if kind.startswith("w") else value.encode()) if bound is not None else 0
+    if bound is not None and length > int(bound[1]):
+        raise ValueError(f"{value!r} is longer than the {bound[1]} characters of {kind}")
 
 
 def _put_pose(there: Any, pose: Pose2, stamp: Any) -> None:
@@ -298,11 +404,11 @@ def _put_pose(there: Any, pose: Pose2, stamp: Any) -> None:
         there.theta = pose.yaw
 
 
-def _read(value: Any, kind: Kind) -> Any:
+def _read(value: Any, kind: Kind, *, any_number: bool = False) -> Any:
     if kind.item is not None:
         if isinstance(value, str) or not isinstance(value, Iterable):
             raise TypeError(f"{value!r} is no list")
-        return tuple(_read(each, kind.item) for each in value)
+        return tuple(_read(each, kind.item, any_number=any_number) for each in value)
     if isinstance(value, bytes) and len(value) == 1:
         value = value[0]
     match kind:
@@ -319,7 +425,7 @@ def _read(value: Any, kind: Kind) -> Any:
         case Kind.INTEGER:
             return int(value)
     number = float(value)
-    if not math.isfinite(number):
+    if not any_number and not math.isfinite(number):
         raise ValueError(f"{number} is not finite")
     return number
 

@@ -43,6 +43,7 @@ class MessageCondition:
             Infinite for a source that speaks only when something changes.
         source_is_there: Tells whether the source could still speak: the last message of one that is gone does
             not count, however new it is allowed to be. Asked where ``max_age_s`` is infinite.
+        why_silent: Gives why nothing can come, as far as that is known.
     """
 
     def __init__(
@@ -52,9 +53,12 @@ class MessageCondition:
         to_result: Callable[[Inputs, Any], Result],
         max_age_s: float,
         source_is_there: Callable[[], bool] = lambda: True,
+        why_silent: Callable[[], str] = lambda: "",
     ) -> None:
         self._clock = clock
         self._label = label
+        self._why_silent = why_silent
+        self._refused = ""
         self._to_result = to_result
         self._max_age_s = max_age_s
         self._source_is_there = source_is_there
@@ -83,13 +87,25 @@ class MessageCondition:
     def take(self, message: Any) -> None:
         """Take a message."""
         self._message, self._came = message, self._clock.now()
+        self._refused = ""
         self._limit_silence()
         self._judge_again()
 
+    def refuse(self, problem: str) -> None:
+        """Note that a message came that cannot be used, and why."""
+        self._refused = problem
+        self._judge_again()
+
     def _judge(self, inputs: Inputs) -> Result:
+        old = self._clock.now() - self._came >= self._max_age_s
+        if self._refused and (self._message is None or old):
+            return failure("bad_output", f"what comes from {self._label} cannot be used: {self._refused}")
         if self._message is None:
-            return failure("server_lost", f"nothing has come from {self._label} yet")
-        if self._clock.now() - self._came >= self._max_age_s:
+            why = self._why_silent()
+            return failure(
+                "server_lost", f"nothing has come from {self._label} yet{f'; {why}' if why else ''}"
+            )
+        if old:
             return failure("server_lost", f"nothing has come from {self._label} for {self._max_age_s:g} s")
         if self._max_age_s == math.inf and not self._source_is_there():
             return failure("server_lost", f"{self._label} went away; start its node again")
@@ -131,6 +147,7 @@ class MessageWait:
         served: What a message means, and how long to wait for one.
         source_is_there: Tells whether the source could still speak.
         search_s: Seconds that the source gets to appear in; a wait without one ends with ``server_lost``.
+        why_silent: Gives why nothing can come, as far as that is known.
     """
 
     def __init__(
@@ -140,9 +157,12 @@ class MessageWait:
         served: WaitBinding,
         source_is_there: Callable[[], bool] = lambda: True,
         search_s: float = math.inf,
+        why_silent: Callable[[], str] = lambda: "",
     ) -> None:
         self._clock = clock
         self._label = label
+        self._why_silent = why_silent
+        self._refused = ""
         self._served = served
         self._source_is_there = source_is_there
         self._search_s = search_s
@@ -152,9 +172,12 @@ class MessageWait:
         """Wait from now on; what came before does not count."""
         run = self._new_run(inputs)
         self._runs.append(run)
+        self._refused = ""
         end = self._clock.now() + self._served.time_limit(inputs)
-        run.timer = self._clock.call_at(end, lambda: run.finish(self._served.nothing(inputs)))
+        run.timer = self._clock.call_at(end, lambda: run.finish(self._nothing(inputs)))
         if self._search_s < math.inf:
+            if not self._source_is_there():
+                self._why_silent()  # what has to be asked for is known when the search is over
             self._look_for_source(run, self._clock.now() + self._search_s)
         return run
 
@@ -163,9 +186,21 @@ class MessageWait:
             if self._source_is_there():
                 self._look_for_source(run, self._clock.now() + LOOK_S)
             else:
-                run.finish(failure("server_lost", f"nobody publishes {self._label}; start its node"))
+                why = self._why_silent() or "start its node"
+                run.finish(failure("server_lost", f"nobody publishes {self._label}; {why}"))
 
         run.search = self._clock.call_at(when, look)
+
+    def _nothing(self, inputs: Inputs) -> Result:
+        """Return the end of a wait in which no message came that can be used."""
+        result = self._served.nothing(inputs)
+        if not self._refused:
+            return result
+        return replace(result, reason=f"what came from {self._label} cannot be used: {self._refused}")
+
+    def refuse(self, problem: str) -> None:
+        """Note that a message came that cannot be used, and why; the wait goes on."""
+        self._refused = problem
 
     def take(self, message: Any) -> None:
         """Take a message: it ends every run."""

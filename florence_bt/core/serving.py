@@ -106,9 +106,12 @@ class TopicBinding(SkillBinding):
 
     Attributes:
         latched: Whether the topic gives its last message to who comes later.
+        foreign: Whether its messages are those of another robot, whose values have other limits than ours:
+            the skill judges each field that it reads.
     """
 
     latched: bool = False
+    foreign: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.server_comparison import Lack
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, Phase, SkillRun
 
 SEARCH_PERIOD_S = 0.05
@@ -81,6 +82,9 @@ class Channel(Protocol):
     def server_is_there(self) -> bool:
         """Tell whether the other process has been discovered."""
 
+    def lack(self) -> Lack:
+        """Return why the other process cannot be reached, as far as that is known."""
+
     def send(self) -> None:
         """Send the goal, request or message; an answer comes later."""
 
@@ -135,6 +139,8 @@ class RemoteRun(BaseRun):
             return
         pause = SEARCH_PERIOD_S
         if not self._channel.server_is_there():
+            if not self._came_late:
+                self._channel.lack()  # what has to be asked for is known when the search is over
             self._came_late = True
         elif self._may_send():
             if not self._came_late:
@@ -150,7 +156,8 @@ class RemoteRun(BaseRun):
         return True
 
     def _not_found(self, within_s: float, what: str = "server") -> Result:
-        reason = f"no {what} of {self._label} was found within {within_s:g} s; start its node"
+        why = str(self._channel.lack()) or "start its node"
+        reason = f"no {what} of {self._label} was found within {within_s:g} s; {why}"
         return failure("server_lost", reason)
 
     def _stop_with(self, result: Result) -> None:
@@ -206,9 +213,10 @@ class ServiceRun(RemoteRun):
         super().__init__(channel, clock, label, f"calling {label}")
         self._too_late_at = clock.now() + deadline_s
         within_s = search_limit(deadline_s)
-        no_server = self._not_found(within_s)
         self._no_answer = failure("timed_out", f"{label} did not answer within {deadline_s:g} s")
-        self._set_deadline(clock.call_at(clock.now() + within_s, lambda: self._stop_with(no_server)))
+        self._set_deadline(
+            clock.call_at(clock.now() + within_s, lambda: self._stop_with(self._not_found(within_s)))
+        )
         self._search()
 
     def _search(self) -> None:
@@ -243,8 +251,11 @@ class PublicationRun(RemoteRun):
             label: Names the topic in reasons.
         """
         super().__init__(channel, clock, label, f"publishing on {label}")
-        not_found = self._not_found(deadline_s, "subscriber")
-        self._set_deadline(clock.call_at(clock.now() + deadline_s, lambda: self._stop_with(not_found)))
+        self._set_deadline(
+            clock.call_at(
+                clock.now() + deadline_s, lambda: self._stop_with(self._not_found(deadline_s, "subscriber"))
+            )
+        )
         self._search()
 
     def _search(self) -> None:

@@ -13,6 +13,7 @@ from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.interfaces import name_of_interface
 from florence_bt.core.outcome import Outcome, Result, failure
+from florence_bt.core.server_comparison import ACTION, Lack, Wanted
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import ActionRun, Deadlines, RemoteSkill, StopAnswer
 from florence_bt.ros.action_client import ActionClient
@@ -71,7 +72,8 @@ class ActionSkill(RemoteSkill):
         self._runs: list[ActionRun] = []
         self.action = name
         self._client = ActionClient(node, action_type, name)
-        super().__init__(f"action {self._client.name} ({name_of_interface(action_type)})", "goal", to_goal)
+        self._wanted = Wanted(ACTION, self._client.name, name_of_interface(action_type))
+        super().__init__(f"action {self._client.name} ({self._wanted.interface})", "goal", to_goal)
         node.on_close(self._shut_down)
         node.before_leaving(self._goals_are_over)
 
@@ -79,8 +81,12 @@ class ActionSkill(RemoteSkill):
         """Tell whether a server has been discovered."""
         return bool(self._client.server_is_ready())
 
+    def lack(self) -> Lack:
+        """Return why the server cannot be reached, as far as the graph tells it."""
+        return self._node.server_graph.lack(self._wanted)
+
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        goal = _SentGoal(self._node, self._client, message, self._read_result, self._feedback_of)
+        goal = _SentGoal(self._node, self._client, message, self._read_result, self._feedback_of, self.lack)
         self._runs = [one for one in self._runs if one.poll() is None or one.goal_open or one.goal_left]
         older = [one for one in self._runs if one.goal_left]
         node = self._node
@@ -127,6 +133,7 @@ class _SentGoal:
     message: Any
     read_result: Callable[[Any], Result]
     read_feedback: Callable[[UUID], str]
+    lack: Callable[[], Lack]
     uuid: UUID = field(default_factory=lambda: UUID(uuid=list(uuid4().bytes)))
     seen_servers: set[bytes] = field(default_factory=set)
     run: ActionRun | None = None

@@ -7,7 +7,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from nav_msgs.msg import OccupancyGrid
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
@@ -30,6 +30,9 @@ from florence_bt.ros.parameters import fill_dataclass, to_parameter
 from florence_bt.ros.raw_messages import UnreadableBytes, is_read_here, read_message
 from florence_bt.ros.rclpy_internals import forget, throttle_logs_by_steady_time
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
+
+if TYPE_CHECKING:
+    from florence_bt.ros.server_graph import ServerGraph
 
 
 class Stamped(Protocol):
@@ -126,6 +129,13 @@ class FlorenceNode(Node):
         self._steady = SteadyClock(self)
         self.steady = self._steady
 
+    @functools.cached_property
+    def server_graph(self) -> ServerGraph:
+        """What other nodes offer; made when it is first asked for, because few nodes do."""
+        from florence_bt.ros.server_graph import ServerGraph
+
+        return ServerGraph(self)
+
     def stamp(self, when: float | None = None) -> float:
         """Return a message's stamp on the scale of the ROS clock: of now, or of a ``timebase`` moment."""
         return self.ros_timebase.ros_now() if when is None else self.ros_timebase.stamp_of(when)
@@ -171,6 +181,8 @@ class FlorenceNode(Node):
         qos_profile: QoSProfile | int,
         *,
         judge_stamps: bool = True,
+        limits: bool = True,
+        refused: Callable[[str], None] | None = None,
         newest_only: bool = False,
         sift: Callable[[bytes], bool] | None = None,
         **options: Any,
@@ -179,6 +191,9 @@ class FlorenceNode(Node):
 
         A stamp must be near the present time of the node, except on a latched topic, whose last message may
         be old, and with ``judge_stamps=False``, where the stamps are of another clock than the node's.
+
+        ``limits=False`` lets every message through: those of other robots, whose skills judge each field that
+        they read. ``refused`` is told why a message was not let through.
 
         The events executor works in the order of what comes in, and drops nothing: a process with more work
         than time falls behind without end. ``newest_only`` is for costly callbacks on images and scans:
@@ -193,7 +208,9 @@ class FlorenceNode(Node):
                 isinstance(qos_profile, QoSProfile)
                 and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
             )
-            callback = self._checked(callback, topic, msg_type, judge_stamps=judge_stamps and not latched)
+            if limits:
+                judge_stamps = judge_stamps and not latched
+                callback = self._checked(callback, topic, msg_type, refused, judge_stamps=judge_stamps)
             if sift is not None or is_read_here(msg_type):
                 options["raw"] = True
                 callback = self._decoded(callback, topic, msg_type, sift)
@@ -205,7 +222,13 @@ class FlorenceNode(Node):
     # message.
 
     def _checked(
-        self, callback: Callable[..., None], topic: str, msg_type: type, *, judge_stamps: bool
+        self,
+        callback: Callable[..., None],
+        topic: str,
+        msg_type: type,
+        refused: Callable[[str], None] | None,
+        *,
+        judge_stamps: bool,
     ) -> Callable[..., None]:
         """Make a callback for messages that may be wrong, which refuses those."""
 
@@ -220,6 +243,8 @@ class FlorenceNode(Node):
             if problem is not None:
                 self.health.count_refused(topic, problem)
                 self.attempt(self.on_refused, topic)
+                if refused is not None:
+                    self.attempt(refused, problem)
                 return
             if isinstance(message, OccupancyGrid):
                 self.before_long_work()

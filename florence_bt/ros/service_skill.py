@@ -11,6 +11,7 @@ from rclpy.client import Client
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import name_of_interface
 from florence_bt.core.outcome import Result
+from florence_bt.core.server_comparison import SERVICE, Lack, Wanted
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._runs import RemoteSkill, ServiceRun
 from florence_bt.ros.node import FlorenceNode
@@ -57,17 +58,23 @@ class ServiceSkill(RemoteSkill):
         self._servers = DiscoveredServers(
             lambda: node.get_publishers_info_by_topic(f"rr{whole}Reply", no_mangle=True)
         )
-        super().__init__(f"service {whole} ({name_of_interface(srv_type)})", "request", to_request)
+        self._wanted = Wanted(SERVICE, whole, name_of_interface(srv_type))
+        super().__init__(f"service {whole} ({self._wanted.interface})", "request", to_request)
 
     def server_is_there(self) -> bool:
         """Tell whether a server has been discovered, and its process has not ended since."""
         return bool(self._client.service_is_ready()) and not self._servers.all_ended()
+
+    def lack(self) -> Lack:
+        """Return why the server cannot be reached, as far as the graph tells it."""
+        return self._node.server_graph.lack(self._wanted)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
         call = _Call(
             self._client,
             message,
             self.server_is_there,
+            self.lack,
             lambda answer: self._result(inputs, answer),
             self._node,
         )
@@ -86,6 +93,7 @@ class _Call:
     client: Client
     request: Any
     server_is_there: Callable[[], bool]
+    lack: Callable[[], Lack]
     to_result: Callable[[Any], Result]
     node: FlorenceNode
     future: Any = None

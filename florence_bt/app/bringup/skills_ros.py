@@ -148,7 +148,14 @@ def _over_ros(node: FlorenceNode, served: SkillBinding, deadline_s: float) -> Sk
     heard = LATCHED if served.latched else STATE  # which hears every publisher, reliable or not
     if isinstance(served, ConditionBinding):
         topic = (interface, served.name)
-        return TopicCondition(node, topic, to_result=served.judge, max_age_s=served.max_age_s, qos=heard)
+        return TopicCondition(
+            node,
+            topic,
+            to_result=served.judge,
+            max_age_s=served.max_age_s,
+            qos=heard,
+            limits=not served.foreign,
+        )
     if isinstance(served, WaitBinding):
         return TopicWait(node, interface, served, heard, deadline_s=deadline_s)
     assert isinstance(served, PublicationBinding)

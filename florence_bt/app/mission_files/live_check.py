@@ -6,7 +6,7 @@ each skill that the missions use, those of called missions included.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -26,6 +26,8 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.message_mappings import MessageMapping
 from florence_bt.trees.language.model import CallMission, Mission, RunSkill
 
+STATES_S = 2.0
+"""Wall seconds in which managed nodes must tell their state."""
 SEARCH_S = 5.0
 """Wall seconds in which the mission server, and then the servers of the skills, must be discovered."""
 _HOTSPOT_SERVICE = "florenceLocator/getHotspot"
@@ -129,14 +131,17 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
     return needs
 
 
-def wrong_type(node: FlorenceNode, mapping: MessageMapping | None) -> str:
-    """Return the types that a topic has now instead of a skill's; empty when it fits or nobody is there."""
-    if mapping is None or mapping.way in ("action", "service"):
-        return ""
-    publishes = mapping.way == "publish"
-    others = node.get_subscriptions_info_by_topic if publishes else node.get_publishers_info_by_topic
-    types = {each.topic_type for each in others(node.resolve_topic_name(mapping.name))}
-    return "" if mapping.interface in types else ", ".join(sorted(types))
+def search(client: MissionClient, skills: Collection[ServedSkill], search_s: float) -> None:
+    """Serve the client until the servers of some skills are there, or it is known why not.
+
+    Args:
+        client: Sees the graph.
+        skills: The skills.
+        search_s: Wall seconds in which servers are looked for.
+    """
+    client.spin_until(lambda: all(skill.server_is_there() for skill in skills), search_s)
+    if skills:
+        client.spin_until(lambda: not client.node.server_graph.waits_for_states(), STATES_S)
 
 
 def _compare_skills(
@@ -154,25 +159,24 @@ def _compare_skills(
             findings.append(need.finding(message, closest_first(need.name, skills)))
         elif isinstance(skill, ServedSkill):
             waiting[need.name] = skill
-    client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
-    for need in needs:
-        mapping = mappings.get(need.name)
-        others = wrong_type(client.node, mapping) if need.name in waiting else ""
-        if others and mapping is not None:
-            del waiting[need.name]
-            message = (
-                f"the skill {need.name!r} wants {mapping.interface} on the topic {mapping.name}, which has"
-            )
-            findings.append(need.finding(f"{message} {others}", [f"type: {others}"]))
-    lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}
-    return findings + [
-        need.finding(
-            f"the skill {need.name!r} has no server: no {lost[need.name]} was found",
-            ["starting the program that serves it"] if need.name in mappings else STARTS,
-        )
-        for need in needs
-        if need.name in lost
-    ]
+    search(client, waiting.values(), SEARCH_S)
+    found = ((need, waiting[need.name]) for need in needs if need.name in waiting)
+    about = (_about(need, skill, theirs=need.name in mappings) for need, skill in found)
+    return findings + [finding for finding in about if finding is not None]
+
+
+def _about(need: _Need, skill: ServedSkill, *, theirs: bool) -> Finding | None:
+    """Say that a skill has no server, or one that does not work, and why; None when all is well."""
+    lack = skill.lack()
+    if skill.server_is_there():
+        message = f"the server of the skill {need.name!r} is not active: {lack.problem}"
+        valid = ["configuring and activating it"]
+        return need.finding(message, valid, WARNING) if lack.problem else None
+    start = ["starting the program that serves it"] if theirs else STARTS
+    message = f"the skill {need.name!r} has no server: no {skill.label} was found"
+    if lack.wrong_type:
+        return need.finding(f"{message}: {lack.problem}", lack.valid)
+    return need.finding(f"{message}: {lack.problem}" if lack.problem else message, [*lack.valid, *start])
 
 
 # ---- hotspots -------------------------------------------------------------------------------------------

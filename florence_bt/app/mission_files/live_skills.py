@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from rclpy.action import get_action_names_and_types
 from rclpy.qos import DurabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from florence_bt.app.bringup.skills_ros import make_skills
-from florence_bt.app.mission_files.live_check import SEARCH_S, wrong_type
+from florence_bt.app.mission_files.live_check import SEARCH_S, search
+from florence_bt.app.mission_files.skill_draft import Offer
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.ros.served_skill import ServedSkill
+from florence_bt.ros.served_skill import ServedSkill, server_text
 from florence_bt.trees.language.loader import MissionLibrary
 
 DISCOVERY_S = 3.0
@@ -32,34 +34,36 @@ def servers_now(library: MissionLibrary) -> Mapping[str, str]:
         skills = make_skills(client.node, mappings=library.mappings)
         served = {name: skill for name, skill in skills.items() if isinstance(skill, ServedSkill)}
         theirs = {name for name, mapping in library.mappings.items() if not mapping.stock}
-        client.spin_until(
-            lambda: all(served[name].server_is_there() for name in theirs & served.keys()), SEARCH_S
-        )
+        search(client, [served[name] for name in theirs & served.keys()], SEARCH_S)
         now: dict[str, str] = {}
         for name in sorted(served, key=lambda name: (name not in theirs, name)):
-            others = wrong_type(client.node, library.mappings.get(name))
-            there = served[name].server_is_there()
-            if others:
-                now[name] = f"WRONG TYPE: {served[name].label} has {others}"
-            elif there or name in theirs:
-                now[name] = f"{'there' if there else 'NOT THERE'}: {served[name].label}"
+            if served[name].server_is_there():
+                now[name] = f"there: {server_text(served[name])}"
+            elif name in theirs:
+                wrong = served[name].lack().wrong_type
+                now[name] = f"{'WRONG TYPE' if wrong else 'NOT THERE'}: {server_text(served[name])}"
         return now
 
 
-def offered() -> str:
-    """Return what the running system has for skills: a line for each, as ``florence skills add`` takes it."""
+def offered() -> list[Offer]:
+    """Return what the running system has for skills."""
     with MissionClient("florence_skills") as client:
         node = client.node
         client.spin_until(lambda: False, DISCOVERY_S)
-        lines = [f"action {name} {types[0]}" for name, types in get_action_names_and_types(node)]
-        lines += [f"service {name} {types[0]}" for name, types in node.get_service_names_and_types()]
+        found = [Offer("action", name, types[0]) for name, types in get_action_names_and_types(node)]
+        found += [Offer("service", name, types[0]) for name, types in node.get_service_names_and_types()]
         for name, types in node.get_topic_names_and_types():
             theirs = [
                 each for each in node.get_publishers_info_by_topic(name) if each.node_name != node.get_name()
             ]
-            way = "condition" if theirs else "publish"
-            lines.append(f"{way} {name} {types[0]}")
-    return "\n".join(sorted(line for line in lines if not _EVERYWHERE.search(line)))
+            found.append(Offer("condition" if theirs else "publish", name, types[0], _is_latched(theirs)))
+    return sorted(
+        (offer for offer in found if not _EVERYWHERE.search(str(offer))), key=lambda offer: str(offer)
+    )
+
+
+def _is_latched(publishers: Iterable[TopicEndpointInfo]) -> bool:
+    return any(one.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for one in publishers)
 
 
 def type_in_graph(way: str, name: str) -> tuple[str, bool]:
@@ -86,5 +90,4 @@ def type_in_graph(way: str, name: str) -> tuple[str, bool]:
         what = way if way in ("action", "service") else "topic"
         problem = f"there is no {what} {whole} now; its type can be given too"
         raise ConfigError(problem, valid=[*closest_first(whole, names), f"{name} nav2_msgs/action/Spin"])
-    latched = any(one.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for one in publishers)
-    return names[whole], latched
+    return names[whole], _is_latched(publishers)

@@ -68,4 +68,5 @@ def takes(port: Port) -> str:
         for word, limit in (("from", port.minimum), ("to", port.maximum))
         if limit is not None
     ]
+    limits += [f"one of {', '.join(port.choices)}"] if port.choices else []
     return " ".join([port.kind.value, default, *([f"({' '.join(limits)})"] if limits else [])])

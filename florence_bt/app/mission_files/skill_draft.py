@@ -4,41 +4,73 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterator, Mapping
+import textwrap
+from collections.abc import Container, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from florence_bt.app.mission_files.draft_fields import Fields, choices_of, fields_of, port_name
 from florence_bt.app.mission_files.output import write_output
-from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.answer_shape import AnswerShape, shape_of
+from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.interfaces import holds, load_interface, part_of
+from florence_bt.core.interfaces import (
+    load_interface,
+    part_of,
+)
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
-from florence_bt.trees.language.message_mappings import WAYS
+from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
 from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
 
-_KINDS = (
-    *(Kind.TEXT, Kind.BOOLEAN, Kind.NUMBER, Kind.INTEGER, Kind.POSE, Kind.DURATION, Kind.ANGLE),
-    *(Kind.LIST_OF_TEXT, Kind.LIST_OF_BOOLEAN, Kind.LIST_OF_NUMBER, Kind.LIST_OF_INTEGER, Kind.LIST_OF_POSE),
-)
-"""What a field is drafted as: the first of these that it holds."""
-_NO_POSES = ("geometry_msgs/Point", "geometry_msgs/Point[]", "sequence<geometry_msgs/Point>")
-"""They hold the place of a pose, and mostly are something else: a way, or the corner of a box."""
-_WORDS = ("error_msg", "error_message", "message", "status_message", "reason", "note", "why")
-"""Fields that have the server's own words."""
-_FINE = ("OK", "NONE", "SUCCESS", "SUCCEEDED", "NO_ERROR")
-"""Constants that name no failure."""
-_MOST_FIELDS = 20
-"""A draft takes no more fields of a part; a picture has more."""
+_TRANSITION = "lifecycle_msgs/srv/ChangeState"
+_MOST_SHOWN = 3
+"""A draft tells no more fields of the feedback."""
 LONGEST_NAME = 60
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
 
 
-def draft_skill(
-    way: str, name: str, interface: str, skill: str = "", *, latched: bool = False
-) -> tuple[str, str]:
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A drafted skill.
+
+    Attributes:
+        skill: Its name.
+        entry: Its entry for a file of skills, as text; what it leaves out is a comment in it.
+        left_out: The same for people: fields of the interface that the draft does not use, each with its type
+            and why.
+    """
+
+    skill: str
+    entry: str
+    left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """Something of a running system that a skill can be made of.
+
+    Attributes:
+        way: One of :data:`WAYS`.
+        name: The whole name of the action, service or topic.
+        interface: Its type.
+        latched: Whether a topic gives its last message to who comes later.
+    """
+
+    way: str
+    name: str
+    interface: str
+    latched: bool = False
+
+    def __str__(self) -> str:
+        """Return it as ``florence skills add`` takes it."""
+        return f"{self.way} {self.name} {self.interface}"
+
+
+def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched: bool = False) -> Draft:
     """Draft a skill.
 
     Args:
@@ -48,49 +80,165 @@ def draft_skill(
         skill: The name of the skill; made of the other name when empty.
         latched: Whether the topic gives its last message to who comes later.
 
-    Returns:
-        The name of the skill, and its entry for a file of skills, as text.
-
     Raises:
         ConfigError: The type is not installed, or is of another kind, or the skill cannot be called that.
     """
     loaded = load_interface(interface)
-    parts = WAYS[way]
     skill = skill or _skill_name(name)
     _check_name(skill)
+    sent, answered = (
+        fields_of(part_of(loaded, part), lists=part == WAYS[way].answered) if part is not None else Fields()
+        for part in (WAYS[way].sent, WAYS[way].answered)
+    )
     entry: dict[str, Any] = {"summary": f"{TO_BE_SAID.capitalize()} what {skill.replace('_', ' ')} does."}
-    sent = dict(_fields(part_of(loaded, parts.sent))) if parts.sent is not None else {}
-    answered = dict(_fields(part_of(loaded, parts.answered))) if parts.answered is not None else {}
-    names = {path: path.replace(".", "_") for path in sent}
-    if sent:
-        entry["inputs"] = {names[path]: _input(kind) for path, kind in sent.items()}
-    words = next((path for path in _WORDS if answered.get(path) is Kind.TEXT), "")
-    failures = _failures(part_of(loaded, parts.answered), answered) if parts.answered is not None else {}
-    code = _code_field(part_of(loaded, parts.answered), answered) if parts.answered is not None else ""
-    used = {words, "success", *([code] if failures else [])}
-    outputs = {path: kind for path, kind in answered.items() if path not in used}
-    if outputs and way != "condition":
-        entry["outputs"] = {path.replace(".", "_"): _output(path, kind) for path, kind in outputs.items()}
-    plain = {path: kind for path, kind in outputs.items() if "." not in path and kind in _EXAMPLES}
-    if way == "condition" and plain:
-        path, kind = next(iter(plain.items()))
-        entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": _example(path, kind)}}
-    elif failures:
-        entry["failures"] = failures
+    names = {path: port_name(path) for path in sent.kinds}
+    choices = choices_of(part_of(loaded, WAYS[way].sent or ""), sent.kinds) if sent.kinds else {}
+    if sent.kinds:
+        entry["inputs"] = {
+            names[path]: _choice(choices[path]) if path in choices else _input(kind)
+            for path, kind in sent.kinds.items()
+        }
+    left_out = [f"not sent: {each}" for each in sent.not_sent]
+    if way == "condition":
+        left_out += _judge(entry, answered)
+    else:
+        left_out += [f"no output: {each}" for each in answered.not_read]
+    words = _take_answer(entry, loaded, way, answered)
     if way in DEADLINES:
         entry["deadline"] = DEADLINES[way]
     entry |= {way: name, "type": interface}
-    if sent:
-        entry["send"] = {path: f"${names[path]}" for path in sent}
+    if sent.kinds or sent.times:
+        entry["send"] = {path: f"${names[path]}" for path in sent.kinds} | dict.fromkeys(sent.times, "now")
+    if way == "action" and (shown := _shown(loaded.Feedback)):
+        entry["feedback"] = shown
     if words:
         entry["reason"] = words
     if latched and way == "condition":
         entry["latched"] = True
-    text = yaml.safe_dump({skill: entry}, sort_keys=False, default_flow_style=None, width=110)
-    return skill, "".join(f"  {line}\n" for line in text.splitlines())
+    return Draft(skill, _entry(skill, entry, left_out), tuple(left_out))
 
 
-def add_to_file(file: Path, skill: str, entry: str) -> None:
+class _Dumper(yaml.SafeDumper):
+    """Writes the keys of a skill below one another, and what they have in one line."""
+
+
+class _Block(dict[str, Any]):
+    """A mapping whose keys stand below one another."""
+
+
+_Dumper.add_representer(
+    _Block, lambda dumper, data: dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=False)
+)
+
+
+def _entry(skill: str, entry: Mapping[str, Any], left_out: Iterable[str] = ()) -> str:
+    """Write the entry of a skill for a file of skills."""
+    document = _Block({skill: _Block(entry)})
+    text = yaml.dump(document, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110)
+    head, *rest = text.splitlines()
+    comments = [f"  # {line}" for each in left_out for line in textwrap.wrap(each, 104)]
+    return "".join(f"  {line}\n" for line in (head, *comments, *rest))
+
+
+def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: Fields) -> str:
+    """Draft the outputs, and the failures of an answer that can say no; return the field with its words."""
+    shape = AnswerShape()
+    if way in ("action", "service"):
+        shape = shape_of(part_of(loaded, str(WAYS[way].answered)))
+    used = {shape.flag, shape.code, shape.words if shape.words_only else ""}
+    outputs = {path: kind for path, kind in answered.kinds.items() if path not in used}
+    if outputs and way != "condition":
+        entry["outputs"] = {port_name(path): _output(path, kind) for path, kind in outputs.items()}
+    if failures := _failures(shape):
+        entry["failures"] = failures
+    return shape.words
+
+
+def _judge(entry: dict[str, Any], answered: Fields) -> list[str]:
+    """Draft what a condition asks for; return what it does not ask for."""
+    plain = [path for path, kind in answered.kinds.items() if "." not in path and kind in _EXAMPLES]
+    if plain:
+        when = _example(plain[0], answered.kinds[plain[0]])
+        entry["failures"] = {"not_so": {"meaning": f"{TO_BE_SAID} what fails", "when": when}}
+    others = ", ".join(path for path in answered.kinds if path not in plain[:1])
+    return [f"not judged: {each}" for each in (others, *answered.not_read) if each]
+
+
+def draft_all(
+    offers: Iterable[Offer], namespace: str, taken: Iterable[str] = ()
+) -> tuple[list[Draft], list[str]]:
+    """Draft a skill for everything that a robot offers.
+
+    Args:
+        offers: What there is.
+        namespace: That of the robot, as ``/cart``; what lies outside is no part of it.
+        taken: Names of skills that cannot be used.
+
+    Returns:
+        The drafts; and what has none, each with the reason.
+
+    Raises:
+        ConfigError: The namespace has nothing; with those that there are.
+    """
+    below = f"{namespace.rstrip('/')}/" if namespace.startswith("/") else f"/{namespace.strip('/')}/"
+    known = list(offers)
+    ours = [offer for offer in known if offer.name.startswith(below)]
+    if not ours:
+        others = dict.fromkeys(f"/{offer.name.split('/')[1]}" for offer in known if offer.name.count("/") > 1)
+        raise ConfigError(f"nothing is below {below.rstrip('/') or '/'} now", valid=[*others])
+    drafts: list[Draft] = []
+    without: list[str] = []
+    names = {*taken, *collect_declarations()}
+    for offer in ours:
+        try:
+            problem = _unfit(offer)
+        except ConfigError as error:
+            problem = str(error)
+        if problem:
+            without.append(f"{offer}: {problem}")
+            continue
+        skill = _free_name(offer, names)
+        names.add(skill)
+        drafts.append(_draft_of(offer, skill))
+    return drafts, without
+
+
+def _draft_of(offer: Offer, skill: str) -> Draft:
+    if offer.interface == _TRANSITION:
+        what = offer.name.rpartition("/")[0]
+        entry = {"like": "set_lifecycle", "summary": f"Change the lifecycle state of the node {what}."}
+        return Draft(skill, _entry(skill, {**entry, "service": offer.name}))
+    return draft_skill(offer.way, offer.name, offer.interface, skill, latched=offer.latched)
+
+
+def _unfit(offer: Offer) -> str:
+    """Return why no skill is drafted for something; empty when one is.
+
+    Raises:
+        ConfigError: The type is not installed.
+    """
+    loaded = load_interface(offer.interface)
+    if offer.interface.startswith("lifecycle_msgs/") and offer.interface != _TRANSITION:
+        return "every managed node has it"
+    if offer.way != "condition":
+        return ""
+    written = part_of(loaded, "").get_fields_and_field_types().values()
+    return "a picture, or other data that no condition judges" if "sequence<uint8>" in written else ""
+
+
+def _free_name(offer: Offer, taken: Container[str]) -> str:
+    """Return a name for the skill of an offer: of its last word, of its last two, or with what it is."""
+    parts = offer.name.strip("/").split("/")
+    last, two = _skill_name(offer.name), _skill_name("_".join(parts[-2:]))
+    if offer.interface == _TRANSITION:
+        last = _skill_name("_".join(["change", *parts[-2:-1]]))
+    for name in (last, two, f"{last}_{offer.way}", f"{two}_{offer.way}"):
+        if name not in taken and name not in RESERVED and not keyword.iskeyword(name):
+            return name[:LONGEST_NAME]
+    raise ConfigError(f"no name is left for a skill of {offer}", valid=["--skill NAME, one at a time"])
+
+
+def add_to_file(file: Path, draft: Draft) -> None:
     """Add a drafted skill to a file of skills, which is made when there is none.
 
     Raises:
@@ -100,10 +248,22 @@ def add_to_file(file: Path, skill: str, entry: str) -> None:
         raise ConfigError(f"{file} does not end with {ENDING}", valid=[f"{file.stem}{ENDING}"])
     before = "skills:\n"
     if file.exists():
-        if skill in read_skills_file(file).declarations:
-            raise ConfigError(f"{file} has a skill {skill!r} already", valid=["--skill OTHER_NAME"])
+        if draft.skill in skills_of(file):
+            raise ConfigError(f"{file} has a skill {draft.skill!r} already", valid=["--skill OTHER_NAME"])
         before = file.read_text(encoding="utf-8").rstrip("\n") + "\n\n"
-    write_output(file, before + entry, make_folder=True)
+    write_output(file, before + draft.entry, make_folder=True)
+
+
+def skills_of(file: Path) -> Mapping[str, MessageMapping | None]:
+    """Return the skills of a file by name, each with what serves it; none when there is no such file.
+
+    Raises:
+        ConfigError: The file cannot be read.
+    """
+    if not file.exists():
+        return {}
+    found = read_skills_file(file)
+    return {name: found.mappings.get(name) for name in found.declarations}
 
 
 def _check_name(skill: str) -> None:
@@ -128,53 +288,32 @@ def _skill_name(name: str) -> str:
     return f"{plain}_skill" if plain in RESERVED else plain
 
 
-def _fields(message_type: Any, above: str = "") -> Iterator[tuple[str, Kind]]:
-    """Yield the fields that values can stand for, by path; deeper ones where the message has no kind."""
-    count = 0
-    for name, written in message_type.get_fields_and_field_types().items():
-        path = f"{above}{name}"
-        kind = next((kind for kind in _KINDS if holds(kind, written)), None)
-        if written in _NO_POSES:
-            kind = None
-        if written == "std_msgs/Header" or count >= _MOST_FIELDS:
-            continue
-        if kind is not None:
-            count += 1
-            yield path, kind
-        elif "/" in written and "[" not in written and "<" not in written:
-            package, last = written.split("/")
-            for deeper in _fields(load_interface(f"{package}/msg/{last}"), f"{path}."):
-                count += 1
-                yield deeper
-
-
-def _failures(message_type: Any, answered: Mapping[str, Kind]) -> dict[str, Any]:
-    """Draft a failure for each error code that the type names, and for the success that it denies."""
-    found: dict[str, Any] = {}
-    code = _code_field(message_type, answered)
-    if code:
-        for name, number in sorted(_constants(message_type), key=lambda pair: pair[1]):
-            if number != 0 and name not in _FINE:
-                found[name.lower()] = {"when": f"${code} == {number}"}
-        if not found:
-            found["gave_up"] = {"meaning": f"{TO_BE_SAID} what fails", "when": "$error_code != 0"}
-    if answered.get("success") is Kind.BOOLEAN:
-        found["refused"] = {"when": "not $success"}
+def _failures(shape: AnswerShape) -> dict[str, Any]:
+    """Draft a failure for each code that the type names, for those it does not, and for a refusal."""
+    found: dict[str, Any] = {
+        name.lower(): {"when": f"${shape.code} == {number}"} for name, number in shape.failures.items()
+    }
+    if shape.code:
+        meaning = "it failed for another reason" if found else f"{TO_BE_SAID} what fails"
+        found["gave_up"] = {"meaning": meaning, "when": shape.mishap}
+    if shape.flag:
+        found["refused"] = {"when": shape.refusal}
     return found
 
 
-def _code_field(message_type: Any, answered: Mapping[str, Kind]) -> str:
-    """Return the field that says what went wrong: ``error_code``, or the one integer beside constants."""
-    integers = [path for path, kind in answered.items() if kind is Kind.INTEGER and "." not in path]
-    if "error_code" in integers:
-        return "error_code"
-    return integers[0] if len(integers) == 1 and _constants(message_type) else ""
+def _choice(numbers: Mapping[str, int]) -> dict[str, Any]:
+    """Draft an input that takes the names of numbers; the one of zero, which is sent otherwise, by itself."""
+    default = next((name for name, number in numbers.items() if number == 0), None)
+    return port_document(
+        Port(Kind.TEXT, "", REQUIRED if default is None else default, choices=tuple(numbers))
+    )
 
 
-def _constants(message_type: Any) -> list[tuple[str, int]]:
-    names = [name for name in dir(type(message_type)) if name.isupper() and not name.startswith("_")]
-    values = [(name, getattr(message_type, name)) for name in names]
-    return [(name, value) for name, value in values if isinstance(value, int)]
+def _shown(feedback: Any) -> str:
+    """Draft what is told of a running goal."""
+    kinds = {path: kind for path, kind in fields_of(feedback, lists=False).kinds.items() if "." not in path}
+    plain = [path for path, kind in kinds.items() if kind.item is None and kind is not Kind.POSE]
+    return ", ".join(f"{path.replace('_', ' ')} ${path}" for path in plain[:_MOST_SHOWN])
 
 
 def _input(kind: Kind) -> dict[str, Any]:
@@ -184,7 +323,7 @@ def _input(kind: Kind) -> dict[str, Any]:
 
 def _output(path: str, kind: Kind) -> dict[str, Any]:
     port = port_document(Port(kind, ""))
-    return port if "." not in path else {**port, "from": path}
+    return port if path == port_name(path) else {**port, "from": path}
 
 
 _EXAMPLES = {

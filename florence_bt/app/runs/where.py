@@ -30,7 +30,7 @@ from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
-from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.ros.topics import MANUAL_OVERRIDE, SERVERS_STATUS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -103,6 +103,7 @@ class Where:
         self._simulated = _Latest()
         self._battery, self._users, self._localiser = _Latest(self._now), _Latest(), _Latest(self._now)
         self._goals, self._throughs, self._override = _Latest(), _Latest(), _Latest()
+        self._servers = _Latest()
         self._drives = DriveWatch(client.node)
         subscribe = client.node.create_subscription
         subscribe(Clock, "/clock", self._simulated.take, STATE)
@@ -136,11 +137,13 @@ class Where:
 
     def facts(self) -> dict[str, Fact]:
         """Return everything: a word for what it is -> what is known of it."""
+        missing = self._missing_servers()
         return {
             "robot": self._robot(),
             "certainty": self._certainty(),
             "goal": self._goal(),
             "mission": self._mission(),
+            **({"servers": missing} if missing is not None else {}),
             "battery": self._battery_charge(),
             "user": self._user(),
             "seen": self._seen(),
@@ -213,6 +216,15 @@ class Where:
         how = _ENDS.get(state.state, state.state)
         return Fact(f"none; the last one, {state.mission}, {how}{reason}{blocked}", True, values)
 
+    def _missing_servers(self) -> Fact | None:
+        """Return which servers missions lack, and why; None while none is known to be missing."""
+        status = self._servers.message
+        missing = {value.key: value.value for value in status.values} if status is not None else {}
+        if not missing:
+            return None
+        lines = "; ".join(f"{skill}: {server}" for skill, server in missing.items())
+        return Fact(f"{len(missing)} missing: {lines}", True, missing)
+
     def _battery_charge(self) -> Fact:
         battery = self._battery.message
         if battery is None or self._battery.age > OLD_S:
@@ -254,6 +266,8 @@ class Where:
         for status in message.status:
             if status.name.endswith(_LOCALISER):
                 self._localiser.take(status, stamp_from_ros(message.header.stamp))
+            elif status.name == f"{MISSION_SERVER}: {SERVERS_STATUS}":
+                self._servers.take(status)
 
     def _now(self) -> float:
         """Return the time of stamps: that of a simulation, where there is one."""

@@ -13,8 +13,8 @@ from florence_bt.core.skill import Skill
 from florence_bt.ros.action_skill import ActionSkill
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.served_skill import ServedSkill
+from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.served_skill import ServedSkill, server_text
 from florence_bt.ros.service_skill import ServiceSkill
 from florence_bt.ros.topics import SERVERS_STATUS
 from florence_bt.runtime.executor import Executor
@@ -53,7 +53,7 @@ class SkillServers:
         self._folders = tuple(folders)
         self._only_used = only_used
         self._told: Mapping[str, str] = {}
-        self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", LATCHED)
         timer = call_every(node.steady, LOOK_PERIOD_S, self._look)
         node.on_close(timer.cancel)
 
@@ -81,7 +81,7 @@ class SkillServers:
 
     def _missing(self, names: Iterable[str]) -> dict[str, str]:
         return {
-            name: self._served[name].label
+            name: server_text(self._served[name])
             for name in names
             if name in self._served and not self._served[name].server_is_there()
         }

@@ -58,6 +58,7 @@ def check(
         findings += [
             *_check_mission(mission, analysis, places),
             *_lacking_skills(mission, declarations, library),
+            *_unread_refusals(mission, library),
         ]
     return limit_findings(findings)
 
@@ -161,4 +162,19 @@ def _lacking_skills(mission: Mission, skills: Collection[str], library: MissionL
                 message = f"the skill {node.skill!r} needs {mapping.interface}: {error.problem}"
                 valid = (f"florence interfaces add {mapping.interface.partition('/')[0]}",)
         if message:
+            yield Finding(str(mission.file), place.line, place.column, WARNING, message, valid)
+
+
+def _unread_refusals(mission: Mission, library: MissionLibrary) -> Iterator[Finding]:
+    """Yield a warning at each node whose skill may be refused without anybody noticing."""
+    for node in mission.nodes():
+        mapping = library.mappings.get(node.skill) if isinstance(node, RunSkill) else None
+        if not isinstance(node, RunSkill) or mapping is None or mapping.unread is None:
+            continue
+        output, refusal = mapping.unread
+        if output not in {taken.text for taken, _ in node.outputs}:
+            place = node.position
+            message = f"nothing reads {output!r} of {node.skill!r}: a refusal counts as success"
+            remedy = f"failures: {{refused: {{when: {refusal}}}}}, in the file of skills"
+            valid = (remedy, f"out: {{{output}: {output}}}")
             yield Finding(str(mission.file), place.line, place.column, WARNING, message, valid)

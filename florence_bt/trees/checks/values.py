@@ -66,7 +66,9 @@ class ValueChecks:
             self._findings.error(value.position, f"{what}: the items of a list are of one kind, not {found}")
             return
         for item in value.items:
-            self.check(item, Port(wanted, "") if wanted is not None else None, f"an item of {what}")
+            choices = port.choices if port is not None else ()
+            one = Port(wanted, "", choices=choices) if wanted is not None else None
+            self.check(item, one, f"an item of {what}")
 
     def condition(self, expression: model.Expression, what: str) -> None:
         """Check an expression that must give true or false."""

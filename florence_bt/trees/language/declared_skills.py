@@ -390,6 +390,8 @@ def port_document(port: Port) -> dict[str, Any]:
     for key, value in limits.items():
         if value is not None:
             written[key] = _value(value, port.kind)
+    if port.choices:
+        written["choices"] = list(port.choices)
     for key in ("names", "description"):
         if text := getattr(port, key):
             written[key] = text

@@ -14,17 +14,30 @@ from functools import partial
 from typing import Any
 
 from florence_bt.behaviours.expressions import CompiledExpression
-from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem, resolve
+from florence_bt.behaviours.keys import (
+    KeyReference,
+    KeyStore,
+    ListFromItems,
+    TextTemplate,
+    ValueProblem,
+    is_source,
+    resolve,
+)
+from florence_bt.core.answer_shape import AnswerShape, constants_below, constants_of, shape_of
 from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.interfaces import (
+    NOW,
+    TIME,
     field_type,
     get,
+    holder_of,
     holds,
     integer_limits,
-    kind_of_field,
+    length_limits,
     load_interface,
     part_of,
+    put,
 )
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, texts_in
@@ -39,7 +52,17 @@ from florence_bt.core.serving import (
 from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
-from florence_bt.trees.language.model import Literal, Reference, Template, Value
+from florence_bt.trees.language.expressions.syntax import keys_of
+from florence_bt.trees.language.message_fields import (
+    AnyConstant,
+    Chosen,
+    check_readable,
+    numbers_of,
+    shown_in,
+    value_in,
+    with_paths,
+)
+from florence_bt.trees.language.model import Expression, Literal, Reference, Template, Value
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import kind_of, template_of, tree_value
@@ -97,6 +120,8 @@ class MessageMapping:
             speaks only when something changes.
         latched: Whether the topic gives its last message to who comes later.
         stock: Whether it comes with Florence, so that perhaps nobody wants it here.
+        unread: The output with which the server says no, and the expression that then holds, when no failure
+            reads it; None otherwise. Only a mission that takes it notices a refusal.
     """
 
     declaration: SkillDeclaration
@@ -112,6 +137,7 @@ class MessageMapping:
     max_age_s: float = MAX_AGE_S
     latched: bool = False
     stock: bool = False
+    unread: tuple[str, str] | None = None
 
     def binding(self) -> SkillBinding:
         """Return how the skill is served, as the shipped ones say it."""
@@ -127,7 +153,11 @@ class MessageMapping:
                 make = partial(PublicationBinding, message=self.fields, latched=self.latched)
             case "condition":
                 make = partial(
-                    ConditionBinding, judge=self.judge, max_age_s=self.max_age_s, latched=self.latched
+                    ConditionBinding,
+                    judge=self.judge,
+                    max_age_s=self.max_age_s,
+                    latched=self.latched,
+                    foreign=True,
                 )
             case _:
                 limit_s = self.declaration.deadline_s
@@ -137,6 +167,7 @@ class MessageMapping:
                     result=self.result,
                     time_limit=lambda inputs: limit_s,
                     nothing=lambda inputs: nothing,
+                    foreign=True,
                 )
         return make(skill=self.declaration.name, interface=self.interface, name=self.name)
 
@@ -186,7 +217,8 @@ class MessageMapping:
         if self.feedback is None:
             return ""
         names = [part.key for part in self.feedback.parts if not isinstance(part, str)]  # type: ignore[attr-defined]
-        return self.feedback.resolve(KeyStore({name: _simple(message, name) for name in names}))
+        shown = {name: shown_in(message, name, self.interface, "Feedback") for name in names}
+        return self.feedback.resolve(KeyStore(shown))
 
     def _meaning(self, code: str, otherwise: str) -> str:
         return f"{self.name}: {self.declaration.failures.get(code) or otherwise}"
@@ -212,18 +244,13 @@ class MessageMapping:
     def _values(
         self, keys: Iterable[str], inputs: Inputs, outputs: Mapping[str, Any], message: Any
     ) -> KeyStore:
-        known = {**inputs, **outputs}
-        return KeyStore({key: known[key] if key in known else _simple(message, key) for key in keys})
-
-
-def _simple(message: Any, name: str) -> Any:
-    """Read a field that an expression can compute with."""
-    value = getattr(message, name, None)
-    if isinstance(value, bytes):
-        return value[0] if len(value) == 1 else value.decode(errors="replace")
-    if not isinstance(value, (bool, int, float, str)):
-        raise ConfigError(f"{name} is not a single value; an output can take it with from: PATH")
-    return value
+        known, part = {**inputs, **outputs}, WAYS[self.way].answered or ""
+        return KeyStore(
+            {
+                key: known[key] if key in known else value_in(message, key, self.interface, part)
+                for key in keys
+            }
+        )
 
 
 def read_mapping(
@@ -302,6 +329,7 @@ class _Mapping:
             )
         latched = self._reader.flag(self._table.get("latched"), "latched")
         sent = self._read_send()
+        outputs = self._read_paths(paths)
         self._warn_of_unused(conditions)
         return MessageMapping(
             declaration,
@@ -309,15 +337,49 @@ class _Mapping:
             name,
             interface,
             sent,
-            self._read_paths(paths),
+            outputs,
             failures,
             otherwise or DEFAULT_CODE,
-            self._read_reason(),
+            self._read_reason(bool(failures)),
             self._read_feedback(),
             self._read_max_age(math.inf if latched else MAX_AGE_S),
             latched,
             self._stock,
+            self._unread_refusal(source.position, outputs, failures),
         )
+
+    def _unread_refusal(
+        self,
+        position: Position,
+        outputs: Mapping[str, str],
+        failures: tuple[tuple[str, CompiledExpression], ...],
+    ) -> tuple[str, str] | None:
+        """Return the output that says no and that no failure reads; warn when it is not even an output."""
+        shape = self._shape_of_answer()
+        read = {outputs.get(key, key) for _, expression in failures for key in expression.keys}
+        output = next((name for name, path in outputs.items() if path == shape.flag), "")
+        meant = (shape.flag,) if shape.flag else shape.flags
+        if not meant or read.intersection(meant) or (not output and {*outputs.values()}.intersection(meant)):
+            return None
+        if output:
+            return output, shape.refusal.replace(shape.flag, output)
+        condition = self._way_name == "condition"
+        what = "every message is a yes" if condition else "a refusal counts as success"
+        message = f"no failure reads {' or '.join(meant)}, which is true or false: {what}"
+        remedy = f"{'not_so' if condition else 'refused'}: {{when: {shape.refusal or f'not ${meant[0]}'}}}"
+        self._reader.warning(position, message, [f"failures: {{{remedy}}}"])
+        return None
+
+    def _shape_of_answer(self) -> AnswerShape:
+        """Return the shape of what says yes or no: an answer, or a message that is nothing but a flag."""
+        part = self._way.answered
+        if self._interface is None or part is None or self._way_name == "wait_for":
+            return AnswerShape()
+        message_type = part_of(self._interface, part)
+        if self._way_name == "condition":
+            kinds = {*message_type.get_fields_and_field_types().values()} - {"std_msgs/Header"}
+            return shape_of(message_type) if kinds == {"boolean"} else AnswerShape()
+        return shape_of(message_type)
 
     def _warn_of_unused(self, conditions: Mapping[str, YamlNode]) -> None:
         """Warn of inputs that go nowhere (nothing is sent or judged by them), and of empty messages."""
@@ -395,6 +457,9 @@ class _Mapping:
         except ConfigError as error:
             self._error(key.position, error.problem, error.valid)
             return None
+        named = self._named(key.text, written, value) if written is not None else None
+        if named is not None:
+            return (named,)
         text = written is not None and holds(Kind.TEXT, written)
         kind = Kind.TEXT if text else kind_of(value, self._inputs)
         given = kind_of(value, self._inputs) if isinstance(value, Reference) else kind
@@ -402,14 +467,79 @@ class _Mapping:
             message = f"{key.text} is of the type {written}, which does not hold {with_article(given)}"
             raise ConfigError(message, valid=self._instead(value, written))
         made = tree_value(value, Kind.TEXT if text else None, self._inputs)
-        limits = integer_limits(written) if written is not None else None
-        if limits is not None:
-            self._check_limits(key.text, value, made, limits)
+        if written is not None:
+            self._check_room(key.text, written, value, made)
         return (made,)
+
+    def _check_room(self, path: str, written: str, value: Value, made: Any) -> None:
+        """Check that a field takes the values that it will be given, as far as they are known.
+
+        Raises:
+            ConfigError: It does not.
+        """
+        limits = integer_limits(written)
+        if limits is not None:
+            self._check_limits(path, value, made, limits)
+        known = [made] if not is_source(made) else []
+        if isinstance(value, Reference):
+            port = self._declaration.inputs.get(value.key)
+            known = [port.default] if port is not None and not port.required else []
+        for each in known:
+            self._check_put(path, each)
+        lengths = length_limits(written)
+        if isinstance(made, ListFromItems):
+            if lengths is not None and not lengths[0] <= len(made.items) <= lengths[1]:
+                raise ConfigError(f"{path}: {len(made.items)} items do not fit into {written}")
+            for each in made.items if lengths is None or not lengths[0] else ():
+                if not is_source(each):
+                    self._check_put(path, (each,))
+
+    def _check_put(self, path: str, value: Any) -> None:
+        """Write a value into an empty message, as a run would.
+
+        Raises:
+            ConfigError: The field does not take it.
+        """
+        stamp = load_interface("builtin_interfaces/msg/Time")()
+        try:
+            put(part_of(self._interface, str(self._way.sent))(), path, value, stamp)
+        except (ValueError, TypeError) as error:
+            raise ConfigError(str(error)) from error
+
+    def _named(self, path: str, written: str, value: Value) -> Any:
+        """Return what a word or choice stands for: the present, or a constant; None for anything else.
+
+        Raises:
+            ConfigError: The interface has constants, and none of this name.
+        """
+        if isinstance(value, Reference) and integer_limits(written) is not None:
+            port = self._declaration.inputs.get(value.key)
+            if port is not None and port.choices and port.kind is Kind.TEXT:
+                constants = self._constants_of_field(path)
+                numbers = numbers_of(port.choices, constants, path.rpartition(".")[2])
+                return Chosen(KeyReference(value.key), numbers)
+        if not isinstance(value, Literal) or value.quoted or value.text in self._inputs:
+            return None
+        if written == TIME and value.text == "now":
+            return NOW
+        if integer_limits(written) is None or kind_of(value, {}) is not Kind.TEXT:
+            return None
+        constants = self._constants_of_field(path)
+        if constants and value.text not in constants:
+            valid = closest_first(value.text, constants)
+            raise ConfigError(f"{path}: the interface names no {value.text}", valid=valid)
+        return constants.get(value.text)
+
+    def _constants_of_field(self, path: str) -> dict[str, int]:
+        """Return the constants that a field may mean: those of the message that has it, else of the whole."""
+        whole = part_of(self._interface, str(self._way.sent))
+        return constants_of(holder_of(whole, path)) or constants_of(whole)
 
     def _instead(self, value: Value, written: str) -> tuple[str, ...]:
         """Suggest what a field of a type takes in place of a value."""
         kind = next((each for each in Kind if holds(each, written)), None)
+        if written == TIME:
+            return ("now",)
         match value:
             case Reference(key=name) if kind is not None:
                 return (f"inputs: {{{name}: {{type: {kind.value}}}}}",)
@@ -477,10 +607,10 @@ class _Mapping:
         """Read the code of failures that nothing names, and the conditions of the others."""
         failures = []
         for code, source in conditions.items():
-            expression = self._reader.expression(source, "when")
+            expression = self._condition(source)
             if expression is None:
                 continue
-            kinds = self._kinds_in_answers(expression.keys, source.position)
+            kinds = self._kinds_in_answers(expression)
             for problem in check_kinds(expression, kinds, Kind.BOOLEAN).problems:
                 valid = problem.valid or self._with_units(kinds)
                 self._error(problem.position, problem.message, valid)
@@ -507,18 +637,44 @@ class _Mapping:
             if kind is not None
         ]
 
-    def _kinds_in_answers(self, names: Iterable[str], position: Position) -> dict[str, Kind | None]:
-        kinds: dict[str, Kind | None] = {
-            **(self._inputs if self._way_name == "condition" else {}),
-            **{name: port.kind for name, port in self._declaration.outputs.items()},
-        }
-        for name in names:
-            if name not in kinds:
-                written = self._attempt(position, self._field, self._way.answered, name)
-                kinds[name] = kind_of_field(written) if written is not None else None
+    def _condition(self, source: YamlNode) -> Expression | None:
+        """Read ``when``, in which each field of the answer is a key, by its path."""
+        expression = self._reader.expression(source, "when", constants=self._constants_in_answers())
+        if expression is None:
+            return None
+        return self._attempt(source.position, with_paths, expression, self._known(), self._type_or_none)
+
+    def _constants_in_answers(self) -> Mapping[str, int]:
+        if self._interface is None or self._way.answered is None:
+            return AnyConstant()
+        return constants_below(part_of(self._interface, self._way.answered))
+
+    def _known(self) -> dict[str, Kind]:
+        """Return the kinds of the keys of ``when`` that are no fields."""
+        outputs = {name: port.kind for name, port in self._declaration.outputs.items()}
+        return {**(self._inputs if self._way_name == "condition" else {}), **outputs}
+
+    def _type_or_none(self, path: str) -> str | None:
+        try:
+            return self._field(self._way.answered, path)
+        except ConfigError:
+            return None
+
+    def _kinds_in_answers(self, expression: Expression) -> dict[str, Kind | None]:
+        kinds: dict[str, Kind | None] = {**self._known()}
+        for key in keys_of(expression.term):
+            if key.key not in kinds:
+                kinds[key.key] = self._kind_of_answer(self._way.answered, key.key, key.position)
         return kinds
 
-    def _read_reason(self) -> str:
+    def _kind_of_answer(self, part: str | None, path: str, position: Position) -> Kind | None:
+        """Return the kind of a field that is read; None, and an error, when it has none."""
+        if self._interface is None or part is None:
+            return None
+        kind: Kind | None = self._attempt(position, check_readable, part_of(self._interface, part), path)
+        return kind
+
+    def _read_reason(self, can_fail: bool) -> str:
         source = self._table.get("reason")
         path = self._reader.text(source, "reason") if source is not None else None
         if source is None or path is None:
@@ -526,6 +682,9 @@ class _Mapping:
         written = self._attempt(source.position, self._field, self._way.answered, path)
         if written is not None and not holds(Kind.TEXT, written):
             self._error(source.position, f"reason: {path} is of the type {written}, and no text")
+        elif not can_fail and self._way_name == "service" and (refusal := self._shape_of_answer().refusal):
+            message = f"{path} is never told: no failure has when, and every answer counts as success"
+            self._reader.warning(source.position, message, [f"failures: {{refused: {{when: {refusal}}}}}"])
         return path
 
     def _read_feedback(self) -> TextTemplate | None:
@@ -536,5 +695,5 @@ class _Mapping:
         template = self._attempt(source.position, template_of, value)
         for part in template.parts if template is not None else ():
             if not isinstance(part, str):
-                self._attempt(source.position, self._field, "Feedback", part.key)
+                self._kind_of_answer("Feedback", part.key, source.position)
         return template

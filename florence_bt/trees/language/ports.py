@@ -97,7 +97,8 @@ def _port(reader: Reader, name: str, fields: YamlMapping, keys: tuple[str, ...])
     description = fields.get("description")
     text = reader.text(description, "description") if description is not None else None
     minimum, maximum = (_limit(reader, fields, key, kind) for key in ("min", "max"))
-    port = Port(kind, text or "", REQUIRED, minimum, maximum, _names(reader, name, fields, kind))
+    names, choices = _names(reader, name, fields, kind), _choices(reader, name, fields, kind)
+    port = Port(kind, text or "", REQUIRED, minimum, maximum, names, choices)
     if minimum is not None and maximum is not None and minimum > maximum:
         reader.error(fields.position, f"the minimum of {name!r} is above its maximum")
     default = fields.get("default")
@@ -117,6 +118,20 @@ def _names(reader: Reader, name: str, fields: YamlMapping, kind: Kind) -> str:
     if Kind.TEXT not in (kind, kind.item):
         reader.error(source.position, f"only a text names a {' or '.join(LABELLED)}: {name!r} does not")
     return reader.choice(source, "names", LABELLED) or ""
+
+
+def _choices(reader: Reader, name: str, fields: YamlMapping, kind: Kind) -> tuple[str, ...]:
+    source = fields.get("choices")
+    if source is None:
+        return ()
+    if Kind.TEXT not in (kind, kind.item):
+        reader.error(source.position, f"only a text has choices: {name!r} is {quantities.with_article(kind)}")
+        return ()
+    if not isinstance(source, YamlSequence) or not source.items:
+        reader.error(source.position, f"the choices of {name!r} are a list", ["choices: [left, right]"])
+        return ()
+    texts = (reader.text(item, f"a choice of {name!r}") for item in source.items)
+    return tuple(dict.fromkeys(text for text in texts if text is not None))
 
 
 def _kind(reader: Reader, name: str, fields: YamlMapping) -> Kind:

@@ -123,6 +123,9 @@ def format_value(value: Any, kind: Kind) -> str:
 
 def out_of_range(value: Any, port: Port) -> str | None:
     """Tell why a value of the right kind is outside the limits of a port, or None when it is inside."""
+    for each in value if port.kind.item is not None else (value,):
+        if port.choices and each not in port.choices:
+            return f"{each!r} is none of its choices"
     if port.kind.item is not None:
         return None
     shown = format_value(value, port.kind)
@@ -135,6 +138,8 @@ def out_of_range(value: Any, port: Port) -> str | None:
 
 def range_of(port: Port) -> tuple[str, ...]:
     """Return the values that a port takes, in words; empty when it has no limits."""
+    if port.choices:
+        return port.choices
     low, high = (
         None if end is None else format_value(end, port.kind) for end in (port.minimum, port.maximum)
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
@@ -185,13 +185,21 @@ class Reader(WordReader):
             return None
         return self._scalar(source)
 
-    def expression(self, source: YamlNode, what: str, *, or_node: bool = False) -> Expression | None:
+    def expression(
+        self,
+        source: YamlNode,
+        what: str,
+        *,
+        or_node: bool = False,
+        constants: Mapping[str, int] | None = None,
+    ) -> Expression | None:
         """Read an expression that stands alone; ``${`` and ``}`` round it do no harm.
 
         Args:
             source: Where it stands.
             what: What has it.
             or_node: Whether a node could stand there as well.
+            constants: Of an expression over a message: the numbers that its type names.
         """
         if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
             node = suggestions.for_condition(what, source)
@@ -207,15 +215,17 @@ class Reader(WordReader):
         if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
             inside = text[start + 2 : -1]
             if not IDENTIFIER.fullmatch(inside):
-                return self._parsed(source, inside, start + 2)
-        return self._parsed(source, text[start:], start)
+                return self._parsed(source, inside, start + 2, constants)
+        return self._parsed(source, text[start:], start, constants)
 
-    def _parsed(self, source: YamlScalar, text: str, offset: int) -> Expression | None:
+    def _parsed(
+        self, source: YamlScalar, text: str, offset: int, constants: Mapping[str, int] | None = None
+    ) -> Expression | None:
         """Parse a part of a scalar; a line break counts as a space."""
         column = source.first_column
         place = source.position if column is None else Position(source.position.line, column + offset)
         try:
-            return parse_expression(text, place, exact=column is not None)
+            return parse_expression(text, place, exact=column is not None, constants=constants)
         except ConfigError as error:
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
             return None

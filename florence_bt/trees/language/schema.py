@@ -127,8 +127,9 @@ def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
         labels: What a text can name (a hotspot, a room) -> the names that exist, where they are known.
     """
     schema: Schema = dict(given(port.kind))
-    if port.names in labels:
-        named: Schema = {"enum": list(labels[port.names])}
+    allowed = port.choices or labels.get(port.names)
+    if allowed is not None:
+        named: Schema = {"enum": list(allowed)}
         if port.kind.item is not None:
             named = {"type": "array", "items": {"anyOf": [named, REFERENCE]}}
         schema = {"anyOf": [named, REFERENCE]}

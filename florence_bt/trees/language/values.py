@@ -131,7 +131,7 @@ def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
         ConfigError: The value is of another kind or outside the limits; placed as by :func:`tree_value`.
     """
     result = tree_value(value, port.kind, kinds)
-    if isinstance(result, (int, float)) and not isinstance(result, bool):
+    if isinstance(result, (int, float, str, tuple)) and not isinstance(result, bool):
         problem = quantities.out_of_range(result, port)
         if problem:
             raise ConfigError(problem, valid=quantities.range_of(port))

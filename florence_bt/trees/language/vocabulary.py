@@ -91,7 +91,7 @@ MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", 
 INPUT_KEYS = ("type", "default", "min", "max", "description")
 KEY_KEYS = INPUT_KEYS
 OUTPUT_KEYS = ("type", "description")
-SKILL_INPUT_KEYS = (*INPUT_KEYS, "names")
+SKILL_INPUT_KEYS = (*INPUT_KEYS, "names", "choices")
 SKILL_OUTPUT_KEYS = (*OUTPUT_KEYS, "default", "names")
 LABELLED = ("room", "hotspot")
 """What a text can name of a home: ``names`` of an input or output of a skill."""

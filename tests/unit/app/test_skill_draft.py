@@ -11,11 +11,12 @@ from typer.testing import CliRunner
 
 pytest.importorskip("nav2_msgs")
 
-from florence_bt.app.mission_files.skill_draft import add_to_file, draft_skill
+from florence_bt.app.mission_files.skill_draft import Offer, add_to_file, draft_all, draft_skill
 from florence_bt.app.mission_files.skill_list import list_skills
 from florence_bt.cli.application import app
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import read_skills_file
+from tests.made_interfaces import make_interfaces
 
 MISSIONS = Path(__file__).parents[3] / "examples" / "foreign_robot" / "missions"
 
@@ -36,7 +37,7 @@ MISSIONS = Path(__file__).parents[3] / "examples" / "foreign_robot" / "missions"
 )
 def test_a_draft_passes_the_check(tmp_path: Path, way: str, interface: str) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill(way, "tb4/my_thing", interface))
+    add_to_file(file, draft_skill(way, "tb4/my_thing", interface))
     found = read_skills_file(file)
     assert {finding.severity for finding in found.findings} == {"warning"}  # texts of the draft
     assert set(found.mappings) == {"my_thing"}
@@ -45,45 +46,45 @@ def test_a_draft_passes_the_check(tmp_path: Path, way: str, interface: str) -> N
 
 def test_every_field_of_a_goal_is_sent(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("action", "drive", "nav2_msgs/action/NavigateToPose"))
+    add_to_file(file, draft_skill("action", "drive", "nav2_msgs/action/NavigateToPose"))
     assert [path for path, _ in read_skills_file(file).mappings["drive"].send] == ["pose", "behavior_tree"]
 
 
 def test_codes_that_the_type_names_are_failures(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("action", "spin", "nav2_msgs/action/Spin"))
+    add_to_file(file, draft_skill("action", "spin", "nav2_msgs/action/Spin"))
     assert {"tf_error", "collision_ahead"} <= read_skills_file(file).declarations["spin"].failures.keys()
 
 
 def test_constants_beside_the_one_integer_of_an_answer_are_failures() -> None:
-    _, entry = draft_skill("service", "load_map", "nav2_msgs/srv/LoadMap")
+    entry = draft_skill("service", "load_map", "nav2_msgs/srv/LoadMap").entry
     assert "result_map_does_not_exist: {when: $result == 1}" in entry and "result_success" not in entry
 
 
 def test_a_file_keeps_what_it_had(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
-    add_to_file(file, *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "shut", "std_srvs/srv/Trigger"))
     before = file.read_text()
     assert set(read_skills_file(file).mappings) == {"open", "shut"}
     with pytest.raises(ConfigError, match="already"):
-        add_to_file(file, *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+        add_to_file(file, draft_skill("service", "shut", "std_srvs/srv/Trigger"))
     with pytest.raises(ConfigError, match=r"skills\.yaml"):
-        add_to_file(tmp_path / "mine.yaml", *draft_skill("service", "shut", "std_srvs/srv/Trigger"))
+        add_to_file(tmp_path / "mine.yaml", draft_skill("service", "shut", "std_srvs/srv/Trigger"))
     assert file.read_text() == before and not (tmp_path / "mine.yaml").exists()
 
 
 def test_its_folder_is_made_too(tmp_path: Path) -> None:
     file = tmp_path / "my_robot" / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     assert set(read_skills_file(file).mappings) == {"open"}
     with pytest.raises(ConfigError, match="cannot be written"):
-        add_to_file(file / "other.skills.yaml", *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+        add_to_file(file / "other.skills.yaml", draft_skill("service", "open", "std_srvs/srv/Trigger"))
 
 
 def test_a_name_that_the_language_has_is_avoided() -> None:
-    assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait")[0] == "wait_skill"
-    assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait")[0] == "do_2nd_arm"
+    assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait").skill == "wait_skill"
+    assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait").skill == "do_2nd_arm"
 
 
 def test_the_list_tells_what_serves_a_skill() -> None:
@@ -105,7 +106,7 @@ def test_the_commands() -> None:
 
 
 def drafted(interface: str, way: str = "action") -> dict[str, Any]:
-    return yaml.safe_load("".join(draft_skill(way, "it", interface)[1:]))["it"]
+    return yaml.safe_load(draft_skill(way, "it", interface).entry)["it"]
 
 
 def test_a_result_with_a_code_but_no_names_of_codes_can_fail() -> None:
@@ -121,7 +122,7 @@ def test_a_point_is_three_numbers() -> None:
 
 def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("condition", "battery", "std_msgs/msg/Bool"))
+    add_to_file(file, draft_skill("condition", "battery", "std_msgs/msg/Bool"))
     assert len(read_skills_file(file).findings) == 2
     file.write_text(file.read_text().replace("Say here", "Told").replace("say here", "told"))
     assert read_skills_file(file).findings == ()
@@ -129,7 +130,7 @@ def test_a_text_of_the_draft_is_a_warning_until_it_is_replaced(tmp_path: Path) -
 
 def test_a_check_of_skills_alone_tells_what_it_looked_at(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
-    add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+    add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     told = CliRunner().invoke(app, ["check", str(file)])
     assert told.exit_code == 0 and "1 skills file checked" in told.output
 
@@ -159,5 +160,98 @@ def test_a_link_is_not_written_through(tmp_path: Path) -> None:
     file = tmp_path / "mine.skills.yaml"
     file.symlink_to(theirs)
     with pytest.raises(ConfigError, match="link"):
-        add_to_file(file, *draft_skill("service", "open", "std_srvs/srv/Trigger"))
+        add_to_file(file, draft_skill("service", "open", "std_srvs/srv/Trigger"))
     assert theirs.read_text() == "skills: {}\n"
+
+
+def test_what_a_draft_leaves_out_is_said_in_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    make_interfaces(
+        monkeypatch,
+        "made_msgs",
+        msg_Plant="string species\nbool ripe\nstring[] names",
+        action_Water="int8 LOW=-1\nint8 HIGH=1\nint8 prio\nPlant[] only\nbuiltin_interfaces/Time begin\n"
+        "geometry_msgs/Point[4] corners\n---\nuint8 OK=0\nuint8 code\nstring detail\nPlant[] plants\n"
+        "builtin_interfaces/Time ended\n---\n"
+        "uint8 percent\nstring bed",
+    )
+    draft = draft_skill("action", "cart/water", "made_msgs/action/Water")
+    said = "\n".join(draft.left_out)
+    assert all(word in said for word in ("only", "ended", "corners", "plants[*].names"))
+    assert all(f"# {line}" in draft.entry for line in draft.left_out)
+    entry = yaml.safe_load(draft.entry)["water"]
+    assert entry["send"] == {"prio": "$prio", "begin": "now"} and "$percent" in entry["feedback"]
+    assert entry["inputs"] == {"prio": {"type": "text", "choices": ["low", "high"]}}
+    assert entry["outputs"]["plants_species"] == {"type": "list of text", "from": "plants[*].species"}
+    add_to_file(tmp_path / "mine.skills.yaml", draft)
+    assert {each.severity for each in read_skills_file(tmp_path / "mine.skills.yaml").findings} == {"warning"}
+
+
+def test_what_a_condition_does_not_judge_is_said() -> None:
+    (said,) = draft_skill("condition", "battery", "sensor_msgs/msg/BatteryState").left_out
+    assert "percentage" in said and " voltage" not in said
+
+
+OFFERS = (
+    Offer("action", "/cart/spin", "nav2_msgs/action/Spin"),
+    Offer("service", "/cart/spin", "std_srvs/srv/Empty"),
+    Offer("service", "/cart/arm/lamp", "std_srvs/srv/SetBool"),
+    Offer("service", "/cart/pump/change_state", "lifecycle_msgs/srv/ChangeState"),
+    Offer("service", "/cart/pump/get_state", "lifecycle_msgs/srv/GetState"),
+    Offer("service", "/cart/weigh", "nobodys_msgs/srv/Weigh"),
+    Offer("condition", "/cart/door", "std_msgs/msg/Bool", latched=True),
+    Offer("condition", "/cart/camera", "sensor_msgs/msg/Image"),
+    Offer("publish", "/cart/say", "std_msgs/msg/String"),
+    Offer("service", "/cart2/lamp", "std_srvs/srv/SetBool"),
+)
+
+
+@pytest.mark.parametrize("namespace", ["cart", "/cart", "/cart/"])
+def test_a_whole_robot_is_drafted(tmp_path: Path, namespace: str) -> None:
+    drafts, without = draft_all(OFFERS, namespace, ["lamp"])
+    assert [draft.skill for draft in drafts] == [
+        *("spin", "cart_spin", "arm_lamp", "change_pump", "door", "cart_say")
+    ]
+    assert [line.split(":")[0].split()[1] for line in without] == [
+        *("/cart/pump/get_state", "/cart/weigh", "/cart/camera")
+    ]
+    assert "not installed" in without[1]
+    file = tmp_path / "cart.skills.yaml"
+    for draft in drafts:
+        add_to_file(file, draft)
+    found = read_skills_file(file)
+    assert {each.severity for each in found.findings} == {"warning"} and found.mappings["door"].latched
+    assert dict(found.mappings["change_pump"].fields({"transition": "activate"})) == {
+        "transition.label": "activate"
+    }
+
+
+def test_a_namespace_with_nothing_in_it_is_told_with_those_that_are_there() -> None:
+    with pytest.raises(ConfigError) as caught:
+        draft_all(OFFERS, "kart")
+    assert list(caught.value.valid) == ["/cart", "/cart2"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "inputs"),
+    [
+        ("uint8 ROW_ANY=0\nuint8 ROW_LEFT=1\nuint8 side", {"side": ["any", "left"]}),
+        ("uint8 DRIP=0\nuint8 FOG=2\nuint8 mode", {"mode": ["drip", "fog"]}),
+        ("uint8 MODE_A=0\nuint8 MODE_B=1\nuint8 mode\nuint8 count", {"mode": ["a", "b"], "count": None}),
+        (
+            "int8 PRIO_LOW=-1\nint8 PRIO_HIGH=1\nint8 prio\nuint8 count",
+            {"prio": ["low", "high"], "count": None},
+        ),
+        ("uint8 MODE_A=0\nuint8 MODE_B=1\nuint8 count\nuint8 size", {"count": None, "size": None}),
+        ("uint8 MOST=9\nuint8 count", {"count": None}),
+    ],
+)
+def test_numbers_that_have_names_are_choices(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, fields: str, inputs: dict[str, list[str] | None]
+) -> None:
+    make_interfaces(monkeypatch, "made_msgs", srv_Ask=f"{fields}\n---\n")
+    draft = draft_skill("service", "cart/ask", "made_msgs/srv/Ask")
+    drafted_inputs = yaml.safe_load(draft.entry)["ask"]["inputs"]
+    assert {name: port.get("choices") for name, port in drafted_inputs.items()} == inputs
+    add_to_file(tmp_path / "mine.skills.yaml", draft)
+    found = read_skills_file(tmp_path / "mine.skills.yaml")
+    assert {each.severity for each in found.findings} == {"warning"}

@@ -12,6 +12,7 @@ import pytest
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.server_comparison import Lack
 from florence_bt.core.skill import Phase
 from florence_bt.ros._runs import GIVE_UP_S, ActionRun, Deadlines, StopAnswer
 
@@ -26,6 +27,9 @@ class FakeServer:
         self.twins = 1
         self.sent: list[str] = []
         self.told = ""
+
+    def lack(self) -> Lack:
+        return Lack()
 
     def server_is_there(self) -> bool:
         return self.there

@@ -15,6 +15,7 @@ import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import cancelled, success
+from florence_bt.core.server_comparison import Lack
 from florence_bt.ros._runs import ActionRun, Deadlines, StopAnswer
 from tests.sweeps import sweep
 
@@ -39,6 +40,9 @@ class World:
         self.run = ActionRun(self.clock, self, DEADLINES, "action /dance")
 
     # What the run does.
+
+    def lack(self) -> Lack:
+        return Lack()
 
     def server_is_there(self) -> bool:
         return self.alive and self.in_sight

@@ -6,6 +6,7 @@ import itertools
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import success
+from florence_bt.core.server_comparison import Lack
 from florence_bt.ros._runs import PublicationRun
 
 LIMIT_S = 2.0
@@ -17,6 +18,9 @@ class Listener:
     def __init__(self, there: bool = True) -> None:
         self.there = there
         self.sent: list[str] = []
+
+    def lack(self) -> Lack:
+        return Lack()
 
     def server_is_there(self) -> bool:
         return self.there

@@ -6,6 +6,7 @@ import itertools
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import Outcome, Result, success
+from florence_bt.core.server_comparison import Lack
 from florence_bt.ros._runs import ServiceRun
 
 
@@ -13,6 +14,9 @@ class FakeService:
     def __init__(self, there: bool) -> None:
         self.there = there
         self.log: list[str] = []
+
+    def lack(self) -> Lack:
+        return Lack()
 
     def server_is_there(self) -> bool:
         return self.there

@@ -190,7 +190,7 @@ def _ports(
             name: {
                 "about": port.description or port.kind.value,
                 "kind": port.kind.value,
-                "labels": list(labels.get(port.names, ())),
+                "labels": list(port.choices or labels.get(port.names, ())),
             }
             for name, port in inputs.items()
         },

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
@@ -223,7 +223,13 @@ _WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
 
-def parse_expression(text: str, position: Position | None = None, *, exact: bool = True) -> Expression:
+def parse_expression(
+    text: str,
+    position: Position | None = None,
+    *,
+    exact: bool = True,
+    constants: Mapping[str, int] | None = None,
+) -> Expression:
     """Parse an expression.
 
     Args:
@@ -231,6 +237,8 @@ def parse_expression(text: str, position: Position | None = None, *, exact: bool
         position: Where it begins in its file; line 1, column 1 when not given.
         exact: Whether the text stands in the file as it is here, on one line; otherwise every part is said to
             stand at the beginning.
+        constants: Of an expression over a message, whose parts have names of their own: the numbers that its
+            type names.
 
     Raises:
         ConfigError: It is not an expression; with line and column, without a file.
@@ -247,13 +255,14 @@ def parse_expression(text: str, position: Position | None = None, *, exact: bool
     if len(tokens) == 1:
         raise problem_at(start, "an expression is missing", "$distance < 1 m", "$found and not $done")
     begin = positions.at(len(text) - len(text.lstrip()))
-    term = _ExpressionParser(tokens).whole()
+    term = _ExpressionParser(tokens, constants).whole()
     return Expression(print_term(term) if "\n" in text.strip() else text.strip(), term, begin)
 
 
 class _ExpressionParser:
-    def __init__(self, tokens: list[Token]) -> None:
+    def __init__(self, tokens: list[Token], constants: Mapping[str, int] | None) -> None:
         self._tokens = tokens
+        self._constants = constants
         self._index = 0
         self._depth = 0
 
@@ -347,7 +356,7 @@ class _ExpressionParser:
                 term = Item(term, index, dot.position)
                 continue
             name = self._take()
-            if name.kind != "word" or name.text not in POSE_PARTS:
+            if name.kind != "word" or not (self._constants is not None or name.text in POSE_PARTS):
                 where = name.position if name.kind == "word" else dot.position
                 raise problem_at(where, f"a pose has no part {name.text!r}", *(f".{p}" for p in POSE_PARTS))
             term = PosePart(term, name.text, name.position)
@@ -373,6 +382,8 @@ class _ExpressionParser:
     def _word(self, token: Token) -> Term:
         if token.text in ("true", "false"):
             return Constant(token.text == "true", Kind.BOOLEAN, token.text, token.position)
+        if self._constants is not None and token.text in self._constants:
+            return Constant(self._constants[token.text], Kind.INTEGER, token.text, token.position)
         if self._is("(") and token.text not in ("and", "or", "not", "in"):
             return self._function(token)
         raise self._bare_word(token)
@@ -415,6 +426,9 @@ class _ExpressionParser:
             return problem_at(token.position, f"a value is needed before {word!r}", "$key", "true")
         close = difflib.get_close_matches(lower, _WORDS, n=1, cutoff=0.75)
         problem = f"{word!r} is neither a key nor text"
+        if self._constants and word.isupper():
+            problem = f"the interface names no {word}"
+            return problem_at(token.position, problem, *closest_first(word, self._constants))
         skill = (f"a node, if it is a skill: {{{word}: }}",) if "_" in word else ()
         return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close, *skill)
 

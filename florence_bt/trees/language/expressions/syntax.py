@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -157,22 +157,25 @@ def parts_of(term: Term) -> tuple[Term, ...]:
     return ()
 
 
-def replaced(term: Term, old: Term, new: Term) -> Term:
-    """Return a term with another one in place of one of its parts."""
-    if term is old:
-        return new
+def with_parts(term: Term, change: Callable[[Term], Term]) -> Term:
+    """Return a term with each of the terms directly below it changed."""
     match term:
         case PosePart(pose=pose):
-            return replace(term, pose=replaced(pose, old, new))
+            return replace(term, pose=change(pose))
         case Item(items=items, index=index):
-            return replace(term, items=replaced(items, old, new), index=replaced(index, old, new))
+            return replace(term, items=change(items), index=change(index))
         case Unary(operand=operand):
-            return replace(term, operand=replaced(operand, old, new))
+            return replace(term, operand=change(operand))
         case Binary(left=left, right=right):
-            return replace(term, left=replaced(left, old, new), right=replaced(right, old, new))
+            return replace(term, left=change(left), right=change(right))
         case Function(arguments=arguments):
-            return replace(term, arguments=tuple(replaced(each, old, new) for each in arguments))
+            return replace(term, arguments=tuple(map(change, arguments)))
     return term
+
+
+def replaced(term: Term, old: Term, new: Term) -> Term:
+    """Return a term with another one in place of one of its parts."""
+    return new if term is old else with_parts(term, lambda part: replaced(part, old, new))
 
 
 def keys_of(term: Term) -> Iterator[Key]:
