@@ -15,10 +15,10 @@ KINDS = {
     "save_mission": (),
     "undo": ("rotate",),
     "build_again": ("build",),
-    "crop": ("rotate",),
+    "rotate": (),
     "rooms": (),
     "build": (),
-    "rotate": (),
+    "crop": ("rotate",),
     "clean_to": (),
     "add_hotspot": (),
     "calibrate": (),
@@ -69,14 +69,14 @@ def test_a_kill_leaves_the_old_files_or_the_new_ones(kind, built, tmp_path, monk
     maps = ("maps/flat.yaml", "maps/home.yaml")
     known = {(each, torn_files.grid_of(folder / each)) for each in maps for folder in (start, end)}
     seen = set()
-    for step, (how, folder) in killed:
+    for number, (step, (how, folder)) in enumerate(killed):
         assert how == DIED
         for each in maps:
             assert (each, torn_files.grid_of(folder / each)) in known, step
         left = mended(folder)
         assert left in (old, new), f"{step}: {sorted(left.items() ^ old.items())[:1]}"
         seen.add(left == new)
-        if left == old:
+        if left == old and number % 8 == 0:
             monkeypatch.chdir(folder)
             assert not getattr(torn_files, kind)(), f"{step}: it cannot be done again"
             assert files_of(folder) == new
