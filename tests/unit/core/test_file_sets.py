@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from multiprocessing import get_context
+from pathlib import Path
 
 import pytest
 
@@ -152,3 +154,29 @@ def test_two_programs_write_the_same_set_one_after_the_other(tmp_path):
     assert names(tmp_path / "x") == ["1"] and names(tmp_path / "y") == ["2", "3"]
     texts = {file.read_text() for file in tmp_path.glob("*/*")}
     assert len(texts) == 1 and texts.pop().endswith(" 39")
+
+
+WRITES = re.compile(r"\.write_(text|bytes)\(|shutil\.(copy|move)|\.savefig\(|open\([^)]*\"[wax]b?\"")
+OTHERWISE = {
+    "app/bringup/process.py": "that it is up",
+    "app/bringup/process_report.py": "its log",
+    "app/bringup/simulated.py": "parts of a simulated robot, made anew each time",
+    "app/bringup/supervisor.py": "its log",
+    "app/demo/kernel_cache.py": "a cache",
+    "app/interfaces/building.py": "the environment, with a list of its own",
+    "app/interfaces/generating.py": "what is built, in a folder of its own",
+    "app/page/editor/helpers.py": "a folder for one trial",
+    "drivers/kinect/fakenect.py": "a recording, frame by frame",
+    "drivers/kinect/recording.py": "a recording, frame by frame",
+    "drivers/turtlebot/override_file.py": "that the override is on, whatever is in it",
+    "mission_testing/mission_tester.py": "a folder for one test",
+    "simulation/home/picture.py": "into the memory",
+}
+"""Modules that write otherwise, and what."""
+
+
+def test_whatever_else_is_written_is_written_by_this_function():
+    package = Path(__file__).parents[3] / "florence_bt"
+    files = [*package.rglob("*.py"), *(package.parent / "packages").glob("*/florence_*/*.py")]
+    found = {os.path.relpath(file, package) for file in files if WRITES.search(file.read_text("utf-8"))}
+    assert found == set(OTHERWISE)
