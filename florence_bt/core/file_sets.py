@@ -31,6 +31,8 @@ _NEW = re.compile(r"\.florence-new-[0-9a-f]+-\d+")
 _MOST_BYTES = 1_000_000
 """Of a list."""
 _FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC
+_WAY = os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC
+"""On the way to a folder: one that may be passed through, and perhaps not be read."""
 _MAKE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
@@ -152,9 +154,10 @@ def _write(work: Mapping[Path, _Work], folders: list[Path], opened: Mapping[Path
         if not single:
             mark = f".florence-new-{name}-{len(parts[main].moves)}"
             _make(opened[main], mark, name.encode(), main / WRITTEN)
-            _sync(folders, opened)
+            for folder in folders:
+                _sync(opened[folder])
             os.rename(mark, WRITTEN, src_dir_fd=opened[main], dst_dir_fd=opened[main])
-            os.fsync(opened[main])
+            _sync(opened[main])
     except BaseException:
         for folder in folders:
             _take_back(opened[folder])
@@ -185,7 +188,7 @@ def _finish(fd: int, part: _Part) -> None:
             os.rename(new, name, src_dir_fd=fd, dst_dir_fd=fd)
     for name in part.remove:
         _unlink(fd, name)
-    os.fsync(fd)
+    _sync(fd)
     if _read(fd, WRITTEN) == part.id.encode():
         _unlink(fd, WRITTEN)
     _unlink(fd, LIST)
@@ -243,9 +246,13 @@ def _unlink(fd: int, name: str) -> None:
         os.unlink(name, dir_fd=fd)
 
 
-def _sync(folders: Iterable[Path], opened: Mapping[Path, int]) -> None:
-    for folder in folders:
-        os.fsync(opened[folder])
+def _sync(fd: int) -> None:
+    """Wait until the disk has the names of a folder."""
+    try:
+        os.fsync(fd)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a file system of the network that knows no such call for folders
+            raise
 
 
 # Lists.
@@ -317,7 +324,7 @@ def _locked(folders: Iterable[Path], *, make: bool = False) -> Iterator[dict[Pat
 
 def _open_folder(folder: Path, *, make: bool) -> int:
     """Open a folder; no link is followed on the way to it."""
-    fd, at = os.open("/", _FOLDER), Path("/")
+    fd, at = os.open("/", _FOLDER if folder == Path("/") else _WAY), Path("/")
     for name in folder.parts[1:]:
         at /= name
         try:
@@ -327,7 +334,8 @@ def _open_folder(folder: Path, *, make: bool) -> int:
                     os.mkdir(name, dir_fd=fd)
             if mode is not None and stat.S_ISLNK(mode):
                 raise OSError(errno.ELOOP, "there is a link on the way", str(at))
-            inner = os.open(name, _FOLDER | os.O_NOFOLLOW, dir_fd=fd)
+            kind = _FOLDER if at == folder else _WAY
+            inner = os.open(name, kind | os.O_NOFOLLOW, dir_fd=fd)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(at)) from error
         finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import tempfile
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -73,6 +74,27 @@ def test_no_link_is_followed_from_a_guarded_folder_on(tmp_path):
     assert names(outside) == ["deep"]
     replace_files({tmp_path / "way" / "guarded" / "a": b"a"}, no_links=[tmp_path / "way" / "guarded"])
     assert (own / "guarded" / "a").read_text() == "a", "a link on the way there is the owner's"
+
+
+def write_as_nobody(file):
+    if os.geteuid() == 0:
+        os.setgid(65534)
+        os.setuid(65534)
+    replace_files({file: b"ours"}, make_folders=True)
+
+
+def test_folders_on_the_way_need_not_be_readable():
+    with tempfile.TemporaryDirectory() as name:
+        way = Path(name) / "way"
+        (way / "home").mkdir(parents=True)
+        (way / "home").chmod(0o777)
+        Path(name).chmod(0o711)
+        way.chmod(0o111)
+        writer = get_context("fork").Process(target=write_as_nobody, args=(way / "home" / "new" / "file",))
+        writer.start()
+        writer.join()
+        way.chmod(0o755)
+        assert writer.exitcode == 0 and (way / "home" / "new" / "file").read_text() == "ours"
 
 
 def left_behind(folder, moves, remove=(), text=None):
