@@ -23,6 +23,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.polygons import cells_inside, contains
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -254,7 +255,8 @@ def main(arguments: list[str] | None = None) -> int:
                     Hotspot(f"room_{number}", room.pose, polygon=room.polygon)
                     for number, room in enumerate(rooms, 1)
                 )
-                draw_places(grid, spots, given.pictures / f"home_{seed}.png", told(home))
+                picture = draw_places(grid, spots, "png", told(home))
+                replace_files({given.pictures / f"home_{seed}.png": picture}, make_folders=True)
     TABLE.publish(homes, given.write, command_of("-m tools.rooms", arguments))
     return 0
 

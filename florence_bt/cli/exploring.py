@@ -10,6 +10,7 @@ import typer
 from florence_bt.cli.common import EXIT_CODES, RosVerb
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.cli.maps import maps
+from florence_bt.cli.output_paths import OUTPUT_FILE, OUTPUT_FOLDER
 from florence_bt.cli.system import SeedOption, SpeedOption, WorldOption, WorldSeedOption
 
 
@@ -19,7 +20,12 @@ from florence_bt.cli.system import SeedOption, SpeedOption, WorldOption, WorldSe
     f"--world-seed 31\n\n{EXIT_CODES}",
 )
 def explore(
-    out: Annotated[Path, typer.Argument(help="The YAML file of the map; its other files get the same name.")],
+    out: Annotated[
+        Path,
+        typer.Argument(
+            click_type=OUTPUT_FILE, help="The YAML file of the map; its other files get the same name."
+        ),
+    ],
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of this name.")] = False,
     sim: Annotated[
         bool,
@@ -33,9 +39,9 @@ def explore(
     world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
-    folder: Annotated[Path, typer.Option(help="With --sim: the folder for the logs and the run.")] = Path(
-        "runs/explore"
-    ),
+    folder: Annotated[
+        Path, typer.Option(click_type=OUTPUT_FOLDER, help="With --sim: the folder for the logs and the run.")
+    ] = Path("runs/explore"),
 ) -> None:
     """Let the robot map the home by itself: it drives wherever it gets to until it has seen everything.
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, Verbs, app
+from florence_bt.cli.output_paths import OUTPUT_FOLDER
 
 interfaces = typer.Typer(cls=Verbs, help="Packages of ROS messages, services and actions: list, show, add.")
 app.add_typer(interfaces, name="interfaces", rich_help_panel="Mission files")
@@ -52,7 +53,12 @@ def add(
     ] = False,
     prefix: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Install there.", show_default="the environment of florence"),
+        typer.Option(
+            click_type=OUTPUT_FOLDER,
+            metavar="FOLDER",
+            help="Install there.",
+            show_default="the environment of florence",
+        ),
     ] = None,
 ) -> None:
     """Build a package of messages, services and actions for florence.

@@ -12,6 +12,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED
+from florence_bt.cli.output_paths import OUTPUT_FILE
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.text_files import refuse_existing
 
@@ -37,7 +38,12 @@ def _group() -> None:
 MapArgument = Annotated[Path, typer.Argument(metavar="MAP", help="The YAML file of the map.")]
 OutOption = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Write another map.", show_default="the map itself is changed"),
+    typer.Option(
+        click_type=OUTPUT_FILE,
+        metavar="FILE",
+        help="Write another map.",
+        show_default="the map itself is changed",
+    ),
 ]
 HotspotsOption = Annotated[
     Path | None,
@@ -48,7 +54,10 @@ PoseOption = Annotated[
     typer.Option(metavar="FILE", help="The saved pose of the robot (pose.json of the bring-up): it is kept."),
 ]
 PictureOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw the map and what has changed, .png or .svg.")
+    Path | None,
+    typer.Option(
+        click_type=OUTPUT_FILE, metavar="FILE", help="Draw the map and what has changed, .png or .svg."
+    ),
 ]
 UndoOption = Annotated[bool, typer.Option("--undo", help="Take back the last change of this map instead.")]
 OverwriteOption = Annotated[
@@ -240,11 +249,21 @@ def rooms(
     file: MapArgument,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The hotspot file to write.", show_default="they are only listed"),
+        typer.Option(
+            click_type=OUTPUT_FILE,
+            metavar="FILE",
+            help="The hotspot file to write.",
+            show_default="they are only listed",
+        ),
     ] = None,
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The picture, .png or .svg.", show_default="beside --out"),
+        typer.Option(
+            click_type=OUTPUT_FILE,
+            metavar="FILE",
+            help="The picture, .png or .svg.",
+            show_default="beside --out",
+        ),
     ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace a hotspot file of this name.")
@@ -254,7 +273,8 @@ def rooms(
 
     They are called room_1, room_2, ..., the largest first; florence hotspot name gives them their names.
     """
-    from florence_bt.app.maps.proposal import proposed_hotspots, write_rooms
+    from florence_bt.app.maps.proposal import proposed_hotspots, rooms_text
+    from florence_bt.app.mission_files.output import write_outputs
     from florence_bt.app.places.draw import check_form, draw
     from florence_bt.app.places.listing import as_table
     from florence_bt.skills.locator.hotspots import Hotspots
@@ -268,11 +288,15 @@ def rooms(
     grid = load_map(file, lambda sentence: typer.echo(f"{file}: {sentence}", err=True))
     found = Hotspots(proposed_hotspots(grid))
     typer.echo(as_table(found) if len(found) else "no room in which the robot could stand")
+    files: dict[Path, bytes] = {}
+    if shown is not None:
+        files[shown] = draw(found, grid, shown.suffix, f"{file}: rooms")
     if out is not None:
-        write_rooms(found, out)
+        files[out] = rooms_text(found).encode()
+    write_outputs(files)
+    if out is not None:
         typer.echo(f"{out} written; florence hotspot name --hotspots {out} gives the rooms their names")
     if shown is not None:
-        draw(found, grid, shown, f"{file}: rooms")
         typer.echo(f"{shown} written")
 
 
@@ -280,7 +304,9 @@ def rooms(
     cls=RosVerb, epilog=f"Example: florence map save maps/home.yaml --image-format png\n\n{EXIT_CODES}"
 )
 def save(
-    file: Annotated[Path, typer.Argument(help="The YAML file; the image gets the same name.")],
+    file: Annotated[
+        Path, typer.Argument(click_type=OUTPUT_FILE, help="The YAML file; the image gets the same name.")
+    ],
     topic: Annotated[str, typer.Option(help="Where the map is published.")] = "map",
     mode: Annotated[
         str, typer.Option(help="trinary (free, occupied, unknown), scale (steps between) or raw.")
@@ -308,7 +334,12 @@ def save(
     f"florence map build --log drive.mcap --out maps/home.yaml\n\n{EXIT_CODES}",
 )
 def build(
-    out: Annotated[Path, typer.Option(help="The YAML file of the map; its other files get the same name.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            click_type=OUTPUT_FILE, help="The YAML file of the map; its other files get the same name."
+        ),
+    ],
     log: LogOption = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of this name.")] = False,
     resumed: ResumedOption = None,

@@ -11,6 +11,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FILE
 
 
 @app.command(
@@ -93,7 +94,10 @@ def check(
 def draw(
     mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="File; its ending chooses svg, png, txt or mermaid.")
+        Path | None,
+        typer.Option(
+            "-o", "--out", click_type=OUTPUT_FILE, help="File; its ending chooses svg, png, txt or mermaid."
+        ),
     ] = None,
     folders: FolderOption = None,
     expand: Annotated[bool, typer.Option("--expand", help="Draw the trees of called missions too.")] = False,
@@ -113,7 +117,10 @@ def draw(
 )
 def schema(
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="File to write.", show_default="the terminal")
+        Path | None,
+        typer.Option(
+            "-o", "--out", click_type=OUTPUT_FILE, help="File to write.", show_default="the terminal"
+        ),
     ] = None,
     folders: FolderOption = None,
     hotspots: Annotated[

@@ -11,6 +11,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FILE
 from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -203,17 +204,20 @@ def check(
 def draw(
     hotspots: HotspotsOption = None,
     map_file: MapOption = None,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The picture, .png or .svg.")] = Path(
-        "places.png"
-    ),
+    out: Annotated[
+        Path, typer.Option(click_type=OUTPUT_FILE, metavar="FILE", help="The picture, .png or .svg.")
+    ] = Path("places.png"),
 ) -> None:
     """Draw rooms, hotspots with their directions, and zones on the map.
 
     A running system tells its map itself.
     """
+    from florence_bt.app.mission_files.output import write_output
+    from florence_bt.app.places.draw import check_form
     from florence_bt.app.places.draw import draw as draw_places
     from florence_bt.app.places.target import PlacesTarget
 
+    check_form(out)
     with PlacesTarget(hotspots) as target:
         places, file = target.hotspots(), target.file
         grid = target.published_map() if map_file is None else None
@@ -221,7 +225,7 @@ def draw(
         from florence_bt.skills.navigation.map_server.map_file import load_map
 
         grid = load_map(map_file, lambda sentence: typer.echo(f"{map_file}: {sentence}", err=True))
-    draw_places(places, grid, out, str(file))
+    write_output(out, draw_places(places, grid, out.suffix, str(file)), make_folder=True)
     typer.echo(f"{out} written")
 
 

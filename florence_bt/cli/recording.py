@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, app
+from florence_bt.cli.output_paths import OUTPUT_FOLDER
 from florence_bt.core.errors import ConfigError
 
 
@@ -20,7 +21,9 @@ def record(
     folder: Annotated[
         Path | None,
         typer.Argument(
-            help="Where the files go.", show_default="recordings/ in the folder of the running system"
+            click_type=OUTPUT_FOLDER,
+            help="Where the files go.",
+            show_default="recordings/ in the folder of the running system",
         ),
     ] = None,
     topic: Annotated[

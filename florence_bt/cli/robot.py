@@ -9,6 +9,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FILE, OUTPUT_FOLDER
 from florence_bt.core.errors import ConfigError
 
 
@@ -17,7 +18,9 @@ from florence_bt.core.errors import ConfigError
     epilog=f"Example: florence init my_robot --robot-type create2 --service none\n\n{EXIT_CODES}",
 )
 def init(
-    folder: Annotated[Path, typer.Argument(help="The robot's folder; is made.")] = Path("my_robot"),
+    folder: Annotated[
+        Path, typer.Argument(click_type=OUTPUT_FOLDER, help="The robot's folder; is made.")
+    ] = Path("my_robot"),
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Ask nothing: the defaults.")] = False,
     emulate: Annotated[
         bool, typer.Option("--emulate", help="For a rehearsal, on emulated devices in the example flat.")
@@ -79,7 +82,9 @@ def doctor(
         Path | None, typer.Option(metavar="FILE", help="The house's own sensors: asks their MQTT broker too.")
     ] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots, whose rooms the sensors are in.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder where runs will go.")] = Path("runs"),
+    out: Annotated[Path, typer.Option(click_type=OUTPUT_FOLDER, help="Folder where runs will go.")] = Path(
+        "runs"
+    ),
     form: Annotated[str, typer.Option("--format", help="text or json.")] = "text",
 ) -> None:
     """Check ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
@@ -110,7 +115,9 @@ def calibrate(
     write: Annotated[
         Path | None,
         typer.Option(
-            metavar="CONFIG", help="Write the new values into this configuration; a copy (.bak) stays."
+            click_type=OUTPUT_FILE,
+            metavar="CONFIG",
+            help="Write the new values into this configuration; a copy (.bak) stays.",
         ),
     ] = None,
     rounds: Annotated[int, typer.Option(help="Repeat at most this many times.")] = 5,
@@ -201,7 +208,10 @@ def _group() -> None:
 
 @kinect.command(epilog=f"Example: florence kinect record --folder kitchen --seconds 3\n\n{EXIT_CODES}")
 def record(
-    folder: Annotated[Path, typer.Option(help="Where the recording goes, as kinect.mcap; is made.")],
+    folder: Annotated[
+        Path,
+        typer.Option(click_type=OUTPUT_FOLDER, help="Where the recording goes, as kinect.mcap; is made."),
+    ],
     seconds: Annotated[float, typer.Option(help="How long.")] = 3.0,
     source: Annotated[
         str,
@@ -240,7 +250,9 @@ def record(
 )
 def convert_recording(
     source: Annotated[Path, typer.Argument(help="The folder of a recording, of one or the other kind.")],
-    target: Annotated[Path, typer.Argument(help="The folder of the other kind; may be the same.")],
+    target: Annotated[
+        Path, typer.Argument(click_type=OUTPUT_FOLDER, help="The folder of the other kind; may be the same.")
+    ],
 ) -> None:
     """Make a recording of a folder of libfreenect's record, or such a folder of a recording.
 

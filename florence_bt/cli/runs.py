@@ -10,6 +10,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, RosVerb, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FILE
 
 
 class PolicyChoice(StrEnum):
@@ -221,7 +222,10 @@ def report(
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="The file.", show_default="report.html in the folder of the run")
+        Path | None,
+        typer.Option(
+            click_type=OUTPUT_FILE, help="The file.", show_default="report.html in the folder of the run"
+        ),
     ] = None,
 ) -> None:
     """Write one HTML file of a recorded run, to be sent to somebody: map, tree, reasons, times."""

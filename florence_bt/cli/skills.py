@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, RosGroup, RosVerb, app
+from florence_bt.cli.output_paths import OUTPUT_FILE
 
 skills = typer.Typer(cls=RosGroup, help="List the skills that missions can use, or draft one without code.")
 app.add_typer(skills, name="skills", rich_help_panel="Mission files")
@@ -63,7 +64,10 @@ def add(
     ] = None,
     skill: Annotated[str, typer.Option(help="The name of the skill.", show_default="made of NAME")] = "",
     file: Annotated[
-        Path | None, typer.Option(help="The file of skills it is added to.", show_default="the terminal")
+        Path | None,
+        typer.Option(
+            click_type=OUTPUT_FILE, help="The file of skills it is added to.", show_default="the terminal"
+        ),
     ] = None,
     all_below: Annotated[
         str | None,

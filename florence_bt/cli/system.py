@@ -10,6 +10,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FOLDER
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.arguments import namespace, ros_arguments
 
@@ -129,7 +130,9 @@ SplitOption = Annotated[
 OutOption = Annotated[
     Path | None,
     typer.Option(
-        help="Folder for the logs and the runs.", show_default="runs/up; runs/up_robot1 for /robot1"
+        click_type=OUTPUT_FOLDER,
+        help="Folder for the logs and the runs.",
+        show_default="runs/up; runs/up_robot1 for /robot1",
     ),
 ]
 
@@ -148,7 +151,9 @@ def demo(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the logs and the run.", show_default="runs/demo; runs/demo_robot1 for /robot1"
+            click_type=OUTPUT_FOLDER,
+            help="Folder for the logs and the run.",
+            show_default="runs/demo; runs/demo_robot1 for /robot1",
         ),
     ] = None,
     headless: Annotated[bool, typer.Option(help="Plain log lines instead of the live tree.")] = False,

@@ -10,6 +10,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
+from florence_bt.cli.output_paths import OUTPUT_FILE
 from florence_bt.core.errors import ConfigError
 
 _CODES = {0: OK, 1: FAILED, 2: INTERRUPTED, 3: NOT_THERE, 4: USAGE, 5: USAGE}
@@ -31,7 +32,8 @@ def test(
     keyword: Annotated[str, typer.Option("-k", help="Only scenarios with these words, as in pytest.")] = "",
     folders: FolderOption = None,
     junit: Annotated[
-        Path | None, typer.Option("--junit", "--junitxml", help="Write the results as JUnit XML.")
+        Path | None,
+        typer.Option("--junit", "--junitxml", click_type=OUTPUT_FILE, help="Write the results as JUnit XML."),
     ] = None,
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Report which nodes and outcomes were seen.")

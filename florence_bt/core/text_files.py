@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import stat
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.file_sets import mend, replace_files
 from florence_bt.core.odd_characters import named
 
 MAX_BYTES = 1_000_000
@@ -37,7 +36,7 @@ _KINDS = (
 
 
 def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
-    """Read the bytes of a regular file.
+    """Read the bytes of a regular file; a set of files that was not written to its end is mended first.
 
     Args:
         path: The file; a link to a regular file is followed.
@@ -46,6 +45,11 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     Raises:
         ConfigError: The file is missing, unreadable, not regular, or too large.
     """
+    try:
+        mend(path.parent)
+    except OSError as error:
+        problem = f"files beside it were not written to their end, and cannot be mended: {error.strerror}"
+        raise ConfigError(problem, file=path, valid=["a folder you may write to"]) from error
     try:
         # Looked at before it is opened, which can wake a device, and after: it may be another file by then.
         _refuse_irregular(path, path.stat())
@@ -77,30 +81,6 @@ def replace_text(file: Path, text: str) -> None:
     replace_files({file: text.encode()})
 
 
-def replace_files(contents: Mapping[Path, bytes]) -> None:
-    """Write some files whole or none of them; those that are there keep their permissions.
-
-    All are on the disk before the first one takes its name, so that a full disk leaves everything as it was.
-
-    Raises:
-        OSError: One cannot be written; what was there is untouched.
-    """
-    fresh = {file: file.with_name(f".{file.name}.{os.getpid()}") for file in contents}
-    try:
-        for file, new in fresh.items():
-            with new.open("wb") as out:
-                out.write(contents[file])
-                out.flush()
-                os.fsync(out.fileno())
-            if file.exists():
-                shutil.copymode(file, new)
-        for file, new in fresh.items():
-            new.replace(file)
-    finally:
-        for new in fresh.values():
-            new.unlink(missing_ok=True)
-
-
 def refuse_to_replace(file: Path) -> None:
     """Refuse a name that no file may be written to: a link, or what is no regular file.
 
@@ -125,7 +105,7 @@ def refuse_existing(*files: Path, overwrite: bool) -> None:
         ConfigError: There is one.
     """
     for file in files:
-        if file.exists() and not overwrite:
+        if os.path.exists(file) and not overwrite:
             raise ConfigError(f"there is a file {str(file)!r}", valid=["another name", "--overwrite"])
 
 

@@ -25,6 +25,8 @@ MAX_ACCELERATION = 1_000.0
 """m/s^2"""
 MAX_STAMP_OFFSET_S = 10.0
 """How far the stamp of a reading may be from the present time."""
+MIN_BEAM_STEP_RAD = 1e-5
+"""Between two beams of a scan; no laser has a hundredth of it."""
 MAX_BEAMS = 20_000
 MAX_PIXELS_A_SIDE = 10_000
 MAX_FOCAL_LENGTH_PX = 100_000.0
@@ -239,6 +241,11 @@ def _scan(message: Any, now: Now | None) -> None:
     for name in ("angle_min", "angle_max"):
         _within(name, getattr(message, name), 2 * math.tau, "rad")
     _within("the angle from the first to the last beam", message.angle_increment * beams, 2 * math.tau, "rad")
+    if beams > 1 and abs(message.angle_increment) < MIN_BEAM_STEP_RAD:
+        raise BadMessage(
+            f"angle_increment is {message.angle_increment:g} rad: all {beams} beams go the same way",
+            f"{MIN_BEAM_STEP_RAD:g} rad and more",
+        )
     _between("range_min", message.range_min, 0.0, MAX_DISTANCE_M, "m")
     _between("range_max", message.range_max, message.range_min, MAX_DISTANCE_M, "m")
     lasts = message.time_increment * beams

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.clock import Clock, Timer, call_every
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent, plain
 from florence_bt.runtime.executor import Executor
@@ -145,12 +146,12 @@ class RunRecorder:
             self._stop_timer()
             self._note_pose(record)
         del self._open[run.run_id]
-        record.folder.mkdir(parents=True, exist_ok=True)
-        text = status_text(run, run.tree, self._clock.now())
-        (record.folder / "tree.txt").write_text(text + "\n", encoding="utf-8")
-        (record.folder / "result.json").write_text(
-            json.dumps(result_json(run, record), indent=1) + "\n", encoding="utf-8"
-        )
+        texts = {
+            "tree.txt": status_text(run, run.tree, self._clock.now()),
+            "result.json": json.dumps(result_json(run, record), indent=1),
+        }
+        files = {record.folder / name: f"{text}\n".encode() for name, text in texts.items()}
+        replace_files(files, make_folders=True)
         if self._on_recorded is not None and run.started is not None:
             self._on_recorded(record)
 

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.ros.arguments import namespace_in, renamed_nodes, ros_arguments
 
@@ -180,8 +181,7 @@ class BringUp:
         """
         file = Path(self.folder) / FILE
         try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
+            replace_files({file: f"{json.dumps(asdict(self), indent=1)}\n".encode()}, make_folders=True)
         except OSError as error:
             raise ConfigError(
                 f"the folder {self.folder!r} cannot be used: {error.strerror}",

@@ -16,6 +16,7 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.rehearsal import TOO_SLOW_ADVICE
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.paths import find_data
 from florence_bt.core.serving import ConditionBinding, NodeBinding, SkillBinding
 from florence_bt.ros.parameters import parameter_names
@@ -275,7 +276,7 @@ class _Settings:
         file = self.options.hotspots
         if self.options.hotspots_file is None and not file.exists():
             flat = find_data("hotspots", "flat.yaml")
-            file.write_bytes(b"" if self.options.has_no_places else flat.read_bytes())
+            replace_files({file: b"" if self.options.has_no_places else flat.read_bytes()})
         return file
 
     def of(self, node: str, **overrides: Any) -> Parameters:

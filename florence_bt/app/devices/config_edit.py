@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.plain_yaml import EmptyFile, YamlMapping, YamlScalar, parse_yaml
-from florence_bt.core.text_files import read_bytes, replace_text
+from florence_bt.core.text_files import read_bytes
 
 
 def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
@@ -25,13 +25,13 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
     Raises:
         ConfigError: The file cannot be read or written, or the node's section is not a mapping.
     """
-    text = read_bytes(file).decode("utf-8")
+    before = read_bytes(file)
+    text = before.decode("utf-8")
     for name, value in values.items():
         text = with_value(text, file, node, name, f"{value:.6g}")
     backup = file.with_name(file.name + ".bak")
     try:
-        shutil.copy2(file, backup)
-        replace_text(file.resolve(), text)
+        replace_files({backup: before, file.resolve(): text.encode()})
     except OSError as error:
         raise ConfigError(
             f"cannot be written: {error.strerror}", file=file, valid=["a file in a folder you may write to"]

@@ -15,9 +15,8 @@ from florence_bt.app.maps.picture import draw_drive
 from florence_bt.app.maps.recordings.recording import Choices, RecordedScan, read_recording
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.core.text_files import replace_files
 from florence_bt.skills.navigation.map_server.map_writer import save_map
-from florence_bt.skills.navigation.mapping.drive import SUFFIX, load_drive, save_drive
+from florence_bt.skills.navigation.mapping.drive import SUFFIX, drive_bytes, load_drive
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.slam import Slam
 
@@ -119,12 +118,8 @@ def write_built(built: Built, out: Path) -> tuple[Path, Path, Path, Path]:
         ConfigError: They cannot be written.
     """
     description, _, picture, drive = files = output_files(out)
-    save_map(built.grid, description)
-    try:
-        replace_files({picture: draw_drive(built.grid, built.slam.poses, built.slam.drive.ties)})
-        save_drive(drive, built.slam.drive)
-    except OSError as error:
-        raise ConfigError(f"it cannot be written: {error.strerror}", file=error.filename) from error
+    shown = draw_drive(built.grid, built.slam.poses, built.slam.drive.ties)
+    save_map(built.grid, description, others={picture: shown, drive: drive_bytes(built.slam.drive)})
     return files
 
 

@@ -15,6 +15,7 @@ from florence_bt.core.plain_yaml import YamlNode, parse_yaml
 from florence_bt.core.polygons import Point
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.settings_file import SettingsReader
+from florence_bt.core.text_files import refuse_to_replace
 from florence_bt.core.units import UNITS
 from florence_bt.skills.locator.hotspot_file import HotspotFile
 from florence_bt.skills.navigation.localisation.saved_pose import load_pose, pose_text
@@ -96,17 +97,19 @@ def change_map(files: ChangedFiles, edit: Callable[[OccupancyGrid], Edited], wha
                 edited.move @ pose, edited.grid
             ).encode()
             yield "the saved pose belongs to the changed map now"
+    shown = {}
+    if files.picture is not None:
+        drawn, title = places.hotspots if places else None, f"{target}: {what}"
+        shown[files.picture] = draw_change(before, edited.grid, drawn, files.picture.suffix, title)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
         refuse_what_is_no_map(*list(contents)[:2])
-        Versions(target).write(contents, what)
+        for picture in shown:
+            refuse_to_replace(picture)
+        Versions(target).write(contents, what, beside=shown)
     except OSError as error:
         raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
     yield f"{', '.join(str(file) for file in contents)} written; --undo takes it back"
     if files.picture is not None:
-        draw_change(
-            before, edited.grid, places.hotspots if places else None, files.picture, f"{target}: {what}"
-        )
         yield f"{files.picture} written"
 
 

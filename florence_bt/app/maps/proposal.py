@@ -7,11 +7,10 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.app.mission_files.output import write_output
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.polygons import area
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.core.text_files import replace_text
 from florence_bt.skills.locator.hotspot_file import HotspotFile
 from florence_bt.skills.locator.hotspots import Hotspot
 from florence_bt.skills.navigation.mapping.rooms import propose_rooms
@@ -44,22 +43,14 @@ def write_proposal(grid: OccupancyGrid, file: Path) -> int:
         ConfigError: The file cannot be written.
     """
     hotspots = proposed_hotspots(grid)
-    write_rooms(hotspots, file)
+    write_output(file, rooms_text(hotspots), make_folder=True)
     return len(hotspots)
 
 
-def write_rooms(hotspots: Iterable[Hotspot], file: Path) -> None:
-    """Write rooms as a new hotspot file.
-
-    Raises:
-        ConfigError: It cannot be written.
-    """
+def rooms_text(hotspots: Iterable[Hotspot]) -> str:
+    """Return the text of a hotspot file with rooms."""
     lines = "".join(map(_line, hotspots))
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        replace_text(file, _HEAD + (f"hotspots:\n{lines}" if lines else "hotspots: []\n"))
-    except OSError as error:
-        raise ConfigError(f"it cannot be written: {error.strerror}", file=file) from error
+    return _HEAD + (f"hotspots:\n{lines}" if lines else "hotspots: []\n")
 
 
 def _line(spot: Hotspot) -> str:

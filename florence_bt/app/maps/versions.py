@@ -9,13 +9,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.text_files import read_bytes, replace_files
+from florence_bt.core.file_sets import mend
+from florence_bt.core.text_files import read_bytes
 from florence_bt.skills.navigation.map_server.image import MAX_IMAGE_BYTES
+from florence_bt.skills.navigation.map_server.map_writer import replace_map
 
 MOST_VERSIONS = 20
 """Of each map; then the oldest one goes."""
@@ -33,17 +34,23 @@ class Versions:
         self._file = file
         self._folder = file.with_suffix(".versions")
 
-    def write(self, contents: Mapping[Path, bytes], what: str) -> None:
+    def write(
+        self, contents: Mapping[Path, bytes], what: str, beside: Mapping[Path, bytes] | None = None
+    ) -> None:
         """Write files, all or none, and keep what they were.
 
         Args:
             contents: File -> what it is to hold.
             what: What was done, for people.
+            beside: What is written in the same step, and not kept: file -> content.
 
         Raises:
             OSError: A file cannot be written.
+            ConfigError: One that is there cannot be read.
         """
-        version = self._folder / str(max(self._numbers(), default=0) + 1)
+        mend(self._file.parent)
+        numbers = self._numbers()
+        version = self._folder / str(max(numbers, default=0) + 1)
         kept, entries = {}, []
         for index, (file, new) in enumerate(contents.items()):
             before = read_bytes(file, MAX_IMAGE_BYTES) if file.exists() else None
@@ -56,16 +63,13 @@ class Versions:
                     "became": _digest(new),
                 }
             )
-        record = json.dumps({"what": what, "files": entries}, indent=1)
-        version.mkdir(parents=True, exist_ok=True)
+        kept[version / _LIST] = json.dumps({"what": what, "files": entries}, indent=1).encode()
+        old = [file for number in numbers[: 1 - MOST_VERSIONS] for file in self._files_of(number)]
         try:
-            replace_files({**kept, version / _LIST: record.encode()})
-            replace_files(contents)
-        except OSError:
-            self._remove(version)
-            raise
-        for old in self._numbers()[:-MOST_VERSIONS]:
-            self._remove(self._folder / str(old))
+            everything = {**kept, **(beside or {}), **contents}
+            replace_map(self._file, everything, remove=old, no_links=[self._folder])
+        finally:
+            self._remove_empty()
 
     def undo(self, *, overwrite: bool) -> tuple[str, list[Path], int]:
         """Go back to the version before the last change.
@@ -79,6 +83,10 @@ class Versions:
         Raises:
             ConfigError: There is nothing to undo, a file was changed since, or something cannot be written.
         """
+        try:
+            mend(self._file.parent)
+        except OSError as error:
+            raise ConfigError(f"it cannot be mended: {error.strerror}", file=self._file) from error
         numbers = self._numbers()
         if not numbers:
             raise ConfigError("there is no earlier version of this map", file=self._file)
@@ -101,24 +109,28 @@ class Versions:
                     )
                 if not entry["new"]:
                     back[file] = read_bytes(version / f"{index}-{file.name}", MAX_IMAGE_BYTES)
-            replace_files(back)
-            for _, file, entry in entries:
-                if entry["new"]:
-                    file.unlink(missing_ok=True)
-            self._remove(version)
+            gone = [file for _, file, entry in entries if entry["new"]]
+            gone += self._files_of(numbers[-1])
+            replace_map(self._file, back, remove=gone, no_links=[self._folder])
+            self._remove_empty()
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ConfigError(f"the earlier version cannot be put back: {error}", file=version) from error
         return record["what"], list(back), len(numbers) - 1
 
-    def _remove(self, version: Path) -> None:
-        shutil.rmtree(version)
-        if not any(self._folder.iterdir()):
-            self._folder.rmdir()
-
     def _numbers(self) -> list[int]:
-        if not self._folder.is_dir():
-            return []
-        return sorted(int(each.name) for each in self._folder.iterdir() if each.name.isdigit())
+        """Return the numbers of the versions that are whole."""
+        return sorted(
+            int(each.parent.name) for each in self._folder.glob(f"*/{_LIST}") if each.parent.name.isdigit()
+        )
+
+    def _files_of(self, number: int) -> list[Path]:
+        return [file for file in (self._folder / str(number)).iterdir() if file.is_file()]
+
+    def _remove_empty(self) -> None:
+        """Remove the folders of versions that are gone, or were never written."""
+        for folder in (*self._folder.glob("*"), self._folder):
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
 
 
 def _digest(data: bytes) -> str:

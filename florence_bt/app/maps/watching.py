@@ -14,12 +14,12 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from rich.console import Console
 
 from florence_bt.app.maps.picture import draw_drive
-from florence_bt.app.maps.proposal import write_proposal
+from florence_bt.app.maps.proposal import proposed_hotspots, rooms_text
 from florence_bt.app.maps.save import wait_for_map
 from florence_bt.app.runs.client import MissionClient
-from florence_bt.core.errors import ConfigError, DeviceTimeout
+from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.text_files import refuse_existing, replace_files
+from florence_bt.core.text_files import refuse_existing
 from florence_bt.ros.conversions import pose_from_ros
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.navigation.map_server.map_writer import save_map
@@ -130,16 +130,16 @@ class MapWatch:
         """
         grid = wait_for_map(self._client, "map", _WAIT_S)
         rows, columns = grid.cells.shape
-        save_map(grid, files.description)
-        try:
-            replace_files({files.picture: draw_drive(grid, self._way or [Pose2()], ())})
-        except OSError as error:
-            raise ConfigError(f"it cannot be written: {error.strerror}", file=error.filename) from error
-        rooms = write_proposal(grid, files.hotspots)
+        rooms = proposed_hotspots(grid)
+        picture = draw_drive(grid, self._way or [Pose2()], ())
+        proposal = rooms_text(rooms).encode()
+        save_map(grid, files.description, others={files.picture: picture, files.hotspots: proposal})
         size = f"{columns * grid.resolution:.1f} x {rows * grid.resolution:.1f} m"
         print(f"{files.description}: {size} in cells of {grid.resolution:g} m")
         print(f"{files.picture}: a picture of it and of the way")
-        print(f"{files.hotspots}: {rooms} rooms are proposed; florence hotspot name gives them their names")
+        print(
+            f"{files.hotspots}: {len(rooms)} rooms are proposed; florence hotspot name gives them their names"
+        )
 
     def _say_line(self) -> None:
         if time.monotonic() - self._told >= _LINE_EVERY_S:

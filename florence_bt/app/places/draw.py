@@ -19,31 +19,32 @@ _CELLS = 200
 """Along the longer side of ground that no map knows."""
 
 
-def draw(hotspots: Hotspots, grid: OccupancyGrid | None, picture: Path, title: str) -> None:
+def draw(hotspots: Hotspots, grid: OccupancyGrid | None, form: str, title: str) -> bytes:
     """Draw the places of a home.
 
     Args:
         hotspots: What to draw.
         grid: The map; None draws on unknown ground.
-        picture: The file to write.
+        form: ``.png`` or ``.svg``.
         title: A line above the picture.
 
+    Returns:
+        The picture.
+
     Raises:
-        ConfigError: The picture has another ending than .png or .svg, or cannot be written, or there is
-            nothing to draw.
+        ConfigError: There is nothing to draw.
     """
-    check_form(picture)
-    _draw(grid or _unknown_ground(hotspots), hotspots, picture, title)
+    return _draw(grid or _unknown_ground(hotspots), hotspots, form, title)
 
 
 def draw_change(
-    before: OccupancyGrid, after: OccupancyGrid, hotspots: Hotspots | None, picture: Path, title: str
-) -> None:
+    before: OccupancyGrid, after: OccupancyGrid, hotspots: Hotspots | None, form: str, title: str
+) -> bytes:
     """Draw a changed map; cells that have changed in their place are coloured. As :func:`draw`."""
     changed = None
     if before.cells.shape == after.cells.shape and before.origin == after.origin:
         changed = before.cells != after.cells
-    _draw(after, hotspots or Hotspots(), picture, title, changed)
+    return _draw(after, hotspots or Hotspots(), form, title, changed)
 
 
 def check_form(picture: Path) -> None:
@@ -61,16 +62,13 @@ def check_form(picture: Path) -> None:
 def _draw(
     grid: OccupancyGrid,
     hotspots: Hotspots,
-    picture: Path,
+    form: str,
     title: str,
     changed: NDArray[np.bool_] | None = None,
-) -> None:
+) -> bytes:
     from florence_bt.simulation.home.picture import draw_places
 
-    try:
-        draw_places(grid, hotspots, picture, title, changed)
-    except OSError as error:
-        raise ConfigError(f"the picture cannot be written: {error}", file=picture) from error
+    return draw_places(grid, hotspots, form.removeprefix("."), title, changed)
 
 
 def _unknown_ground(hotspots: Hotspots) -> OccupancyGrid:

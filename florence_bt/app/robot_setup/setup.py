@@ -38,8 +38,8 @@ from florence_bt.app.robot_setup.files import (
     udev_rules,
 )
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.paths import find_data
-from florence_bt.core.text_files import replace_files
 from florence_bt.drivers.turtlebot.codec.models import MODELS
 
 SERVICES = ("user", "system", "none")

@@ -17,6 +17,7 @@ import numpy as np
 import yaml
 
 from florence_bt.core.errors import FlorenceError
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.simulation.home.flat import Flat, build_flat, default_flat_file, load_flat
@@ -116,11 +117,9 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     beside = options.source.resolve().parent.parent if options.world_seed is None else Path()
     root: Path = options.output or beside
-    for name, content in files.items():
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-        print(path)
+    replace_files({root / name: content for name, content in files.items()}, make_folders=True)
+    for name in files:
+        print(root / name)
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.polygons import Point
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -65,9 +67,14 @@ def draw_run(
         _draw_person(axes, person)
     _draw_path(axes, path)
     _legend(axes)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    # The version of matplotlib stays out of the file, so that equal runs give equal bytes.
-    figure.savefig(file, metadata={"Software": None})
+    replace_files({file: _saved(figure, "png")}, make_folders=True)
+
+
+def _saved(figure: Figure, form: str) -> bytes:
+    data = io.BytesIO()
+    # The version of matplotlib and the date stay out of the file, so that equal runs give equal bytes.
+    figure.savefig(data, format=form, metadata={"Software": None} if form == "png" else {"Date": None})
+    return data.getvalue()
 
 
 def _legend(axes: Axes) -> None:
@@ -85,18 +92,21 @@ def _legend(axes: Axes) -> None:
 def draw_places(
     grid: OccupancyGrid,
     hotspots: Hotspots,
-    file: Path,
+    form: str,
     title: str,
     changed: NDArray[np.bool_] | None = None,
-) -> None:
+) -> bytes:
     """Draw rooms, hotspots with their directions, and zones.
 
     Args:
         grid: The map.
         hotspots: What to draw.
-        file: The PNG or SVG file to write; its folder is made when missing.
+        form: ``png`` or ``svg``.
         title: A line above the picture.
         changed: Cells to colour by what they have become, shape of the grid's; None for none.
+
+    Returns:
+        The picture.
     """
     figure, axes = _new_figure(grid, title)
     if changed is not None:
@@ -120,8 +130,7 @@ def draw_places(
         colour = "#1f4e8c" if spot.kind == ROOM else "#66666d"
         _draw_hotspot(axes, spot.label, spot.pose, colour, other_side=crowded)
     _legend(axes)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, metadata={"Software": None} if file.suffix == ".png" else {"Date": None})
+    return _saved(figure, form)
 
 
 def _draw_area(axes: Axes, polygon: Sequence[Point], edge: str, **style: Any) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathlib import Path
 import yaml
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.odd_characters import needs_quotes
 from florence_bt.core.plain_yaml import (
@@ -165,9 +165,11 @@ class HotspotFile:
         """
         text = self.text()
         try:
+            contents = {Path(os.path.realpath(self.path)): text.encode()}
             if self.path.exists():
-                shutil.copy2(self.path, self.path.with_name(self.path.name + ".bak"))
-            replace_text(Path(os.path.realpath(self.path)), text)
+                backup = self.path.with_name(self.path.name + ".bak")
+                contents = {backup: read_bytes(self.path), **contents}
+            replace_files(contents)
         except OSError as error:
             raise ConfigError(f"cannot write the hotspots: {error}", file=self.path) from error
 

@@ -9,6 +9,7 @@ import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FILE, OUTPUT_FOLDER
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.installation import in_checkout
 
@@ -32,7 +33,9 @@ def import_(
     file: Annotated[
         Path, typer.Argument(help="XML file of BehaviorTree.CPP, version 4 or 3, or a folder of them.")
     ],
-    folder: Annotated[Path, typer.Option("-o", "--out", help="Folder for the mission files.")],
+    folder: Annotated[
+        Path, typer.Option("-o", "--out", click_type=OUTPUT_FOLDER, help="Folder for the mission files.")
+    ],
     models: Annotated[
         list[Path] | None,
         typer.Option("--model", help="Another XML file whose TreeNodesModel describes the nodes."),
@@ -57,7 +60,8 @@ def import_(
 def export(
     mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="XML file; without it the XML is printed.")
+        Path | None,
+        typer.Option("-o", "--out", click_type=OUTPUT_FILE, help="XML file; without it the XML is printed."),
     ] = None,
     folders: FolderOption = None,
     strict: StrictOption = False,

@@ -304,8 +304,8 @@ class Converter:
             number = 0
         return quantity_text(number / 1000, Kind.DURATION)
 
-    def count(self, element: Element, attribute: str, default: int) -> tuple[str, bool]:
-        """Read a number of rounds, and whether the loop is endless."""
+    def count(self, element: Element, attribute: str, default: int, *, least: int = 1) -> tuple[str, bool]:
+        """Read a number of rounds, at least so many, and whether the loop is endless."""
         text = element.get(attribute, str(default))
         key = pointer(text, attribute)
         may_lack = {*self.tree.missing, *self.tree.soft}
@@ -315,7 +315,7 @@ class Converter:
         if not isinstance(number, int) or number < -1:
             self.lost(element, f"{attribute}={text!r} is not a number of rounds; {default} is taken")
             number = default
-        return (FOREVER, True) if number == -1 else (str(max(number, 1)), False)
+        return (FOREVER, True) if number == -1 else (str(max(number, least)), False)
 
     # ---- nodes ---------------------------------------------------------------------------------------------
 
@@ -956,15 +956,19 @@ def recovery_node(c: Converter, e: Element) -> Node:
     """Convert Nav2's ``RecoveryNode``: after a failure of the first child the second, then the first."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
-    retries, _ = c.count(e, "number_of_retries", 1)
+    retries, is_endless = c.count(e, "number_of_retries", 1, least=0)
     number = c.new_key("attempt", Kind.INTEGER, "0")
     # A code of its own: a failure of the recovery must not count as one of the first child.
     code = f"{number}_failed"
     main, recovery = c.children(e)
     failed = {"fail": f"{e.get('name') or e.tag} failed", "code": code}
-    again = {"sequence": [put(recovery, "when", f"${number} <= {retries}"), failed]}
-    attempts = f"${{{retries} + 1}}" if retries.startswith("$") else str(int(retries) + 1)
-    return {"retry": attempts, "on": [code], "attempt": number, "do": {"selector": [main, again]}}
+    if is_endless:
+        body, attempts = paced({"selector": [main, {"sequence": [recovery, failed]}]}), FOREVER
+    else:
+        again = {"sequence": [put(recovery, "when", f"${number} <= {retries}"), failed]}
+        body = {"selector": [main, again]}
+        attempts = f"${{{retries} + 1}}" if retries.startswith("$") else str(int(retries) + 1)
+    return {"retry": attempts, "on": [code], "attempt": number, "do": body}
 
 
 @_converts("RoundRobin")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.app.mission_files.mission_list import mission_name
-from florence_bt.app.mission_files.output import write_output
+from florence_bt.app.mission_files.output import write_output, write_outputs
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.report import FORMATS, Excerpts, report_full
 from florence_bt.trees.language.declarations import collect_declarations
@@ -90,8 +90,7 @@ def import_file(
     there = [name for name in imported.files if (folder / name).exists()]
     if there and not overwrite:
         raise ConfigError(f"{folder / there[0]} exists already", valid=["--overwrite", "another folder"])
-    for name, text in imported.files.items():
-        write_output(folder / name, text, make_folder=True)
+    write_outputs({folder / name: text.encode() for name, text in imported.files.items()})
     return Exchanged(_summary(folder, imported.missions, imported.main, imported.skills), report, True)
 
 

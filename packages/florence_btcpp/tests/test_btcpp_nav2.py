@@ -44,6 +44,23 @@ def test_it_goes_on_when_they_write_the_same(run_tree):
     assert (end, called, now) == ("SUCCESS", ["b"], 4.5)
 
 
+@pytest.mark.parametrize(
+    ("retries", "told", "status", "calls"),
+    [
+        ("-1", {"a": [*"FFFFFFF", "S"]}, "SUCCESS", "ababababababab" + "a"),
+        ("-1", {"a": "F", "b": ["S", "S", "F"]}, "FAILURE", "ababab"),
+        ("0", {"a": "F"}, "FAILURE", "a"),
+        ("1", {"a": "F"}, "FAILURE", "aba"),
+        ("{n}", {"a": "F"}, "FAILURE", "ababa"),
+        ("{none}", {"a": "F"}, "FAILURE", ""),
+    ],
+)
+def test_a_recovery_is_tried_as_often_as_its_number_says(run_tree, retries, told, status, calls):
+    recovery = f'<RecoveryNode number_of_retries="{retries}"><A/><B/></RecoveryNode>'
+    end, called, *_ = run_tree(f'<Sequence><Script code="n := 2"/>{recovery}</Sequence>', **told)
+    assert (end, "".join(called)) == (status, calls)
+
+
 PLAN = '<ComputePathToPose goal="{goal}" path="{path}" planner_id="GridBased" error_code_id="{plan_code}"/>'
 FOLLOW = '<FollowPath path="{path}" controller_id="FollowPath" error_code_id="{follow_path_error_code}"/>'
 HELP = '<Sequence><WouldAControllerRecoveryHelp error_code="{follow_path_error_code}"/><ClearEntireCostmap service_name="local"/></Sequence>'

@@ -9,7 +9,9 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
+from florence_btcpp import convert
 from florence_btcpp.importer import import_trees
+from florence_btcpp.node_models import nav2_nodes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -114,6 +116,21 @@ def imported(file, nodes):
 @given(nodes=TREES)
 def test_trees(file, nodes):
     imported(file, nodes)
+
+
+NUMBERED = [
+    *("failure_count", "success_count", "num_cycles", "num_attempts", "number_of_retries", "hz", "max_rate"),
+    *("distance", "msec", "delay_msec", "seconds", "threshold", "failure_threshold", "wrap_around", "goal"),
+    *("value", "items", "queue", "cases", "case_1", "codes", "variable", "if", "else", "if_empty"),
+]
+
+
+@pytest.mark.parametrize("value", ["-1", "0", "{n}", "{none}", "", "1.5", "x", "9" * 20, "inf", "nan", "{}"])
+def test_every_node_with_an_odd_number(file, value):
+    attributes = " ".join(f"{name}={quoteattr(value)}" for name in NUMBERED)
+    for tag in sorted({*convert._HANDLERS, *nav2_nodes()}):
+        for below in ("", "<A/>", "<A/><A/>"):
+            imported(file, f'<Sequence><Script code="n := 3"/><{tag} {attributes}>{below}</{tag}></Sequence>')
 
 
 @pytest.mark.slow

@@ -112,3 +112,20 @@ def test_a_text_that_is_too_long_or_no_text_is_refused(shelf):
         with pytest.raises(ConfigError):
             shelf.save("tea", text, "")
     assert not list(shelf.own.glob("*.yaml")) if shelf.own.exists() else True
+
+
+@pytest.mark.parametrize("name", [DRAFTS, VERSIONS, f"{VERSIONS}/tea"])
+def test_a_folder_that_is_a_link_is_not_written_into(shelf, tmp_path, name):
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "tea.yaml").write_text("theirs\n")
+    known = shelf.save("tea", TEXT, "").print
+    (shelf.own / name).parent.mkdir(exist_ok=True)
+    (shelf.own / name).symlink_to(outside)
+    with pytest.raises(ConfigError, match="link"):
+        shelf.save_draft("tea", TEXT.replace("1 s", "2 s"))
+        shelf.save_draft("tea", TEXT.replace("1 s", "3 s"))
+    with pytest.raises(ConfigError, match="link"):
+        shelf.save("tea", TEXT.replace("1 s", "4 s"), known)
+    assert shelf.open("tea").text == TEXT
+    assert {file.name: file.read_text() for file in outside.iterdir()} == {"tea.yaml": "theirs\n"}

@@ -1,6 +1,7 @@
 """florence map clean, crop, rotate, edit: the files, what belongs to them, and the way back."""
 
 import math
+import os
 import shutil
 from pathlib import Path
 
@@ -153,10 +154,10 @@ def test_what_is_wrong_changes_nothing(home, arguments):
 def test_a_full_disk_changes_nothing(home, monkeypatch):
     start = bytes_of(home)
 
-    def full(contents):
-        raise OSError(28, "No space left on device", "flat.pgm")
+    def full(*_):
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("florence_bt.app.maps.versions.replace_files", full)
+    monkeypatch.setattr(os, "fsync", full)
     assert "No space left" in florence("clean", "flat.yaml", code=USAGE)
     assert bytes_of(home) == start
     assert not (home / "flat.versions").exists()

@@ -105,6 +105,17 @@ def test_numbers_that_mean_nothing_are_left_out(tmp_path: Path, drive: list[Mome
         list(read_recording(write_bag(tmp_path / "nothing", nothing)))
 
 
+def test_scans_whose_beams_all_go_one_way_are_told(tmp_path: Path, drive: list[Moment]) -> None:
+    one_way = [replace(each, scan=replace(each.scan, angle_increment=0.0)) for each in drive]
+    with pytest.raises(ConfigError, match="angle_increment is 0 rad"):
+        list(read_recording(write_bag(tmp_path / "bag", one_way)))
+    (log := tmp_path / "new.log").write_text(
+        f"ROBOTLASER1 0 -1.57 3.14 0 8.0 0.01 0 181 {'1.5 ' * 181}0 1.2 2 0 1 2 0 0 0 0 0 0 5.5 host 5.5\n"
+    )
+    with pytest.raises(ConfigError, match="0 rad apart"):
+        list(read_recording(log))
+
+
 def test_a_cut_bag_says_how_it_is_mended(tmp_path: Path, drive: list[Moment]) -> None:
     for storage in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
         bag = write_bag(tmp_path / storage.name, drive, storage=storage)

@@ -49,6 +49,8 @@ def changed(message_type: Any, field: str, value: Any, stamp: float = NOW) -> An
         (OccupancyGrid, "info.resolution", 1e-30, "0.001 to 1 m"),
         (LaserScan, "ranges", [], "the number of ranges is 0"),
         (LaserScan, "angle_increment", math.nan, "the angle from the first to the last beam is nan"),
+        (LaserScan, "angle_increment", 0.0, "angle_increment is 0 rad: all 101 beams go the same way"),
+        (LaserScan, "angle_increment", -1e-30, "1e-05 rad and more"),
         (LaserScan, "intensities", [1.0], "1 intensities for 101 ranges"),
         (
             TFMessage,

@@ -134,11 +134,12 @@ def test_a_save_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pyte
     path.write_text(BLOCK)
 
     def full(*_: object) -> None:
-        raise OSError("no space left on device")
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("florence_bt.skills.locator.hotspot_file.replace_text", full)
+    monkeypatch.setattr("os.fsync", full)
     changed = HotspotFile(path)
     changed.remove("tv")
     with pytest.raises(ConfigError, match="cannot write"):
         changed.save()
     assert path.read_text() == BLOCK
+    assert [file.name for file in tmp_path.iterdir()] == ["home.yaml"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
+from florence_bt.skills.navigation.mapping.kept_scan import keep_scan
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.slam import Slam
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, Box, World
@@ -164,6 +166,17 @@ def test_scans_and_poses_that_say_nothing_change_nothing() -> None:
     assert slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
     assert not slam.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
     assert slam.pose == Pose2()
+
+
+def test_what_is_beyond_the_reach_of_a_laser_says_nothing() -> None:
+    """REP 117: infinite is nothing within reach, a finite range beyond it is no measurement."""
+    scan = raw(World(START, boxes=list(RING), seed=3).scan())
+    ranges = np.full(len(scan.ranges), np.nan, np.float32)
+    reach = np.float32(scan.range_max)
+    ranges[:7] = np.inf, -np.inf, reach, np.nextafter(reach, np.float32(99.0)), 65.533, 1e30, 1.0
+    kept = keep_scan(replace(scan, ranges=ranges), UPSIDE_DOWN_LASER, SlamParameters())
+    assert len(kept.clear) == 2, "the infinite one, and the one that is told as the reach itself"
+    assert len(kept.points) == 1
 
 
 def test_a_drive_goes_on_from_its_file(tmp_path: Path) -> None:

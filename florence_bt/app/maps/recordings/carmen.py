@@ -24,6 +24,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
+from florence_bt.ros.validation import MIN_BEAM_STEP_RAD
 
 FRAME = "laser"
 LONGEST_M = 20.0
@@ -128,6 +129,8 @@ class _Log:
     def _robotlaser(self, words: Sequence[str], read: float) -> RecordedScan:
         start, step, longest = float(words[2]), float(words[4]), float(words[5])
         count = int(words[8])
+        if abs(step) < MIN_BEAM_STEP_RAD:
+            raise ValueError(f"its beams are {step:g} rad apart")
         ranges = _numbers(words[9 : 9 + count], count)
         rest = words[10 + count + int(words[9 + count]) :]
         laser, robot = _pose(rest[0:3]), _pose(rest[3:6])

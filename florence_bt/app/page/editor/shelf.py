@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from florence_bt.app.mission_files.output import write_output
+from florence_bt.app.mission_files.output import write_outputs
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES, decode, read_bytes
 from florence_bt.trees.language.loader import BUILT_IN
@@ -136,11 +136,9 @@ class Shelf:
         if before is not None and before != text and _print(before) != known:
             what = "was changed since it was opened here" if known else "is there already, with another text"
             raise ChangedMeanwhile(f"{file} {what}")
-        draft = self._keep_draft(name, text)
-        kept = self._keep(name, before) if before is not None and before != text else None
-        write_output(file, text, make_folder=True)
-        draft.unlink(missing_ok=True)
-        return Saved(file, kept, _print(text))
+        old = [*self._other_draft(name, text), *([before] if before not in (None, text) else [])]
+        kept = self._write(name, {file: text}, old, done=[self._draft_file(name)])
+        return Saved(file, kept[-1] if before not in (None, text) else None, _print(text))
 
     def save_draft(self, name: str, text: str) -> Path:
         """Keep a text that is not ready, and the draft before as an old version; no robot reads it.
@@ -148,9 +146,9 @@ class Shelf:
         Raises:
             ConfigError: This is no name of a mission, the text is too long, or it cannot be written.
         """
-        text = _whole(text, self._draft_file(name))
-        file = self._keep_draft(name, text)
-        write_output(file, text, make_folder=True)
+        file = self._draft_file(name)
+        text = _whole(text, file)
+        self._write(name, {file: text}, self._other_draft(name, text))
         return file
 
     def versions(self, name: str) -> list[str]:
@@ -187,20 +185,26 @@ class Shelf:
     def _draft_file(self, name: str) -> Path:
         return self.own / DRAFTS / f"{checked_name(name)}.yaml"
 
-    def _keep_draft(self, name: str, text: str) -> Path:
-        """Keep the draft as an old version unless it has this text: another may have written it."""
+    def _other_draft(self, name: str, text: str) -> list[str]:
+        """Return the draft of a mission unless it has this text: another may have written it."""
         file = self._draft_file(name)
-        if file.is_file() and (drafted := _read(file)) != text:
-            self._keep(name, drafted)
-        return file
+        drafted = _read(file) if file.is_file() else text
+        return [drafted] if drafted != text else []
 
-    def _keep(self, name: str, text: str) -> Path:
+    def _write(
+        self, name: str, contents: Mapping[Path, str], old: Sequence[str], done: Sequence[Path] = ()
+    ) -> list[Path]:
+        """Write files and old versions, and remove what is done with, in one step; return the versions."""
         folder = self.own / VERSIONS / name
-        file = folder / f"{self._date().strftime(_DATE)}.yaml"
-        write_output(file, text, make_folder=True)
-        for date in self.versions(name)[MOST_VERSIONS:]:
-            (folder / f"{date}.yaml").unlink()
-        return file
+        kept = {folder / f"{self._date().strftime(_DATE)}.yaml": text for text in old}
+        dates = sorted({*self.versions(name), *(file.stem for file in kept)}, reverse=True)
+        gone = [folder / f"{date}.yaml" for date in dates[MOST_VERSIONS:]]
+        write_outputs(
+            {file: text.encode() for file, text in {**kept, **contents}.items()},
+            remove=[*(file for file in done if file.is_file()), *gone],
+            no_links=[self.own / DRAFTS, self.own / VERSIONS],
+        )
+        return list(kept)
 
 
 def checked_name(name: str) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import MAX_DISTANCE_M, Pose2
-from florence_bt.core.plain_yaml import YamlNode, YamlSequence, read_yaml
+from florence_bt.core.plain_yaml import YamlNode, YamlSequence, parse_yaml, read_yaml
 from florence_bt.core.sensing import (
     FREE,
     MAX_MAP_CELLS,
@@ -240,6 +240,15 @@ def read_description(path: Path) -> MapDescription:
             f"the map: {error.problem}", file=path, line=error.line, column=error.column, valid=valid
         ) from error
     return _MapReader(path).read(root)
+
+
+def parse_description(text: bytes, path: Path) -> MapDescription:
+    """Read the text of the YAML file of a map; ``path`` is named in errors, and the image starts from it.
+
+    Raises:
+        ConfigError: It is wrong.
+    """
+    return _MapReader(path).read(parse_yaml(text, path))
 
 
 def _files_beside(file: Path, ending: str) -> list[Path]:

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.file_sets import replace_files
+from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.core.text_files import refuse_to_replace, replace_files
+from florence_bt.core.text_files import refuse_to_replace
 from florence_bt.skills.navigation.map_server.image import FORMATS, encode_image
-from florence_bt.skills.navigation.map_server.map_file import MODES, UNKNOWN_GREY, read_description
+from florence_bt.skills.navigation.map_server.map_file import (
+    MODES,
+    UNKNOWN_GREY,
+    MapDescription,
+    parse_description,
+    read_description,
+)
 
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 _WHITE, _BLACK = 254, 0
@@ -25,8 +35,9 @@ def save_map(
     form: str = "pgm",
     occupied_thresh: float = OCCUPIED_THRESH,
     free_thresh: float = FREE_THRESH,
+    others: Mapping[Path, bytes] | None = None,
 ) -> Path:
-    """Write a map: the YAML file and, beside it, the image of the same name; both or none.
+    """Write a map, and what belongs to it: the YAML file, beside it the image of the same name; all or none.
 
     Only new files are written, or another map of this name is replaced.
 
@@ -38,6 +49,7 @@ def save_map(
         form: Of the image: ``pgm``, ``png`` or ``bmp``.
         occupied_thresh: Occupancy, 0..1.
         free_thresh: Occupancy, 0..1.
+        others: What is written in the same step: file -> content.
 
     Returns:
         The YAML file.
@@ -53,12 +65,41 @@ def save_map(
         grid, path, mode=mode, form=form, occupied_thresh=occupied_thresh, free_thresh=free_thresh
     )
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         refuse_what_is_no_map(*files)
-        replace_files(files)
+        replace_map(path, {**(others or {}), **files})
     except OSError as error:
         raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
     return path
+
+
+def replace_map(
+    path: Path, contents: Mapping[Path, bytes], *, remove: Iterable[Path] = (), no_links: Iterable[Path] = ()
+) -> None:
+    """Write the files of a map and of what belongs to it, all or none; folders are made when missing.
+
+    Programs that know nothing of sets of files find an image and the description of that image at any moment:
+    while the image changes, the description names another copy of the new one.
+
+    Args:
+        path: The YAML file of the map.
+        contents: File -> what it is to hold; the map's may be among them, or not.
+        remove: Files that go in the same step.
+        no_links: As of :func:`replace_files`.
+
+    Raises:
+        OSError: One cannot be written, and nothing has changed.
+    """
+    others = {file: data for file, data in contents.items() if file != path}
+    last, gone = [(path, contents[path])] if path in contents else [], list(remove)
+    description = parse_description(contents[path], path) if last else None
+    if description is not None and description.image in others and description.image.exists():
+        image = description.image
+        beside = image.with_name(f".{image.stem}.new{image.suffix}")
+        pixels = others.pop(image)
+        meanwhile = _described(replace(description, image=beside)).encode()
+        last = [(beside, pixels), (path, meanwhile), (image, pixels), *last]
+        gone.append(beside)
+    replace_files([*others.items(), *last], remove=gone, make_folders=True, no_links=no_links)
 
 
 def encode_map(
@@ -82,12 +123,21 @@ def encode_map(
     see_through = mode == "scale" and form == "png"
     opacity = np.where(np.flipud(unknown), 0, 255).astype(np.uint8) if see_through else None
     image = path.with_suffix(f".{form}")
-    description = (
-        f"image: {image.name}\nmode: {mode}\nresolution: {grid.resolution!r}\n"
-        f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
-        f"negate: 0\noccupied_thresh: {occupied_thresh!r}\nfree_thresh: {free_thresh!r}\n"
+    origin = Pose2(grid.origin.x, grid.origin.y)
+    description = MapDescription(
+        path, image, grid.resolution, origin, False, occupied_thresh, free_thresh, mode
     )
-    return {image: encode_image(grey, opacity, form), path: description.encode()}
+    return {image: encode_image(grey, opacity, form), path: _described(description).encode()}
+
+
+def _described(map_: MapDescription) -> str:
+    """Write the YAML file of a map, whose image lies beside it."""
+    origin = map_.origin
+    return (
+        f"image: {map_.image.name}\nmode: {map_.mode}\nresolution: {map_.resolution!r}\n"
+        f"origin: [{origin.x!r}, {origin.y!r}, {origin.yaw!r}]\nnegate: {int(map_.negate)}\n"
+        f"occupied_thresh: {map_.occupied_thresh!r}\nfree_thresh: {map_.free_thresh!r}\n"
+    )
 
 
 def check_target(path: Path) -> None:
@@ -97,7 +147,10 @@ def check_target(path: Path) -> None:
         ConfigError: As there.
     """
     _check(path, "trinary", "pgm", OCCUPIED_THRESH, FREE_THRESH)
-    refuse_what_is_no_map(path.with_suffix(".pgm"), path)
+    try:
+        refuse_what_is_no_map(path.with_suffix(".pgm"), path)
+    except OSError as error:
+        raise ConfigError(f"the map cannot be written: {error.strerror}", file=path) from error
 
 
 def refuse_what_is_no_map(image: Path, path: Path) -> None:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.file_sets import mend, replace_files
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.text_files import replace_files
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 from florence_bt.skills.navigation.mapping.pose_graph import Tie
 
@@ -49,16 +49,8 @@ class MappedDrive:
     touches: tuple[tuple[int, Pose2], ...] = ()
 
 
-def save_drive(path: Path, drive: MappedDrive) -> None:
-    """Write a drive, in one step.
-
-    Args:
-        path: The file.
-        drive: What is known.
-
-    Raises:
-        OSError: It cannot be written.
-    """
+def drive_bytes(drive: MappedDrive) -> bytes:
+    """Return the content of the file of a drive."""
     arrays = {
         "version": np.array(VERSION),
         "stamps": np.array([scan.stamp for scan in drive.scans]),
@@ -80,7 +72,16 @@ def save_drive(path: Path, drive: MappedDrive) -> None:
         arrays[name] = np.concatenate(parts) if parts else np.zeros((0, 2), np.int16)
     data = io.BytesIO()
     np.savez_compressed(data, **arrays)  # type: ignore[arg-type]
-    replace_files({path: data.getvalue()})
+    return data.getvalue()
+
+
+def save_drive(path: Path, drive: MappedDrive) -> None:
+    """Write a drive, in one step.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    replace_files({path: drive_bytes(drive)})
 
 
 def load_drive(path: Path) -> MappedDrive:
@@ -111,6 +112,7 @@ def load_drive(path: Path) -> MappedDrive:
 def _arrays_in(path: Path) -> dict[str, Any]:
     """Read a file of arrays; raises ValueError when it is damaged."""
     try:
+        mend(path.parent)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as saved:
             return {name: saved[name] for name in saved.files}
     except OSError:
