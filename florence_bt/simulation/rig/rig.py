@@ -33,10 +33,10 @@ from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.navigator import FEET, LASER, Navigator
+from florence_bt.skills.navigation.navigate.costmap import BODIES, LASER
+from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
-from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.detector import detect_people

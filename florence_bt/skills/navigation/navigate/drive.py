@@ -13,6 +13,7 @@ from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
+from florence_bt.skills.navigation.navigate.costmap import BODIES, CONTACTS, LASER
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -23,6 +24,7 @@ from florence_bt.skills.navigation.navigate.recovery import (
     LostTime,
     ProgressWatch,
     RecoveryBehaviour,
+    StuckWatch,
 )
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.staging import (
@@ -35,8 +37,9 @@ from florence_bt.skills.navigation.navigate.staging import (
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
-_CONTACTS_SURE_S = 60.0
-"""When no way is left, what was touched last so long ago is not believed in any more."""
+_SURE_S = 60.0
+"""When no way is left, what was last touched, or seen of people who sit or lie, so long ago is not believed
+any more; nor is a place that was too tight then."""
 _RECOVERY_TIME_S = 12.0
 _LOOK_FROM_M = 1.6
 """From so far away the robot looks at what seems to stand at its goal, once no wall hides it: nearer the
@@ -71,6 +74,8 @@ class Drive:
         self._stage: Pose2 | None = None
         self._beside: Pose2 | None = None
         self._narrow = False
+        self._began = now
+        self._stuck = StuckWatch(parameters.recovery)
         self._last_plan = now
         self._last_control = now
         still = f"the robot has not come nearer to the goal for {parameters.recovery.give_up_time:g} s"
@@ -145,6 +150,7 @@ class Drive:
         """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
+        self._costmaps.tight.look()
         forbidden = zones.problem_with(self._goal)
         if forbidden is not None:
             return self._hopeless(failure("goal_occupied", forbidden))
@@ -160,24 +166,7 @@ class Drive:
             goal = self._turning_place(here, spare) if narrow else goal
             plan = plan_path(costmap, here, goal, self._p.planner, tolerance=self._tolerance(here))
         if isinstance(plan, Result):
-            self._trouble = (plan.code, plan.reason)
-            for each in (costmap, self._costmaps.local_costmap):
-                each.forget_contacts(before=state.now - _CONTACTS_SURE_S)
-            on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
-            if isinstance(on_map, Result):
-                return self._hopeless(on_map)
-            if zones.closes_ways:
-                allowed = plan_path(costmap, here, self._goal, self._p.planner, costs=zones.permanent)
-                if isinstance(allowed, Result):
-                    return self._hopeless(zones.no_way_to(self._goal))
-            self._lose_plan()
-            if plan.code == "no_path":
-                self._trouble = ("blocked", "something blocks every way to the goal")
-            elif plan.code == "goal_occupied":
-                self._trouble = (plan.code, "something that is not in the map stands at the goal")
-                if self._looked:
-                    self._forget_who_left(state)
-            return None
+            return self._explain(state, plan)
         if plan.goal is not goal:
             there = plan.goal
             plan = replace(
@@ -185,6 +174,43 @@ class Drive:
             )
         self._take(plan)
         self._last_plan = state.now
+        return None
+
+    def _explain(self, state: RobotState, failed: Result) -> Result | None:
+        """Find out why there is no plan: a result when waiting would not help, else what is waited for."""
+        here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
+        self._trouble = (failed.code, failed.reason)
+        for each in (costmap, self._costmaps.local_costmap):
+            each.forget([CONTACTS, BODIES], before=state.now - _SURE_S)
+        self._costmaps.tight.forget(before=state.now - _SURE_S, of_map=False)
+        on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
+        if isinstance(on_map, Result):
+            return self._hopeless(on_map)
+        if zones.closes_ways:
+            allowed = plan_path(costmap, here, self._goal, self._p.planner, costs=zones.permanent)
+            if isinstance(allowed, Result):
+                return self._hopeless(zones.no_way_to(self._goal))
+        self._lose_plan()
+        if failed.code == "no_path":
+            return self._explain_no_way(here)
+        if failed.code == "goal_occupied":
+            self._trouble = (failed.code, "something that is not in the map stands at the goal")
+            if self._looked:
+                self._forget_who_left(state)
+        return None
+
+    def _explain_no_way(self, here: Pose2) -> Result | None:
+        """Tell what blocks every way: a result when that is a place where the robot did not get through."""
+        self._trouble = ("blocked", "something blocks every way to the goal")
+        tight = self._costmaps.tight.only_way(here, self._goal, self._p.planner)
+        if tight is None:
+            return None
+        place = f"({tight.pose.x:.2f}, {tight.pose.y:.2f})"
+        reason = f"the only way leads through {place}, where {tight.width:.2f} m are too narrow for the robot"
+        self._trouble = ("blocked", reason)
+        # What the map does not show may go away, while the robot stands before it.
+        if tight.on_map or tight.since < self._began:
+            return self._hopeless(failure(*self._trouble))
         return None
 
     def _lose_plan(self) -> None:
@@ -298,9 +324,24 @@ class Drive:
             return self._recover(state, DriveEvent.NO_PROGRESS)
         self._trouble = ("blocked", control.blocked)
         self._narrow |= control.is_narrow
-        if state.now - self._last_control > self._p.recovery.controller_patience:
-            return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
-        return None
+        stuck = control.is_tight and self._stuck.too_long(state.now, state.map_pose)
+        if not stuck and state.now - self._last_control <= self._p.recovery.controller_patience:
+            return None
+        if control.is_tight:
+            if self._stuck.recovered and self._close_way(state):
+                return None
+            self._stuck.note_recovery()
+        return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
+
+    def _close_way(self, state: RobotState) -> bool:
+        """Close the way on which a recovery behaviour has not helped for the planner."""
+        local, odom_from_map = self._costmaps.local_costmap, state.map_from_odom.inverse()
+        assert self.path is not None
+        if not self._costmaps.tight.close(self.path, state.map_pose, local, odom_from_map, state.now):
+            return False
+        self._stuck.forget()
+        self._last_control = self._next_plan = state.now
+        return True
 
     # Recovering.
 
@@ -351,9 +392,10 @@ class Drive:
         return behaviour
 
     def _clear(self, state: RobotState, side: float) -> None:
+        """Forget what the laser marked outside of a window; what the camera marked goes by looking."""
         costmaps, map_pose = self._costmaps, state.map_pose
-        costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side)
-        costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
+        costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side, [LASER])
+        costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side, [LASER])
 
     def _forget_who_left(self, state: RobotState) -> None:
         """Forget what the camera marked above feet at the goal: a person in view is seen again."""

@@ -21,7 +21,15 @@ from florence_bt.skills.filters.legs.leg_detector import all_legs
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
-from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points, moved_rays, rays_of
+from florence_bt.skills.navigation.navigate.costmap import (
+    BODIES,
+    CONTACTS,
+    LASER,
+    Costmap,
+    moved_points,
+    moved_rays,
+    rays_of,
+)
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
@@ -42,16 +50,16 @@ from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
-from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
+from florence_bt.skills.navigation.navigate.tight_ways import TightWays
+from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
-LASER = "scan"
-"""The source in whose scans legs are found."""
 FEET = "laser"
 """The source of scans of the laser alone."""
 _CONTACTS_KEPT_S = 600.0
-"""A goal that begins so long after the last contact does not believe in it any more."""
+"""A goal that begins so long after the last contact, or after a way was too tight, does not believe in it any
+more."""
 
 Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | PersonGoal | Approach
 _BY_ODOMETRY = (Spin, StraightDrive, Approach)
@@ -143,7 +151,8 @@ class Navigator:
         self._robot: Pose2 | None = None
         self.global_costmap = Costmap(self._p.costmap, self._furnished(grid))
         self.local_costmap = Costmap(self._p.costmap)
-        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts())
+        tight = TightWays(self.global_costmap)
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts(), tight)
         self._newer_map: OccupancyGrid | None = None
         self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
@@ -224,7 +233,7 @@ class Navigator:
         if self._exploration.stands(robot):
             # What it has touched is a wall of the map by now.
             for costmap in (self.global_costmap, self.local_costmap):
-                costmap.forget_contacts(before=math.inf)
+                costmap.forget([CONTACTS], before=math.inf)
         return self._exploration.next_view(robot, number)
 
     @property
@@ -296,7 +305,8 @@ class Navigator:
             if source == FEET:
                 costmap.update_feet(moved_rays(in_base, robot), known)
             else:
-                costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
+                only_marks_at = scan.stamp if source == BODIES else None
+                costmap.add_rays(source, moved_rays(in_base, robot), robot, only_marks_at=only_marks_at)
 
     def _forget_what_was_elsewhere(self, odom_pose: Pose2, map_from_odom: Pose2 | None) -> None:
         if map_from_odom is None:
@@ -570,7 +580,8 @@ class Navigator:
 
     def _begin(self, now: float) -> None:
         for costmap in (self.global_costmap, self.local_costmap):
-            costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
+            costmap.forget([CONTACTS], before=now - _CONTACTS_KEPT_S)
+        self._costmaps.tight.forget(before=now - _CONTACTS_KEPT_S, of_map=True)
         self._goal = self._end = self._person_task = None
         if self._newer_map is not None:
             self.replace_map(self._newer_map)

@@ -11,6 +11,7 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.tight_ways import TightWays
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 
 
@@ -52,7 +53,8 @@ class CycleResult:
 
 @dataclass(slots=True)
 class Costmaps:
-    """The costmaps that the robot drives by; the last three change when a newer map comes.
+    """The costmaps that the robot drives by; ``static``, ``walls`` and ``zones`` change when a newer map
+    comes.
 
     Attributes:
         global_costmap: In the map frame.
@@ -60,6 +62,7 @@ class Costmaps:
         static: Inflated costs of the map alone, on the cells of the global costmap.
         walls: The map's walls.
         zones: Where the robot does not drive, or drives slowly.
+        tight: Where it could not.
     """
 
     global_costmap: Costmap
@@ -67,6 +70,7 @@ class Costmaps:
     static: Cells
     walls: MapWalls
     zones: ZoneLayer
+    tight: TightWays
 
 
 @dataclass(frozen=True, slots=True)
