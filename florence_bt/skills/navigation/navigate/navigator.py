@@ -638,15 +638,15 @@ class Navigator:
             command, result = self._find(state)
         if result is not None:
             return self._finish(result)
-        return CycleResult(command.slowed_to(self._speed_limit(state)), self._feedback)
+        return CycleResult(command.slowed_to(self._speed_limit(state, command)), self._feedback)
 
-    def _speed_limit(self, state: RobotState) -> float:
-        """Return how fast to drive at most, m/s: infinity without a limit."""
+    def _speed_limit(self, state: RobotState, command: Twist2) -> float:
+        """Return how fast to drive an arc at most, m/s: infinity without a limit."""
         asked = self.speed_limit or math.inf
         if not state.localised:
             return asked
-        here, greatest = state.map_pose, self._p.controller.max_vel_x
-        return min(asked, self._zones.speed_limit(here.x, here.y, greatest))
+        arc = command.slowed_to(asked)
+        return min(asked, self._zones.speed_limit(state.map_pose, arc, self._p.controller.max_vel_x))
 
     def _stand_still(self, goal: WaitInPlace, now: float) -> CycleResult:
         """Stand still, which needs no sensors."""
