@@ -386,7 +386,8 @@ class Drive:
     def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
         """Return the next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
         wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
-        room = state.clearance.is_free(-self._p.recovery.back_up_distance, 0.0)
+        way = self._p.recovery.back_up_distance
+        room = state.clearance.is_free(-way, 0.0) and state.driven.covers(state.pose, way / 2.0)
         behaviour = RecoveryBehaviour.BACK_UP if wedged and room else self._untried[0]
         self._untried.remove(behaviour)
         return behaviour

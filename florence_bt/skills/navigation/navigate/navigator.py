@@ -31,6 +31,7 @@ from florence_bt.skills.navigation.navigate.costmap import (
     rays_of,
 )
 from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
@@ -157,6 +158,7 @@ class Navigator:
         self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
         self._way: deque[Pose2] = deque(maxlen=_WAY_POSES)
+        self._driven = DrivenWay(self._p.costmap.make_true_footprint())
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -281,6 +283,7 @@ class Navigator:
         if not odom_pose.is_finite():
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
+        self._driven.saw(odom_pose)
         self._forget_what_was_elsewhere(odom_pose, map_from_odom)
         self._clear_where_people_were(map_from_odom)
         in_base = rays_of(scan, sensor_in_base)
@@ -670,7 +673,9 @@ class Navigator:
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
         place = map_from_odom or Pose2()
-        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
+        return RobotState(
+            now, pose, odometry.twist, place, clearance, self.base_stop, self._driven, people, localised
+        )
 
     def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
         """Find the robot's place: nobody knows it, and the goal needs it."""

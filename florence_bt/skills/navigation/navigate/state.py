@@ -9,6 +9,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.tight_ways import TightWays
@@ -84,6 +85,7 @@ class RobotState:
         map_from_odom: The place of the odometry frame in the map; identity while it is not known.
         clearance: What is around it.
         stop: What holds the base.
+        driven: Where it was.
         people: Whom it has to mind; not the person who is followed.
         localised: Whether the place in the map is known.
     """
@@ -94,6 +96,7 @@ class RobotState:
     map_from_odom: Pose2
     clearance: Clearance
     stop: BaseStop
+    driven: DrivenWay
     people: People = field(default_factory=People)
     localised: bool = True
 
