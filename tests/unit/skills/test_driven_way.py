@@ -6,10 +6,14 @@ import math
 
 import pytest
 
-from florence_bt.core.geometry import Pose2
-from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
+from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.contact import BackUp
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
+from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.state import RobotState
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, outline
 
 GAP: tuple[Box, ...] = (*WALLS[:4], (4.0, 0.0, 4.1, 1.0), (4.0, 1.4, 4.1, 5.0), *WALLS[6:])
@@ -36,15 +40,21 @@ def touches_foot(world: World) -> bool:
     return any(x0 < x < x1 and y0 < y < y1 for x, y in points)
 
 
-@pytest.mark.slow
-def test_a_recovery_does_not_back_where_the_robot_was_not() -> None:
-    """It has turned towards the gap where it stands: the way that it came lies beside it."""
-    trip = Trip(Pose2(3.2, 1.2, math.pi / 2), boxes=GAP, on_map=GAP, jitter=0.007)
-    touched = []
-    trip.navigator.start(Pose2(6.0, 1.2, 0.0), 0.0)
-    while trip.cycle() is None and trip.world.now < 25.0:
-        touched.append(touches_foot(trip.world))
-    assert not any(touched)
+def test_backing_up_ends_where_the_robot_was_not() -> None:
+    """It came along x, and has turned on the spot: the way that it came lies beside it."""
+    turned = way(*straight(1.0), *(Pose2(1.0, 0.0, 0.1 * step) for step in range(17)))
+    for driven, heading, backs in ((way(*straight(1.0)), 0.0, True), (turned, 1.6, False)):
+        state = RobotState(
+            now=0.0,
+            pose=Pose2(1.0, 0.0, heading) @ Pose2(-0.1, 0.0),
+            twist=STANDSTILL,
+            map_from_odom=Pose2(),
+            clearance=Clearance(Costmap(CostmapParameters()), Pose2(), None, None),
+            stop=BaseStop(),
+            driven=driven,
+        )
+        command = BackUp(state, RecoveryParameters(back_up_distance=0.3), 10.0).step(state)
+        assert (command.linear < 0.0) is backs
 
 
 @pytest.mark.slow
