@@ -271,9 +271,9 @@ class _BaseSkills:
     def limit_speed(self, message: Any) -> None:
         self._navigator.speed_limit = message.data
 
-    def navigate(self, goal: Pose2) -> SkillRun:
+    def navigate(self, goal: Pose2, precise: bool) -> SkillRun:
         run = self._component.begin("driving", self._navigator.cancel)
-        self._navigator.start(goal, self._clock.now())
+        self._navigator.start(goal, self._clock.now(), precise=precise)
         return run
 
     def navigate_through(self, goals: Sequence[Pose2]) -> SkillRun:

@@ -14,6 +14,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETH
 from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import BODIES, CONTACTS, LASER
+from florence_bt.skills.navigation.navigate.fine_approach import FineApproach
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -54,13 +55,28 @@ TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 class Drive:
     """A drive from its start to its result.
 
+    Args:
+        goal: In the map frame.
+        costmaps: Where the robot drives.
+        parameters: All of navigation.
+        now: Seconds.
+        precise: Whether it ends within :data:`PRECISE_M` and :data:`PRECISE_RAD` of the goal, or fails.
+
     Attributes:
         state: Where it stands in the table of :mod:`recovery`.
         path: The path that is followed, shape (n, 2) in the map frame, or None.
         remaining: Metres along it in the last cycle, infinity before the first.
     """
 
-    def __init__(self, goal: Pose2, costmaps: Costmaps, parameters: NavigatorParameters, now: float) -> None:
+    def __init__(
+        self,
+        goal: Pose2,
+        costmaps: Costmaps,
+        parameters: NavigatorParameters,
+        now: float,
+        *,
+        precise: bool = False,
+    ) -> None:
         self._goal = goal
         self._costmaps = costmaps
         self._p = parameters
@@ -74,6 +90,8 @@ class Drive:
         self._stage: Pose2 | None = None
         self._beside: Pose2 | None = None
         self._narrow = False
+        self._precise = precise
+        self._fine: FineApproach | None = None
         self._began = now
         self._stuck = StuckWatch(parameters.recovery)
         self._last_plan = now
@@ -101,7 +119,7 @@ class Drive:
             return STANDSTILL, self._feedback(state, math.nan, contact.reason), contact
         if contact is not None:
             self._on(DriveEvent.TOUCHED)
-            self._recovery = None
+            self._recovery = self._fine = None
             self._lost.saw(state.now, math.inf)
             return contact, self._feedback(state, math.nan, self._contact.text), None
         if self.state is DriveState.BACKING_OFF:
@@ -130,6 +148,8 @@ class Drive:
             command = self._run_recovery(state)
             if command is not None:
                 return command, self._feedback(state, math.nan, self._recovery_text), None
+        if self._fine is not None:
+            return self._correct(state, self._fine)
         if state.now >= self._next_plan:
             hopeless = self._plan(state)
             if hopeless is not None:
@@ -300,9 +320,18 @@ class Drive:
         )
         self.remaining = control.remaining
         feedback = self._feedback(state, control.remaining, control.text or f"waiting: {control.blocked}")
-        if control.reached:
+        if control.reached and self._precise and self._planned_goal in (self._goal, self._beside):
+            self._fine = FineApproach(self._goal, state.now)
+        elif control.reached:
             return STANDSTILL, feedback, self._arrived()
         return control.command, feedback, self._judge(state, control)
+
+    def _correct(self, state: RobotState, fine: FineApproach) -> tuple[Twist2, Feedback, Result | None]:
+        command, result = fine.step(state)
+        feedback = self._feedback(state, math.nan, "correcting where it stands")
+        if result is not None:
+            self._on(DriveEvent.REACHED if result.succeeded else DriveEvent.OFF)
+        return command, feedback, result
 
     def _arrived(self) -> Result | None:
         if self._planned_goal in (self._goal, self._beside):

@@ -350,14 +350,20 @@ class Navigator:
 
     # Goals.
 
-    def start(self, goal: Pose2, now: float) -> None:
-        """Drive to a pose in the map frame; replaces what is active. A bad goal ends in the next step."""
+    def start(self, goal: Pose2, now: float, *, precise: bool = False) -> None:
+        """Drive to a pose in the map frame; replaces what is active. A bad goal ends in the next step.
+
+        Args:
+            goal: Where to.
+            now: Seconds.
+            precise: Whether to correct where the drive ends (:mod:`fine_approach`).
+        """
         self._begin(now)
         problem = self._problem_with(goal)
         if problem is not None:
             self._end = failure(*problem)
         else:
-            self._goal = Drive(goal, self._costmaps, self._p, now)
+            self._goal = Drive(goal, self._costmaps, self._p, now, precise=precise)
 
     def start_through(self, goals: Sequence[Pose2], now: float) -> None:
         """Drive to the last of several poses in the map frame, past the others; replaces what is active."""

@@ -37,6 +37,7 @@ class DriveEvent(enum.Enum):
     BACKED_OFF = "backed off"
     REACHED = "the goal is reached"
     HOPELESS = "no way on the map itself, or only one that was too tight, or the third touch"
+    OFF = "a precise drive does not get nearer to its goal"
     OCCUPIED = "something stands at the goal for goal_patience"
     TIME_OVER = "give_up_time without progress"
 
@@ -52,6 +53,7 @@ TRANSITIONS: dict[tuple[DriveState, DriveEvent], DriveState] = {
     (DriveState.CONTROLLING, DriveEvent.PLAN_LOST): DriveState.PLANNING,
     (DriveState.CONTROLLING, DriveEvent.CONTROLLER_PATIENCE): DriveState.CLEARING,
     (DriveState.CONTROLLING, DriveEvent.NO_PROGRESS): DriveState.CLEARING,
+    (DriveState.CONTROLLING, DriveEvent.OFF): DriveState.ABORTED,
     (DriveState.CLEARING, DriveEvent.CLEARED): DriveState.PLANNING,
     (DriveState.PLANNING, DriveEvent.OCCUPIED): DriveState.ABORTED,
     **{(state, DriveEvent.TOUCHED): DriveState.BACKING_OFF for state in _AT_WORK},
