@@ -138,6 +138,7 @@ class Drive:
         self._lost = LostTime(self._p.recovery, now)
         self._last_plan = self._last_control = self._next_plan = now
         self._narrow = self._came_near = self._looked = False
+        self._fine = None
 
     def _on(self, event: DriveEvent) -> None:
         if (self.state, event) != (DriveState.BACKING_OFF, DriveEvent.TOUCHED):
@@ -322,6 +323,7 @@ class Drive:
         feedback = self._feedback(state, control.remaining, control.text or f"waiting: {control.blocked}")
         if control.reached and self._precise and self._planned_goal in (self._goal, self._beside):
             self._fine = FineApproach(self._goal, state.now)
+            self._lost = LostTime(self._p.recovery, state.now)
         elif control.reached:
             return STANDSTILL, feedback, self._arrived()
         return control.command, feedback, self._judge(state, control)
@@ -363,7 +365,7 @@ class Drive:
         return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
 
     def _close_way(self, state: RobotState) -> bool:
-        """Close the way on which a recovery behaviour has not helped for the planner."""
+        """Close the way ahead for the planner, as a recovery behaviour has not helped; False if it cannot."""
         local, odom_from_map = self._costmaps.local_costmap, state.map_from_odom.inverse()
         assert self.path is not None
         if not self._costmaps.tight.close(self.path, state.map_pose, local, odom_from_map, state.now):

@@ -22,7 +22,8 @@ _STOPS_M, _STOPS_RAD = 0.003, 0.005
 """How far it gets on when it is told to stop at the slowest speed: a cycle of the controller, and braking."""
 _REST_MPS, _REST_RADPS, _REST_S = 0.005, 0.02, 0.3
 """Slower, for so long, it stands, and is measured."""
-_LEGS, _LIMIT_S = 12, 25.0
+_LEGS, _LIMIT_S = 12, 20.0
+"""Then it is near enough or not; less than ``give_up_time`` of a drive."""
 
 
 class FineApproach:
