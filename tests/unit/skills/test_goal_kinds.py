@@ -11,8 +11,6 @@ import pytest
 
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.core.serving import ActionBinding
-from florence_bt.skills.navigation.navigate.bindings import BINDINGS, PRECISE
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import BaseStop
@@ -224,12 +222,3 @@ def test_a_precise_drive_that_cannot_get_there_tells_how_far_off_it_is() -> None
         results.append(end_of(trip, 60.0))
     assert results[0].succeeded and trip.world.hits == 0
     assert results[1].code in ("blocked", "no_progress") and " cm " in results[1].reason
-
-
-def test_a_drive_is_precise_by_the_field_that_nav2_names_a_tree_in() -> None:
-    binding = next(each for each in BINDINGS if each.skill == "navigate_to")
-    assert isinstance(binding, ActionBinding)
-    goal = Pose2(1.0, 2.0, 0.0)
-    for precise, tree in ((False, ""), (True, PRECISE)):
-        asked = {"goal": goal, "precise": precise}
-        assert binding.request(asked) == {"pose": goal, "behavior_tree": tree}

@@ -80,13 +80,13 @@ BINDINGS = (
         name="navigate_to_pose",
         request=lambda inputs: {
             "pose": inputs["goal"],
-            "behavior_tree": PRECISE if inputs["precise"] else "",
+            "behavior_tree": PRECISE if inputs.get("precise", False) else "",
         },
         error_codes=NAVIGATE_CODES_BY_NUMBER,
         result=partial(result_from_server, "navigate_to", NAVIGATE_CODES_BY_NUMBER, "blocked"),
         feedback=_driving,
         component="base",
-        start_in_rig=lambda base, inputs: base.navigate(inputs["goal"], inputs["precise"]),
+        start_in_rig=lambda base, inputs: base.navigate(inputs["goal"], inputs.get("precise", False)),
     ),
     ActionBinding(
         skill="turn",
