@@ -33,10 +33,10 @@ from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.navigator import FEET, LASER, Navigator
+from florence_bt.skills.navigation.navigate.costmap import BODIES, LASER
+from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
-from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.camera_view import view_of
@@ -271,9 +271,9 @@ class _BaseSkills:
     def limit_speed(self, message: Any) -> None:
         self._navigator.speed_limit = message.data
 
-    def navigate(self, goal: Pose2) -> SkillRun:
+    def navigate(self, goal: Pose2, precise: bool) -> SkillRun:
         run = self._component.begin("driving", self._navigator.cancel)
-        self._navigator.start(goal, self._clock.now())
+        self._navigator.start(goal, self._clock.now(), precise=precise)
         return run
 
     def navigate_through(self, goals: Sequence[Pose2]) -> SkillRun:

@@ -16,6 +16,7 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import BackUp
 from florence_bt.skills.navigation.navigate.controller import Control, Controller, ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
+from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
@@ -248,7 +249,9 @@ def test_backing_up_stops_before_an_obstacle() -> None:
 
     def state(now: float, costmap: Costmap, pose: Pose2 = ORIGIN) -> RobotState:
         clearance = Clearance(costmap, pose, None, None)
-        return RobotState(now, pose, STANDSTILL, ORIGIN, clearance, BaseStop())
+        driven = DrivenWay(CostmapParameters().make_true_footprint())
+        driven.saw(ORIGIN)
+        return RobotState(now, pose, STANDSTILL, ORIGIN, clearance, BaseStop(), driven)
 
     parameters = RecoveryParameters(back_up_distance=0.3, back_up_speed=0.1)
     back = BackUp(state(0.0, local()), parameters, 10.0)

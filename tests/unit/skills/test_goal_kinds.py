@@ -14,7 +14,7 @@ from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from tests.unit.skills.navigation_world import Trip, make_map
+from tests.unit.skills.navigation_world import WALLS, Trip, make_map
 
 
 def end_of(trip: Trip, limit: float, each: Callable[[], None] = lambda: None) -> Result:
@@ -197,3 +197,29 @@ def test_parts_of_a_costmap_are_cleared() -> None:
     assert 0 < len(left) < len(marked)
     places = (left + 0.5) * costmap.resolution + (costmap.origin_y, costmap.origin_x)
     assert np.abs(places).max(axis=1).min() >= 1.99
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "goal", [Pose2(3.0, 3.4, 0.0), Pose2(2.1, 1.0, 2.0), Pose2(1.2, 3.3, -1.6), Pose2(1.53, 2.44, 0.04)]
+)
+def test_a_precise_drive_ends_within_a_centimetre_and_half_a_degree(goal: Pose2, seed: int) -> None:
+    trip = Trip(Pose2(1.5, 2.4, 0.0), seed=seed)
+    trip.navigator.start(goal, trip.world.now, precise=True)
+    assert end_of(trip, 60.0).succeeded
+    assert trip.world.pose.distance_to(goal) <= 0.01
+    assert math.degrees(abs(angle_difference(trip.world.pose.yaw, goal.yaw))) <= 0.5
+
+
+def test_a_precise_drive_that_cannot_get_there_tells_how_far_off_it_is() -> None:
+    """A box leaves room for the usual end, before the goal."""
+    box = (2.0, 2.1, 2.1, 2.7)
+    trip = Trip(Pose2(0.8, 2.4, 0.0), boxes=(*WALLS, box))
+    goal = Pose2(1.77, 2.4, 0.0)
+    results = []
+    for precise in (False, True):
+        trip.navigator.start(goal, trip.world.now, precise=precise)
+        results.append(end_of(trip, 60.0))
+    assert results[0].succeeded and trip.world.hits == 0
+    assert results[1].code in ("blocked", "no_progress") and " cm " in results[1].reason

@@ -6,10 +6,14 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
+from florence_bt.core.sensing import LaserScan
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -18,6 +22,7 @@ from florence_bt.skills.navigation.navigate.recovery import (
     DriveEvent,
     DriveState,
     LostTime,
+    RecoveryBehaviour,
 )
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World
@@ -141,6 +146,44 @@ def test_progress_brings_the_recovery_behaviours_back() -> None:
     result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), each)
     assert result.succeeded
     assert min(left) < len(RECOVERY_BEHAVIOURS) == left[-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", ["depth", "low", "overhangs", "people"])
+def test_recovering_forgets_nothing_that_the_laser_would_not_see_again(source: str) -> None:
+    trip = Trip(Pose2(2.6, 2.4, 0.0))
+    trip.navigator.add_scan(
+        source,
+        LaserScan(0.0, "camera", math.radians(90.0), 0.1, 0.02, 5.6, np.array([0.8], np.float32)),
+        Transform3.from_pose2(Pose2()),
+        trip.world.odom,
+        trip.map_from_odom(),
+    )
+    place, in_odom = (2.6, 3.2), trip.world.pose.inverse().apply(2.6, 3.2)
+    result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), lambda world: closed_door(trip, world))
+    assert result.code == "blocked"
+    assert trip.world.now > 20.0 and RecoveryBehaviour.BACK_UP.value in trip.texts
+    assert trip.navigator.global_costmap.cost_at(*place) == LETHAL
+    assert trip.navigator.local_costmap.cost_at(*in_odom) == LETHAL
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("age_s", "reached"), [(0.0, False), (100.0, True)])
+def test_who_was_seen_to_sit_long_ago_does_not_close_the_only_way(age_s: float, reached: bool) -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    beams = np.linspace(1.6, 2.0, 20, dtype=np.float32)
+    trip.world.now += age_s
+    for turn in np.linspace(-0.3, 0.3, 40):
+        trip.navigator.add_scan(
+            "people",
+            LaserScan(0.0, "camera", float(turn), 0.0, 0.02, 5.6, beams),
+            Transform3.from_pose2(Pose2()),
+            trip.world.odom,
+            trip.map_from_odom(),
+        )
+    trip.see()
+    result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), lambda world: None)
+    assert result.succeeded is reached
 
 
 def test_what_is_marked_under_the_nose_does_not_hold_a_robot_that_backs_off() -> None:

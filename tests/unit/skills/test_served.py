@@ -21,6 +21,7 @@ from florence_bt.core.serving import (
     ServiceBinding,
     SkillBinding,
 )
+from florence_bt.skills.navigation.navigate.bindings import PRECISE
 from florence_bt.skills.served import ACTIONS, BINDINGS
 from florence_bt.trees.language.declarations import own_declarations
 
@@ -63,7 +64,8 @@ def test_the_type_fits_the_table(served: SkillBinding) -> None:
 @pytest.mark.parametrize(
     ("name", "inputs", "fields"),
     [
-        ("navigate_to", {"goal": POSE}, {"pose": POSE}),
+        ("navigate_to", {"goal": POSE, "precise": False}, {"pose": POSE, "behavior_tree": ""}),
+        ("navigate_to", {"goal": POSE, "precise": True}, {"pose": POSE, "behavior_tree": PRECISE}),
         (
             "turn",
             {"angle": 1, "time_allowance": 20.0},

@@ -160,6 +160,31 @@ def test_a_slow_zone_limits_the_speed_there_and_nowhere_else(
     assert max(outside) > 0.3
 
 
+@pytest.mark.parametrize("limit", [0.1, 0.3])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_at_the_border_of_a_slow_zone_its_speed_holds_already(limit: float, way: float) -> None:
+    trip = Trip(Pose2(1.7 - way, 3.4, 0.0))
+    slow = Zone("carpet", SLOW, rectangle(1.4, 2.8, 2.0, 4.0), limit)
+    trip.navigator.set_zones([slow])
+    trip.navigator.start_straight(1.6 * way, 0.45, trip.world.now, 0.0)
+    inside: list[float] = []
+    outside: list[float] = []
+    while trip.cycle() is None:
+        there = slow.contains(trip.world.pose.x, trip.world.pose.y)
+        (inside if there else outside).append(abs(trip.world.twist.linear))
+    assert inside and limit - 0.05 < max(inside) <= limit + 1e-9
+    assert max(outside) > 0.44
+
+
+def test_a_slow_zone_beside_the_way_slows_nothing() -> None:
+    trip = Trip(Pose2(0.7, 3.4, 0.0))
+    trip.navigator.set_zones([Zone("carpet", SLOW, rectangle(1.0, 3.45, 3.0, 4.0), 0.1)])
+    trip.navigator.start_straight(1.6, 0.45, trip.world.now, 0.0)
+    while trip.cycle() is None:
+        pass
+    assert max(trip.commands) > 0.44
+
+
 def test_a_slow_zone_limits_follow_and_straight_drives_too() -> None:
     trip = Trip(Pose2(1.0, 3.4, 0.0))
     trip.navigator.set_zones([Zone("carpet", SLOW, rectangle(0.0, 0.0, 4.0, 5.0), 0.1)])

@@ -30,6 +30,9 @@ from florence_bt.skills.navigation.navigate.results import (
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
+PRECISE = "precise"
+"""``behavior_tree`` of a goal of NavigateToPose whose end is to be corrected: no other field of it is free.
+Nav2, which takes the name for that of a file, refuses the goal."""
 NOT_OF_NAV2 = frozenset(
     {"follow_user", "search_for_user", "approach_person", "set_speed_limit", "get_frontier"}
 )
@@ -75,12 +78,15 @@ BINDINGS = (
         skill="navigate_to",
         interface="nav2_msgs/action/NavigateToPose",
         name="navigate_to_pose",
-        request=lambda inputs: {"pose": inputs["goal"]},
+        request=lambda inputs: {
+            "pose": inputs["goal"],
+            "behavior_tree": PRECISE if inputs.get("precise", False) else "",
+        },
         error_codes=NAVIGATE_CODES_BY_NUMBER,
         result=partial(result_from_server, "navigate_to", NAVIGATE_CODES_BY_NUMBER, "blocked"),
         feedback=_driving,
         component="base",
-        start_in_rig=lambda base, inputs: base.navigate(inputs["goal"]),
+        start_in_rig=lambda base, inputs: base.navigate(inputs["goal"], inputs.get("precise", False)),
     ),
     ActionBinding(
         skill="turn",

@@ -56,7 +56,7 @@ class SlipWatch:
 
 
 class BackUp:
-    """Drive straight back a little.
+    """Drive straight back a little, over floor where the robot was: nothing sees what stands low behind it.
 
     Args:
         state: Where it begins.
@@ -70,10 +70,12 @@ class BackUp:
         self._deadline = state.now + time_allowance
 
     def step(self, state: RobotState) -> Twist2:
-        """Return the velocity; standstill when it is over, or something or somebody is behind."""
+        """Return the velocity; standstill when it is over, or what is behind is not free, or not known."""
         left = self._p.back_up_distance - self._start.distance_to(state.pose)
         over = left <= 0.01 or state.now > self._deadline
         if over or not state.clearance.is_free(-min(left + 0.05, 0.15), 0.0):
+            return STANDSTILL
+        if not state.driven.covers(state.pose, 0.0):
             return STANDSTILL
         return state.people.slowed(state.pose, Twist2(-self._p.back_up_speed, 0.0))
 

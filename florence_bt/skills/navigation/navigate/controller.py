@@ -124,6 +124,7 @@ class Control:
         reached: Whether the robot stands at the goal.
         blocked: Why no velocity is possible, empty when one is.
         is_narrow: Whether that is because the robot cannot turn at its goal, or right before it.
+        is_tight: Whether that is because every way along the path would touch something.
         text: What the robot does, for people; steady.
     """
 
@@ -132,6 +133,7 @@ class Control:
     reached: bool = False
     blocked: str = ""
     is_narrow: bool = False
+    is_tight: bool = False
     text: str = ""
 
 
@@ -338,7 +340,9 @@ class Controller:
         out = self._out_of_the_wedge(heading, clearance)
         if out is not None:
             return Control(out, remaining, text="getting clear of what is too near")
-        return Control(STANDSTILL, remaining, blocked="every way forward would touch something")
+        return Control(
+            STANDSTILL, remaining, blocked="every way forward would touch something", is_tight=True
+        )
 
     def _out_of_the_wedge(self, bearing: float, clearance: Clearance) -> Twist2 | None:
         """Creep ahead, where the robot stands in something already and gets in no deeper.

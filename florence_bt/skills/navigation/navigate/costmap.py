@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -169,8 +169,17 @@ is carried hangs over further."""
 CLEARED_FROM = {"low": 1.3}
 """Source -> nearer than this its rays clear nothing, metres: the camera looks over what lies there."""
 _NO_POINTS = np.empty((0, 2))
+LASER = "scan"
+"""The source of scans at the height of the laser, which looks nearly all around and sees what is near: it
+marks again what was forgotten. The camera, which looks ahead from half a metre on, does not."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
+TIGHT = "tight"
+"""Name of the layer of ways that the controller could not drive."""
+BODIES = "people"
+"""The source of scans of people who sit or lie, as the user tracker sees them; they only mark."""
+_FELT = CONTACTS, TIGHT
+"""Layers of what no sensor sees."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
 """Shape (n, 2), metres in base_footprint: what the bumper may touch, just before the round base of 0.17 m."""
 
@@ -233,7 +242,7 @@ class Costmap:
         self._layers: dict[str, Cells] = {}
         self._closed: Cells | None = None
         self._master: Cells | None = None
-        self._last_contact = -math.inf
+        self._newest: dict[str, float] = {}
         self._people = np.empty((0, 4))
         self._feet: NDArray[np.float64] | None = None
         if static is None:
@@ -277,21 +286,26 @@ class Costmap:
     def master(self) -> Cells:
         """The costs of all layers together, shape (rows, columns)."""
         if self._master is None:
-            master = self._walls()
-            for marks in self._layers.values():
-                _cells.add_marks(master, marks)
-            _cells.inflate(master, self._reach, self._table)
-            params = self._parameters
-            add_proxemics(
-                master,
-                self._frame,
-                self._people,
-                params.proxemic_amplitude,
-                params.proxemic_covariance,
-                params.proxemic_factor,
-            )
-            self._master = master
+            self._master = self.costs_without("")
         return self._master
+
+    def costs_without(self, source: str) -> Cells:
+        """Return the costs of all layers but one together, shape (rows, columns)."""
+        costs = self._walls()
+        for name, marks in self._layers.items():
+            if name != source:
+                _cells.add_marks(costs, marks)
+        _cells.inflate(costs, self._reach, self._table)
+        params = self._parameters
+        add_proxemics(
+            costs,
+            self._frame,
+            self._people,
+            params.proxemic_amplitude,
+            params.proxemic_covariance,
+            params.proxemic_factor,
+        )
+        return costs
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
@@ -365,14 +379,15 @@ class Costmap:
         _cells.inflate(master, self._reach, self._table)
         return master
 
-    def add_rays(self, source: str, rays: Rays, robot: Pose2, *, clear: bool = True) -> None:
+    def add_rays(self, source: str, rays: Rays, robot: Pose2, *, only_marks_at: float | None = None) -> None:
         """Take one scan of one sensor: clear along its rays, then mark their ends.
 
         Args:
             source: Name of the sensor; it has a layer of its own.
             rays: The scan, in the frame of this costmap.
             robot: base_footprint in the frame of this costmap; what lies under it is free.
-            clear: Whether the rays clear; otherwise they only mark.
+            only_marks_at: When the scan was made, in seconds, if its rays clear nothing: its marks go by
+                :meth:`forget`.
 
         Source:
             REFERENCE 7.4, update order.
@@ -383,7 +398,9 @@ class Costmap:
         if marks is None:
             marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
         params = self._of_source(source)
-        clears = clear and params.clearing
+        clears = only_marks_at is None and params.clearing
+        if only_marks_at is not None:
+            self._newest[source] = only_marks_at
         feet = self._feet if source in BODY_REACH_M else None
         _cells.take_rays(
             marks,
@@ -426,7 +443,7 @@ class Costmap:
     def clear_footprint(self, robot: Pose2) -> None:
         """Set what the sensors marked under the robot to free, but for what it touches: it stands there."""
         for source, marks in self._layers.items():
-            if source != CONTACTS:
+            if source not in _FELT:
                 _cells.clear_outline(marks, self._frame, self._true_footprint, robot.x, robot.y, robot.yaw)
         self._master = None
 
@@ -461,16 +478,56 @@ class Costmap:
             robot: base_footprint when it touched, in the frame of this costmap.
             now: Seconds.
         """
-        points = moved_points(_BUMPER_ARC, robot)
-        self._last_contact = now
-        marks = self._layers.setdefault(CONTACTS, np.zeros(self._static.shape, np.uint8))
+        self.mark(CONTACTS, moved_points(_BUMPER_ARC, robot), now)
+
+    def mark(self, source: str, points: NDArray[np.float64], now: float) -> None:
+        """Mark points, shape (n, 2), metres in the frame of this costmap, in a layer that no ray clears.
+
+        Args:
+            source: Name of the layer.
+            points: Where.
+            now: Seconds.
+        """
+        self._newest[source] = now
+        marks = self._layers.setdefault(source, np.zeros(self._static.shape, np.uint8))
         _cells.mark_points(marks, to_cells(points, self._frame), np.ones(len(points), bool))
         self._master = None
 
-    def forget_contacts(self, before: float) -> None:
-        """Forget what was touched when the last contact was before a moment: it may be gone."""
-        if self._last_contact < before and self._layers.pop(CONTACTS, None) is not None:
-            self._master = None
+    def marked_at(self, source: str, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell at which points, shape (n, 2), metres, a layer has marks; shape (n,)."""
+        marks = self._layers.get(source)
+        if marks is None:
+            return np.zeros(len(points), np.bool_)
+        costs = self.costs_at(points, marks)
+        marked: NDArray[np.bool_] = (costs > 0) & (costs < UNKNOWN_COST)
+        return marked
+
+    def stands_at(self, points: NDArray[np.float64], *, of_map: bool) -> NDArray[np.bool_]:
+        """Tell at which points, shape (n, 2), metres, something stands: of the map, seen or touched.
+
+        Args:
+            points: Where.
+            of_map: Whether only the map counts, with its keep-out zones.
+
+        Returns:
+            Shape (n,).
+        """
+        stands: NDArray[np.bool_] = self.costs_at(points, self._walls()) == LETHAL
+        if not of_map:
+            for source in self._layers.keys() - {TIGHT}:
+                stands |= self.marked_at(source, points)
+        return stands
+
+    def forget(self, sources: Iterable[str], before: float) -> None:
+        """Forget what no ray clears, when its newest mark was made before a moment: it may be gone.
+
+        Args:
+            sources: Names of layers that no ray clears.
+            before: Seconds.
+        """
+        for source in sources:
+            if self._newest.get(source, -math.inf) < before and self._layers.pop(source, None) is not None:
+                self._master = None
 
     def roll_to(self, robot: Pose2) -> None:
         """Shift a rolling costmap so that the robot is in its middle; what leaves it is forgotten."""
@@ -484,20 +541,28 @@ class Costmap:
                 self._closed = _shifted(self._closed, dv, du)
             self._master = None
 
-    def reset_outside(self, x: float, y: float, side: float) -> None:
-        """Forget what the sensors marked outside of a square window (metres) around a point.
+    def reset_outside(self, x: float, y: float, side: float, sources: Collection[str] | None = None) -> None:
+        """Forget what the sensors marked outside of a square window around a point.
 
-        What was touched stays: no sensor would mark it again. A side of zero forgets everything, that too.
+        What was touched or could not be driven stays: no sensor would mark it again. A side of zero forgets
+        everything, that too.
+
+        Args:
+            x: Metres.
+            y: Metres.
+            side: Of the window, metres.
+            sources: Names of the sensors; None: all.
 
         Source:
             REFERENCE 7.3, ClearCostmap.
         """
+        wanted = self._layers if sources is None else sources
         rows, columns = self._static.shape
         half = side / 2.0
         first_u, last_u = self._column(x - half), self._column(x + half)
         first_v, last_v = self._row(y - half), self._row(y + half)
         for source, marks in self._layers.items():
-            if source == CONTACTS and side > 0.0:
+            if source not in wanted or (source in _FELT and side > 0.0):
                 continue
             kept = marks[
                 max(0, first_v) : max(0, min(rows, last_v)), max(0, first_u) : max(0, min(columns, last_u))

@@ -13,6 +13,8 @@ from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
+from florence_bt.skills.navigation.navigate.costmap import BODIES, CONTACTS, LASER
+from florence_bt.skills.navigation.navigate.fine_approach import FineApproach
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -23,6 +25,7 @@ from florence_bt.skills.navigation.navigate.recovery import (
     LostTime,
     ProgressWatch,
     RecoveryBehaviour,
+    StuckWatch,
 )
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.staging import (
@@ -35,8 +38,9 @@ from florence_bt.skills.navigation.navigate.staging import (
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
-_CONTACTS_SURE_S = 60.0
-"""When no way is left, what was touched last so long ago is not believed in any more."""
+_SURE_S = 60.0
+"""When no way is left, what was last touched, or seen of people who sit or lie, so long ago is not believed
+any more; nor is a place that was too tight then."""
 _RECOVERY_TIME_S = 12.0
 _LOOK_FROM_M = 1.6
 """From so far away the robot looks at what seems to stand at its goal, once no wall hides it: nearer the
@@ -51,13 +55,28 @@ TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 class Drive:
     """A drive from its start to its result.
 
+    Args:
+        goal: In the map frame.
+        costmaps: Where the robot drives.
+        parameters: All of navigation.
+        now: Seconds.
+        precise: Whether it ends within :data:`PRECISE_M` and :data:`PRECISE_RAD` of the goal, or fails.
+
     Attributes:
         state: Where it stands in the table of :mod:`recovery`.
         path: The path that is followed, shape (n, 2) in the map frame, or None.
         remaining: Metres along it in the last cycle, infinity before the first.
     """
 
-    def __init__(self, goal: Pose2, costmaps: Costmaps, parameters: NavigatorParameters, now: float) -> None:
+    def __init__(
+        self,
+        goal: Pose2,
+        costmaps: Costmaps,
+        parameters: NavigatorParameters,
+        now: float,
+        *,
+        precise: bool = False,
+    ) -> None:
         self._goal = goal
         self._costmaps = costmaps
         self._p = parameters
@@ -71,6 +90,10 @@ class Drive:
         self._stage: Pose2 | None = None
         self._beside: Pose2 | None = None
         self._narrow = False
+        self._precise = precise
+        self._fine: FineApproach | None = None
+        self._began = now
+        self._stuck = StuckWatch(parameters.recovery)
         self._last_plan = now
         self._last_control = now
         still = f"the robot has not come nearer to the goal for {parameters.recovery.give_up_time:g} s"
@@ -96,7 +119,7 @@ class Drive:
             return STANDSTILL, self._feedback(state, math.nan, contact.reason), contact
         if contact is not None:
             self._on(DriveEvent.TOUCHED)
-            self._recovery = None
+            self._recovery = self._fine = None
             self._lost.saw(state.now, math.inf)
             return contact, self._feedback(state, math.nan, self._contact.text), None
         if self.state is DriveState.BACKING_OFF:
@@ -115,6 +138,7 @@ class Drive:
         self._lost = LostTime(self._p.recovery, now)
         self._last_plan = self._last_control = self._next_plan = now
         self._narrow = self._came_near = self._looked = False
+        self._fine = None
 
     def _on(self, event: DriveEvent) -> None:
         if (self.state, event) != (DriveState.BACKING_OFF, DriveEvent.TOUCHED):
@@ -125,6 +149,8 @@ class Drive:
             command = self._run_recovery(state)
             if command is not None:
                 return command, self._feedback(state, math.nan, self._recovery_text), None
+        if self._fine is not None:
+            return self._correct(state, self._fine)
         if state.now >= self._next_plan:
             hopeless = self._plan(state)
             if hopeless is not None:
@@ -145,6 +171,7 @@ class Drive:
         """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
+        self._costmaps.tight.look()
         forbidden = zones.problem_with(self._goal)
         if forbidden is not None:
             return self._hopeless(failure("goal_occupied", forbidden))
@@ -160,24 +187,7 @@ class Drive:
             goal = self._turning_place(here, spare) if narrow else goal
             plan = plan_path(costmap, here, goal, self._p.planner, tolerance=self._tolerance(here))
         if isinstance(plan, Result):
-            self._trouble = (plan.code, plan.reason)
-            for each in (costmap, self._costmaps.local_costmap):
-                each.forget_contacts(before=state.now - _CONTACTS_SURE_S)
-            on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
-            if isinstance(on_map, Result):
-                return self._hopeless(on_map)
-            if zones.closes_ways:
-                allowed = plan_path(costmap, here, self._goal, self._p.planner, costs=zones.permanent)
-                if isinstance(allowed, Result):
-                    return self._hopeless(zones.no_way_to(self._goal))
-            self._lose_plan()
-            if plan.code == "no_path":
-                self._trouble = ("blocked", "something blocks every way to the goal")
-            elif plan.code == "goal_occupied":
-                self._trouble = (plan.code, "something that is not in the map stands at the goal")
-                if self._looked:
-                    self._forget_who_left(state)
-            return None
+            return self._explain(state, plan)
         if plan.goal is not goal:
             there = plan.goal
             plan = replace(
@@ -185,6 +195,43 @@ class Drive:
             )
         self._take(plan)
         self._last_plan = state.now
+        return None
+
+    def _explain(self, state: RobotState, failed: Result) -> Result | None:
+        """Find out why there is no plan: a result when waiting would not help, else what is waited for."""
+        here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
+        self._trouble = (failed.code, failed.reason)
+        for each in (costmap, self._costmaps.local_costmap):
+            each.forget([CONTACTS, BODIES], before=state.now - _SURE_S)
+        self._costmaps.tight.forget(before=state.now - _SURE_S, of_map=False)
+        on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
+        if isinstance(on_map, Result):
+            return self._hopeless(on_map)
+        if zones.closes_ways:
+            allowed = plan_path(costmap, here, self._goal, self._p.planner, costs=zones.permanent)
+            if isinstance(allowed, Result):
+                return self._hopeless(zones.no_way_to(self._goal))
+        self._lose_plan()
+        if failed.code == "no_path":
+            return self._explain_no_way(here)
+        if failed.code == "goal_occupied":
+            self._trouble = (failed.code, "something that is not in the map stands at the goal")
+            if self._looked:
+                self._forget_who_left(state)
+        return None
+
+    def _explain_no_way(self, here: Pose2) -> Result | None:
+        """Tell what blocks every way: a result when that is a place where the robot did not get through."""
+        self._trouble = ("blocked", "something blocks every way to the goal")
+        tight = self._costmaps.tight.only_way(here, self._goal, self._p.planner)
+        if tight is None:
+            return None
+        place = f"({tight.pose.x:.2f}, {tight.pose.y:.2f})"
+        reason = f"the only way leads through {place}, where {tight.width:.2f} m are too narrow for the robot"
+        self._trouble = ("blocked", reason)
+        # What the map does not show may go away, while the robot stands before it.
+        if tight.on_map or tight.since < self._began:
+            return self._hopeless(failure(*self._trouble))
         return None
 
     def _lose_plan(self) -> None:
@@ -274,9 +321,19 @@ class Drive:
         )
         self.remaining = control.remaining
         feedback = self._feedback(state, control.remaining, control.text or f"waiting: {control.blocked}")
-        if control.reached:
+        if control.reached and self._precise and self._planned_goal in (self._goal, self._beside):
+            self._fine = FineApproach(self._goal, state.now)
+            self._lost = LostTime(self._p.recovery, state.now)
+        elif control.reached:
             return STANDSTILL, feedback, self._arrived()
         return control.command, feedback, self._judge(state, control)
+
+    def _correct(self, state: RobotState, fine: FineApproach) -> tuple[Twist2, Feedback, Result | None]:
+        command, result = fine.step(state)
+        feedback = self._feedback(state, math.nan, "correcting where it stands")
+        if result is not None:
+            self._on(DriveEvent.REACHED if result.succeeded else DriveEvent.OFF)
+        return command, feedback, result
 
     def _arrived(self) -> Result | None:
         if self._planned_goal in (self._goal, self._beside):
@@ -298,9 +355,24 @@ class Drive:
             return self._recover(state, DriveEvent.NO_PROGRESS)
         self._trouble = ("blocked", control.blocked)
         self._narrow |= control.is_narrow
-        if state.now - self._last_control > self._p.recovery.controller_patience:
-            return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
-        return None
+        stuck = control.is_tight and self._stuck.too_long(state.now, state.map_pose)
+        if not stuck and state.now - self._last_control <= self._p.recovery.controller_patience:
+            return None
+        if control.is_tight:
+            if self._stuck.recovered and self._close_way(state):
+                return None
+            self._stuck.note_recovery()
+        return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
+
+    def _close_way(self, state: RobotState) -> bool:
+        """Close the way ahead for the planner, as a recovery behaviour has not helped; False if it cannot."""
+        local, odom_from_map = self._costmaps.local_costmap, state.map_from_odom.inverse()
+        assert self.path is not None
+        if not self._costmaps.tight.close(self.path, state.map_pose, local, odom_from_map, state.now):
+            return False
+        self._stuck.forget()
+        self._last_control = self._next_plan = state.now
+        return True
 
     # Recovering.
 
@@ -345,15 +417,17 @@ class Drive:
     def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
         """Return the next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
         wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
-        room = state.clearance.is_free(-self._p.recovery.back_up_distance, 0.0)
+        way = self._p.recovery.back_up_distance
+        room = state.clearance.is_free(-way, 0.0) and state.driven.covers(state.pose, way / 2.0)
         behaviour = RecoveryBehaviour.BACK_UP if wedged and room else self._untried[0]
         self._untried.remove(behaviour)
         return behaviour
 
     def _clear(self, state: RobotState, side: float) -> None:
+        """Forget what the laser marked outside of a window; what the camera marked goes by looking."""
         costmaps, map_pose = self._costmaps, state.map_pose
-        costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side)
-        costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
+        costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side, [LASER])
+        costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side, [LASER])
 
     def _forget_who_left(self, state: RobotState) -> None:
         """Forget what the camera marked above feet at the goal: a person in view is seen again."""

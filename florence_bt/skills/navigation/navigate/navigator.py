@@ -21,8 +21,17 @@ from florence_bt.skills.filters.legs.leg_detector import all_legs
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
-from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points, moved_rays, rays_of
+from florence_bt.skills.navigation.navigate.costmap import (
+    BODIES,
+    CONTACTS,
+    LASER,
+    Costmap,
+    moved_points,
+    moved_rays,
+    rays_of,
+)
 from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
 from florence_bt.skills.navigation.navigate.follow import Follow
@@ -42,16 +51,16 @@ from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
-from florence_bt.skills.navigation.navigate.vacated_cells import BODIES, VacatedCells, clear_person
+from florence_bt.skills.navigation.navigate.tight_ways import TightWays
+from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 from florence_bt.skills.robot_description.room import START_CLEARANCE_M
 
-LASER = "scan"
-"""The source in whose scans legs are found."""
 FEET = "laser"
 """The source of scans of the laser alone."""
 _CONTACTS_KEPT_S = 600.0
-"""A goal that begins so long after the last contact does not believe in it any more."""
+"""A goal that begins so long after the last contact, or after a way was too tight, does not believe in it any
+more."""
 
 Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | PersonGoal | Approach
 _BY_ODOMETRY = (Spin, StraightDrive, Approach)
@@ -143,11 +152,13 @@ class Navigator:
         self._robot: Pose2 | None = None
         self.global_costmap = Costmap(self._p.costmap, self._furnished(grid))
         self.local_costmap = Costmap(self._p.costmap)
-        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts())
+        tight = TightWays(self.global_costmap)
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts(), tight)
         self._newer_map: OccupancyGrid | None = None
         self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
         self._way: deque[Pose2] = deque(maxlen=_WAY_POSES)
+        self._driven = DrivenWay(self._p.costmap.make_true_footprint())
         cycle = self._p.cycle
         self._fresh = SensorTimeouts(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = MapDifference(self._costmaps)
@@ -224,7 +235,7 @@ class Navigator:
         if self._exploration.stands(robot):
             # What it has touched is a wall of the map by now.
             for costmap in (self.global_costmap, self.local_costmap):
-                costmap.forget_contacts(before=math.inf)
+                costmap.forget([CONTACTS], before=math.inf)
         return self._exploration.next_view(robot, number)
 
     @property
@@ -272,6 +283,7 @@ class Navigator:
         if not odom_pose.is_finite():
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
+        self._driven.saw(odom_pose)
         self._forget_what_was_elsewhere(odom_pose, map_from_odom)
         self._clear_where_people_were(map_from_odom)
         in_base = rays_of(scan, sensor_in_base)
@@ -296,7 +308,8 @@ class Navigator:
             if source == FEET:
                 costmap.update_feet(moved_rays(in_base, robot), known)
             else:
-                costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
+                only_marks_at = scan.stamp if source == BODIES else None
+                costmap.add_rays(source, moved_rays(in_base, robot), robot, only_marks_at=only_marks_at)
 
     def _forget_what_was_elsewhere(self, odom_pose: Pose2, map_from_odom: Pose2 | None) -> None:
         if map_from_odom is None:
@@ -337,14 +350,20 @@ class Navigator:
 
     # Goals.
 
-    def start(self, goal: Pose2, now: float) -> None:
-        """Drive to a pose in the map frame; replaces what is active. A bad goal ends in the next step."""
+    def start(self, goal: Pose2, now: float, *, precise: bool = False) -> None:
+        """Drive to a pose in the map frame; replaces what is active. A bad goal ends in the next step.
+
+        Args:
+            goal: Where to.
+            now: Seconds.
+            precise: Whether to correct where the drive ends (:mod:`fine_approach`).
+        """
         self._begin(now)
         problem = self._problem_with(goal)
         if problem is not None:
             self._end = failure(*problem)
         else:
-            self._goal = Drive(goal, self._costmaps, self._p, now)
+            self._goal = Drive(goal, self._costmaps, self._p, now, precise=precise)
 
     def start_through(self, goals: Sequence[Pose2], now: float) -> None:
         """Drive to the last of several poses in the map frame, past the others; replaces what is active."""
@@ -570,7 +589,8 @@ class Navigator:
 
     def _begin(self, now: float) -> None:
         for costmap in (self.global_costmap, self.local_costmap):
-            costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
+            costmap.forget([CONTACTS], before=now - _CONTACTS_KEPT_S)
+        self._costmaps.tight.forget(before=now - _CONTACTS_KEPT_S, of_map=True)
         self._goal = self._end = self._person_task = None
         if self._newer_map is not None:
             self.replace_map(self._newer_map)
@@ -627,15 +647,15 @@ class Navigator:
             command, result = self._find(state)
         if result is not None:
             return self._finish(result)
-        return CycleResult(command.slowed_to(self._speed_limit(state)), self._feedback)
+        return CycleResult(command.slowed_to(self._speed_limit(state, command)), self._feedback)
 
-    def _speed_limit(self, state: RobotState) -> float:
-        """Return how fast to drive at most, m/s: infinity without a limit."""
+    def _speed_limit(self, state: RobotState, command: Twist2) -> float:
+        """Return how fast to drive an arc at most, m/s: infinity without a limit."""
         asked = self.speed_limit or math.inf
         if not state.localised:
             return asked
-        here, greatest = state.map_pose, self._p.controller.max_vel_x
-        return min(asked, self._zones.speed_limit(here.x, here.y, greatest))
+        arc = command.slowed_to(asked)
+        return min(asked, self._zones.speed_limit(state.map_pose, arc, self._p.controller.max_vel_x))
 
     def _stand_still(self, goal: WaitInPlace, now: float) -> CycleResult:
         """Stand still, which needs no sensors."""
@@ -659,7 +679,9 @@ class Navigator:
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
         place = map_from_odom or Pose2()
-        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
+        return RobotState(
+            now, pose, odometry.twist, place, clearance, self.base_stop, self._driven, people, localised
+        )
 
     def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
         """Find the robot's place: nobody knows it, and the goal needs it."""

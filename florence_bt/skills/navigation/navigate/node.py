@@ -67,13 +67,12 @@ from florence_bt.skills.navigation.navigate.actions.node import (
     filled,
 )
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.costmap import BODIES, Costmap
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import NO_MAP, NO_POSE, PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
-from florence_bt.skills.navigation.navigate.vacated_cells import BODIES
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001

@@ -36,7 +36,8 @@ class DriveEvent(enum.Enum):
     TOUCHED = "a bumper or cliff sensor, or wheels that slip"
     BACKED_OFF = "backed off"
     REACHED = "the goal is reached"
-    HOPELESS = "no way on the map itself, or the third touch"
+    HOPELESS = "no way on the map itself, or only one that was too tight, or the third touch"
+    OFF = "a precise drive does not get nearer to its goal"
     OCCUPIED = "something stands at the goal for goal_patience"
     TIME_OVER = "give_up_time without progress"
 
@@ -52,6 +53,7 @@ TRANSITIONS: dict[tuple[DriveState, DriveEvent], DriveState] = {
     (DriveState.CONTROLLING, DriveEvent.PLAN_LOST): DriveState.PLANNING,
     (DriveState.CONTROLLING, DriveEvent.CONTROLLER_PATIENCE): DriveState.CLEARING,
     (DriveState.CONTROLLING, DriveEvent.NO_PROGRESS): DriveState.CLEARING,
+    (DriveState.CONTROLLING, DriveEvent.OFF): DriveState.ABORTED,
     (DriveState.CLEARING, DriveEvent.CLEARED): DriveState.PLANNING,
     (DriveState.PLANNING, DriveEvent.OCCUPIED): DriveState.ABORTED,
     **{(state, DriveEvent.TOUCHED): DriveState.BACKING_OFF for state in _AT_WORK},
@@ -65,7 +67,7 @@ TRANSITIONS: dict[tuple[DriveState, DriveEvent], DriveState] = {
 class RecoveryBehaviour(enum.Enum):
     """One thing to try while clearing."""
 
-    CONSERVATIVE_RESET = "forgetting obstacles that are far away"
+    CONSERVATIVE_RESET = "forgetting obstacles that are far away"  # both: those that the laser marked
     CLEARING_ROTATION = "looking around"
     AGGRESSIVE_RESET = "forgetting obstacles that are not close"
     BACK_UP = "backing up"
@@ -85,6 +87,10 @@ _DETOUR_M = 1.0
 """A path that is so much longer than the last one is another way: what is left of it counts from there."""
 _GAIN_M = 0.002
 _NEARER_M = 0.1
+_SAME_PLACE_M = 0.5
+"""A robot that is stuck again so near is stuck at the same place: it has backed up, and crept on."""
+_STILL_S = 0.25
+"""Moments that are no further apart are one span of time: two cycles of the controller."""
 
 
 class ProgressWatch:
@@ -131,6 +137,45 @@ class ProgressWatch:
         if now - self._least_time > self._nearer_within:
             return f"the robot has not come nearer to the goal for {self._nearer_within:g} s"
         return None
+
+
+class StuckWatch:
+    """Counts how long no way forward was free at a place, also when the robot gets on for moments in between.
+
+    Args:
+        parameters: How long that may last.
+
+    Attributes:
+        recovered: Whether a recovery behaviour was tried there.
+    """
+
+    def __init__(self, parameters: RecoveryParameters) -> None:
+        self._patience = parameters.controller_patience
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._place: Pose2 | None = None
+        self._last, self._seconds = -math.inf, 0.0
+        self.recovered = False
+
+    def too_long(self, now: float, place: Pose2) -> bool:
+        """Note that no way is free; whether it has been so for too long.
+
+        Args:
+            now: Seconds.
+            place: The robot, in the map frame.
+        """
+        if self._place is None or self._place.distance_to(place) > _SAME_PLACE_M:
+            self.forget()
+            self._place = place
+        passed, self._last = now - self._last, now
+        self._seconds += passed if passed < _STILL_S else 0.0
+        return self._seconds > self._patience
+
+    def note_recovery(self) -> None:
+        """Note that a recovery behaviour is tried there: from then on the time counts anew."""
+        self.recovered, self._seconds = True, 0.0
 
 
 class LostTime:

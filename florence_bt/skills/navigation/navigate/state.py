@@ -9,8 +9,10 @@ from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.tight_ways import TightWays
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
 
 
@@ -52,7 +54,8 @@ class CycleResult:
 
 @dataclass(slots=True)
 class Costmaps:
-    """The costmaps that the robot drives by; the last three change when a newer map comes.
+    """The costmaps that the robot drives by; ``static``, ``walls`` and ``zones`` change when a newer map
+    comes.
 
     Attributes:
         global_costmap: In the map frame.
@@ -60,6 +63,7 @@ class Costmaps:
         static: Inflated costs of the map alone, on the cells of the global costmap.
         walls: The map's walls.
         zones: Where the robot does not drive, or drives slowly.
+        tight: Where it could not.
     """
 
     global_costmap: Costmap
@@ -67,6 +71,7 @@ class Costmaps:
     static: Cells
     walls: MapWalls
     zones: ZoneLayer
+    tight: TightWays
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +85,7 @@ class RobotState:
         map_from_odom: The place of the odometry frame in the map; identity while it is not known.
         clearance: What is around it.
         stop: What holds the base.
+        driven: Where it was.
         people: Whom it has to mind; not the person who is followed.
         localised: Whether the place in the map is known.
     """
@@ -90,6 +96,7 @@ class RobotState:
     map_from_odom: Pose2
     clearance: Clearance
     stop: BaseStop
+    driven: DrivenWay
     people: People = field(default_factory=People)
     localised: bool = True
 

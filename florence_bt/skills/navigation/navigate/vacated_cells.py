@@ -6,10 +6,9 @@ import math
 from collections import deque
 
 from florence_bt.core.geometry import Point2
+from florence_bt.skills.navigation.navigate.costmap import BODIES
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
-BODIES = "people"
-"""The source of scans of people who sit or lie, as the user tracker sees them."""
 CAMERA_SOURCES = "depth", "overhangs", BODIES
 """The sources of scans whose marks of somebody stay when the camera looks elsewhere, or is too near."""
 BODY_M = 0.35

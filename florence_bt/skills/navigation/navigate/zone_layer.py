@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.core.outcome import Result, failure
 from florence_bt.core.polygons import cells_inside, distance_to
 from florence_bt.core.zones import KEEP_OUT, SLOW, Zone
@@ -26,6 +26,11 @@ _LOOK_AGAIN_S = 1.0
 _WAY_OUT_M = 0.4
 """The way out is open this far beyond the first place where the robot fits. Chosen: its circumscribed radius
 of 0.26 m and some cells."""
+
+_BRAKING_MPS2, _REACTION_S = 0.5, 0.3
+"""So the robot brakes before a slow zone: as the controller (``acc_lim_x``), half of what the filter allows.
+A command is in force two cycles after the place that it was chosen for."""
+_STEP_M = 0.03
 
 
 class ZoneLayer:
@@ -163,7 +168,29 @@ class ZoneLayer:
         reason = f"{zones} every way to ({goal.x:.2f}, {goal.y:.2f})"
         return failure("no_path", reason)
 
-    def speed_limit(self, x: float, y: float, greatest: float) -> float:
-        """Return the lowest limit of the slow zones at a place (map frame), m/s; infinity without one."""
-        slow = (zone for zone in self.zones if zone.kind == SLOW and zone.contains(x, y))
-        return min((zone.limit_mps(greatest) for zone in slow), default=math.inf)
+    def speed_limit(self, robot: Pose2, command: Twist2, greatest: float) -> float:
+        """Return how fast to drive for the slow zones to be kept to from their borders on.
+
+        Args:
+            robot: base_footprint in the map frame.
+            command: The arc that is to be driven.
+            greatest: The greatest speed of the robot, m/s.
+
+        Returns:
+            m/s; infinity when no zone is near enough to brake for.
+        """
+        slow = [zone for zone in self.zones if zone.kind == SLOW]
+        speed = abs(command.linear)
+        if not slow or speed == 0.0:
+            return math.inf
+        limit = math.inf
+        farthest = speed**2 / (2.0 * _BRAKING_MPS2) + _REACTION_S * speed
+        for way in np.linspace(0.0, farthest, 1 + math.ceil(farthest / _STEP_M)).tolist():
+            there = integrate_twist(robot, command, way / speed)
+            left = max(0.0, way - _REACTION_S * speed)
+            for zone in slow:
+                if zone.contains(there.x, there.y):
+                    limit = min(
+                        limit, math.hypot(zone.limit_mps(greatest), math.sqrt(2.0 * _BRAKING_MPS2 * left))
+                    )
+        return limit

@@ -27,6 +27,7 @@ from nav_msgs.msg import Path
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure
 from florence_bt.ros.conversions import duration_from_ros
+from florence_bt.skills.navigation.navigate.bindings import PRECISE
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.results import (
     BACK_UP_SERVER_CODES,
@@ -96,7 +97,7 @@ def _to_pose(navigator: Navigator, goal: NavigateToPose.Goal, now: float, to_map
     pose = to_map(goal.pose)
     if isinstance(pose, Result):
         return pose
-    navigator.start(pose, now)
+    navigator.start(pose, now, precise=goal.behavior_tree == PRECISE)
     return None
 
 

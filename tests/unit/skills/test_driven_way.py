@@ -1,0 +1,104 @@
+"""Backing over floor where the robot was, and over no other."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.contact import BackUp
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
+from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
+from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.state import RobotState
+from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, outline
+
+GAP: tuple[Box, ...] = (*WALLS[:4], (4.0, 0.0, 4.1, 1.0), (4.0, 1.4, 4.1, 5.0), *WALLS[6:])
+"""Of 0.40 m, at y = 1.2: the robot stops before it, and backs up."""
+FOOT: Box = (2.80, 1.05, 2.95, 1.35)
+"""Of a lamp, behind a robot at (3.2, 1.2) that looks along x: lower than the laser."""
+BUMPER = BaseStop("bumper", "the left bumper is pressed")
+
+
+def way(*poses: Pose2) -> DrivenWay:
+    driven = DrivenWay(CostmapParameters().make_true_footprint())
+    for pose in poses:
+        driven.saw(pose)
+    return driven
+
+
+def straight(length: float) -> list[Pose2]:
+    return [Pose2(0.02 * step, 0.0, 0.0) for step in range(round(length / 0.02) + 1)]
+
+
+def touches_foot(world: World) -> bool:
+    x0, y0, x1, y1 = FOOT
+    points = (world.pose.apply(*point) for point in outline(0.01))
+    return any(x0 < x < x1 and y0 < y < y1 for x, y in points)
+
+
+def test_backing_up_ends_where_the_robot_was_not() -> None:
+    """It came along x, and has turned on the spot: the way that it came lies beside it."""
+    turned = way(*straight(1.0), *(Pose2(1.0, 0.0, 0.1 * step) for step in range(17)))
+    for driven, heading, backs in ((way(*straight(1.0)), 0.0, True), (turned, 1.6, False)):
+        state = RobotState(
+            now=0.0,
+            pose=Pose2(1.0, 0.0, heading) @ Pose2(-0.1, 0.0),
+            twist=STANDSTILL,
+            map_from_odom=Pose2(),
+            clearance=Clearance(Costmap(CostmapParameters()), Pose2(), None, None),
+            stop=BaseStop(),
+            driven=driven,
+        )
+        command = BackUp(state, RecoveryParameters(back_up_distance=0.3), 10.0).step(state)
+        assert (command.linear < 0.0) is backs
+
+
+@pytest.mark.slow
+def test_a_recovery_backs_where_the_robot_came_from() -> None:
+    trip = Trip(Pose2(2.0, 1.2, 0.0), boxes=GAP, on_map=GAP, jitter=0.007)
+    farthest = 0.0
+    trip.navigator.start(Pose2(6.0, 1.2, 0.0), 0.0)
+    while trip.world.pose.x > farthest - 0.07:
+        farthest = max(farthest, trip.world.pose.x)
+        assert trip.cycle() is None, "it has not backed"
+
+
+def test_backing_off_from_a_contact_goes_no_further_than_the_robot_came() -> None:
+    trip = Trip(Pose2(3.2, 1.2, math.pi / 2), boxes=WALLS[:4], on_map=WALLS[:4])
+    trip.navigator.start_spin(-math.pi / 2, trip.world.now, 0.0)
+    while trip.cycle() is None:
+        pass
+    trip.navigator.base_stop = BUMPER
+    trip.navigator.start(Pose2(6.0, 1.2, 0.0), trip.world.now)
+    trip.cycle()
+    while trip.texts[-1].startswith("backing off"):
+        trip.navigator.base_stop = BUMPER if trip.world.pose.x > 3.18 else BaseStop()
+        trip.cycle()
+        assert not touches_foot(trip.world)
+    assert 3.1 < trip.world.pose.x < 3.18
+
+
+@pytest.mark.parametrize(("back", "covered"), [(0.0, True), (0.3, True), (1.2, True), (1.4, False)])
+def test_the_way_back_is_as_long_as_the_way_there(back: float, covered: bool) -> None:
+    assert way(*straight(1.0)).covers(Pose2(1.0, 0.0, 0.0), back) is covered
+
+
+def test_a_robot_that_was_switched_on_where_it_stands_has_room_behind_it() -> None:
+    assert way(Pose2()).covers(Pose2(), 0.15)
+    assert not way(Pose2()).covers(Pose2(), 0.5)
+
+
+def test_after_a_turn_the_way_lies_beside_the_robot() -> None:
+    driven = way(*straight(1.0), *(Pose2(1.0, 0.0, 0.1 * step) for step in range(16)))
+    assert not driven.covers(Pose2(1.0, 0.0, math.pi / 2), 0.3)
+    assert driven.covers(Pose2(1.0, 0.0, 0.05), 0.3)
+
+
+def test_backing_gives_no_leave_to_back_on() -> None:
+    driven = way(Pose2(), *(Pose2(-0.008 * step, 0.0, 0.0) for step in range(60)))
+    assert not driven.covers(Pose2(-0.48, 0.0, 0.0), 0.0)
+    assert driven.covers(Pose2(-0.28, 0.0, 0.0), 0.0)
