@@ -25,6 +25,7 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
+from florence_bt.ros.graph_names import GraphNames
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
 from florence_bt.ros.raw_messages import UnreadableBytes, is_read_here, read_message
@@ -101,6 +102,7 @@ class FlorenceNode(Node):
         self.before_long_work: Callable[[], None] = lambda: None
         self.fatal: Exception | None = None
         self.health = NodeHealth(self)
+        self._graph_names = GraphNames(lambda words: self.get_logger().warning(words))
         self.served_by: int | None = None
         self._soon: deque[Callable[[], None]] = deque()
         self._closers: list[Callable[[], None]] = []
@@ -149,6 +151,33 @@ class FlorenceNode(Node):
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
         return super().get_clock()
+
+    def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:
+        """Return the topics of the graph whose names ROS allows, with their types (:class:`GraphNames`).
+
+        Args:
+            no_demangle: Give all of them, by the names that they have in DDS.
+        """
+        found = super().get_topic_names_and_types(no_demangle)
+        return found if no_demangle else self._graph_names.typed("topic", found)
+
+    def get_service_names_and_types(self) -> list[tuple[str, list[str]]]:
+        """Return the services of the graph whose names ROS allows, with their types."""
+        return self._graph_names.typed("service", super().get_service_names_and_types())
+
+    def get_action_names_and_types(self) -> list[tuple[str, list[str]]]:
+        """Return the actions of the graph whose names ROS allows, with their types."""
+        from rclpy.action import get_action_names_and_types  # most nodes need nothing of it
+
+        return self._graph_names.typed("action", get_action_names_and_types(self))
+
+    def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
+        """Return the nodes of the graph whose names ROS allows: names and namespaces."""
+        return self._graph_names.nodes(super().get_node_names_and_namespaces())
+
+    def get_node_names(self) -> list[str]:
+        """Return the names of these nodes."""
+        return [name for name, _ in self.get_node_names_and_namespaces()]
 
     def create_timer(
         self, timer_period_sec: float, callback: Callable[[], None], *arguments: Any, **options: Any

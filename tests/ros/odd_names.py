@@ -6,6 +6,7 @@ rcl refuses such names, rmw does not where it is told to leave the conventions o
 from __future__ import annotations
 
 import ctypes
+import sys
 from typing import Any
 
 from rclpy.node import Node
@@ -57,11 +58,12 @@ def publish_by_dds_name(node: Node, dds_name: str, message_type: Any = Float64) 
         *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_char_p),
         *(ctypes.POINTER(_Qos), ctypes.POINTER(_Options)),
     ]
-    pointer = ctypes.pythonapi.PyCapsule_GetPointer
-    pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
-    support = pointer(
-        message_type.__class__._TYPE_SUPPORT, b"rosidl_message_type_support_c.rosidl_message_type_support_t"
-    )
+    python = ctypes.pythonapi
+    python.PyCapsule_GetName.restype, python.PyCapsule_GetName.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    python.PyCapsule_GetPointer.restype = ctypes.c_void_p
+    python.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
+    capsule = message_type.__class__._TYPE_SUPPORT
+    support = python.PyCapsule_GetPointer(capsule, python.PyCapsule_GetName(capsule))
     default = QoSProfile(depth=1)
     qos = _Qos(default.history, 1, 1, 2, _Time(), _Time(), 1, _Time(), True)
     with node.handle:
@@ -73,3 +75,19 @@ def publish_by_dds_name(node: Node, dds_name: str, message_type: Any = Float64) 
             ctypes.byref(_Options(None, 0)),
         )
     assert made, f"rmw made no publisher of {dds_name!r}"
+
+
+def main(names: list[str]) -> None:
+    """Be a program that publishes topics of such names, until it is ended."""
+    import rclpy
+
+    rclpy.init()
+    node = rclpy.create_node("other_peoples_program")
+    for name in names:
+        publish_by_dds_name(node, name)
+    print("the names are there", flush=True)
+    rclpy.spin(node)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from rclpy.action import get_action_names_and_types
 from rclpy.qos import DurabilityPolicy
 
 from florence_bt.app.bringup.skills_ros import make_skills
@@ -51,7 +50,7 @@ def offered() -> str:
     with MissionClient("florence_skills") as client:
         node = client.node
         client.spin_until(lambda: False, DISCOVERY_S)
-        lines = [f"action {name} {types[0]}" for name, types in get_action_names_and_types(node)]
+        lines = [f"action {name} {types[0]}" for name, types in node.get_action_names_and_types()]
         lines += [f"service {name} {types[0]}" for name, types in node.get_service_names_and_types()]
         for name, types in node.get_topic_names_and_types():
             theirs = [
@@ -73,7 +72,7 @@ def type_in_graph(way: str, name: str) -> tuple[str, bool]:
 
         def found() -> dict[str, str]:
             listed = {
-                "action": lambda: get_action_names_and_types(node),
+                "action": node.get_action_names_and_types,
                 "service": node.get_service_names_and_types,
             }.get(way, node.get_topic_names_and_types)()
             return {each: types[0] for each, types in listed}
