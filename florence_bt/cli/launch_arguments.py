@@ -81,6 +81,8 @@ def command_words(values: Mapping[str, str]) -> list[str]:
                 raise ConfigError(f"{name}:={value}", valid=[f"{name}:=true", f"{name}:=false"])
             words += [argument.option] * (value.lower() in ON)
             continue
+        if not argument.option and value.startswith("-"):
+            value = os.path.join(os.curdir, value)  # a folder of this name, and no option
         given = value.split(os.pathsep) if argument.is_list else [value]
         words += [word for each in given if each for word in (argument.option, each) if word]
     return words

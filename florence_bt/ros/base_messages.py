@@ -47,25 +47,27 @@ def joints_to_ros(
 
 def battery_to_ros(
     *,
-    voltage_v: float,
-    current_a: float,
-    temperature_c: float,
-    charge_ah: float,
-    capacity_ah: float,
+    voltage_v: float | None,
+    current_a: float | None,
+    temperature_c: float | None,
+    charge_ah: float | None,
+    capacity_ah: float | None,
+    fraction: float | None,
     charging: bool,
     full: bool,
     plugged: bool,
     failed: bool,
     stamp: float,
 ) -> BatteryState:
-    """Convert the state of a battery.
+    """Convert the state of a battery; what is not known (None) is NaN, as sensor_msgs wants it.
 
     Args:
         voltage_v: Volts.
         current_a: Amperes, negative while discharging.
         temperature_c: Degrees Celsius.
         charge_ah: What is left.
-        capacity_ah: What it holds when full, also reported as its design capacity; 0 for unknown.
+        capacity_ah: What it holds when full, also reported as its design capacity.
+        fraction: Charge by capacity, 0 to 1.
         charging: Current flows into it on purpose.
         full: It is kept full.
         plugged: A charger is there.
@@ -73,14 +75,14 @@ def battery_to_ros(
         stamp: Seconds.
     """
     message = BatteryState(
-        voltage=voltage_v,
-        current=current_a,
-        temperature=temperature_c,
-        charge=charge_ah,
-        capacity=capacity_ah,
-        design_capacity=capacity_ah,
-        percentage=min(1.0, charge_ah / capacity_ah) if capacity_ah > 0.0 else float("nan"),
-        present=capacity_ah > 0.0,
+        voltage=_or_nan(voltage_v),
+        current=_or_nan(current_a),
+        temperature=_or_nan(temperature_c),
+        charge=_or_nan(charge_ah),
+        capacity=_or_nan(capacity_ah),
+        design_capacity=_or_nan(capacity_ah),
+        percentage=_or_nan(fraction),
+        present=capacity_ah is not None,
         power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_NIMH,
     )
     message.header.stamp = stamp_to_ros(stamp)
@@ -96,3 +98,7 @@ def battery_to_ros(
         BatteryState.POWER_SUPPLY_HEALTH_UNSPEC_FAILURE if failed else BatteryState.POWER_SUPPLY_HEALTH_GOOD
     )
     return message
+
+
+def _or_nan(number: float | None) -> float:
+    return float("nan") if number is None else number

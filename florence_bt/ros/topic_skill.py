@@ -149,8 +149,15 @@ class TopicWait(MessageWait):
         super().__init__(
             node.timebase, self.label, served, publishers.are_there, search_s, publishers.why_silent
         )
+        # Each may be the one that is waited for, such as the press of a button.
         node.create_subscription(
-            message_type, served.name, self.take, qos, limits=not served.foreign, refused=self.refuse
+            message_type,
+            served.name,
+            self.take,
+            qos,
+            limits=not served.foreign,
+            refused=self.refuse,
+            newest_only=False,
         )
 
     def server_is_there(self) -> bool:

@@ -32,6 +32,8 @@ MAX_PIXELS_A_SIDE = 10_000
 MAX_FOCAL_LENGTH_PX = 100_000.0
 MAX_LOOK_S = 3_600.0
 MAX_WAIT_S = 86_400
+MOST_CHARGE = 1.1
+"""Of the full charge: the capacity of a battery is an estimate, which a fresh one may exceed."""
 MAX_NOTE_S = 60.0
 MAX_ITEMS = 1_000
 """Transforms or joints in one message."""
@@ -352,6 +354,8 @@ def _battery(message: Any, now: Now | None) -> None:
     for name in ("voltage", "current", "charge", "capacity"):  # NaN: not measured
         if math.isinf(getattr(message, name)):
             raise BadMessage(f"{name} is infinite", "a number, or NaN when it is not measured")
+    if not math.isnan(message.percentage):
+        _between("percentage", message.percentage, 0.0, MOST_CHARGE)
 
 
 def _parameters(message: Any, now: Now | None) -> None:

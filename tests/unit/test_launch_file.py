@@ -180,6 +180,12 @@ def test_a_wrong_value_is_told():
         command_words({"param_file": "x"})
 
 
+@pytest.mark.parametrize("folder", ["--sim", "-h", "--", "my_robot"])
+def test_a_folder_is_never_an_option(folder):
+    (last,) = command_words({"folder": folder})[1:]
+    assert not last.startswith("-") and Path(last) == Path(folder)
+
+
 def test_it_is_installed(monkeypatch):
     monkeypatch.chdir(ROOT)
     made: dict[str, Any] = {}

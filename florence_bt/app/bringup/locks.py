@@ -43,10 +43,10 @@ class Lock:
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            owner = os.read(self._descriptor, 20).decode(errors="replace").partition("\n")[0] or "unknown"
+            users = _users(self._descriptor)
             os.close(self._descriptor)
             raise ConfigError(
-                f"a bring-up (process {owner}), or what is left of it, uses {place}",
+                f"a bring-up ({users}), or what is left of it, uses {place}",
                 valid=[instead, "ending that one first"],
             ) from None
         os.truncate(self._descriptor, 0)
@@ -61,6 +61,25 @@ class Lock:
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
+
+
+def _users(descriptor: int) -> str:
+    """Return who holds a lock, for people: the process that took it, or those that have outlived it."""
+    owner = os.read(descriptor, 20).decode(errors="replace").partition("\n")[0]
+    if owner.isdecimal() and Path(f"/proc/{owner}").exists():
+        return f"process {owner}"
+    left = " and ".join(map(str, _processes_with(os.fstat(descriptor))))
+    return f"process {left or 'unknown'}, left by {owner or 'one'} that has ended"
+
+
+def _processes_with(file: os.stat_result) -> list[int]:
+    """Return the other processes of this user that have a file open."""
+    found = set()
+    for link in Path("/proc").glob("[0-9]*/fd/*"):
+        with suppress(OSError):  # it has been closed, or is another user's
+            if os.path.samestat(link.stat(), file):
+                found.add(int(link.parts[2]))
+    return sorted(found - {os.getpid()})
 
 
 def lock_folder(folder: Path) -> Lock:

@@ -12,10 +12,13 @@ from types import FrameType
 
 from florence_bt.app.bringup.heartbeat import STACK_SIGNAL, heartbeat_of_this_process
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.parent import end_with
 from florence_bt.core.errors import FlorenceError
 
 PR_SET_PDEATHSIG = 1
 """prctl(2): the signal that the kernel sends when the parent process ends."""
+ALONE_S = 10.0
+"""Wall seconds that a process gets to end when its supervisor was killed, which would have given it 8."""
 
 
 def main(group: str, options_file: Path, parent: int) -> int:
@@ -33,7 +36,7 @@ def main(group: str, options_file: Path, parent: int) -> int:
         signal.signal(number, _end_before_start)
     # Should the supervisor be killed, its children must not drive on alone.
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:
+    if not end_with(parent, ALONE_S):
         return 0  # it was killed before the kernel was asked for the signal
     # These imports take seconds; ending the process meanwhile must not print a traceback.
     from florence_bt.app.bringup.topology import factories, remappings

@@ -24,6 +24,7 @@ from collections.abc import Callable, Iterable, Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from florence_bt.app.bringup.parent import child_command
 from florence_bt.core.errors import FlorenceError
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -47,7 +48,7 @@ def ensure_compiled(report: Callable[[str], None], package: Path = PACKAGE) -> N
         return
     report(MESSAGE)
     done = subprocess.run(
-        [sys.executable, "-m", "florence_bt.app.demo.warm_up"],
+        child_command("florence_bt.app.demo.warm_up"),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

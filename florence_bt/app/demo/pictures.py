@@ -10,6 +10,7 @@ from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from florence_bt.app.bringup.parent import child_command
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
 
@@ -50,7 +51,7 @@ class BackgroundPictures:
 
     def command(self, record: RunRecord) -> list[str]:
         """Return the command line that draws the picture of a run."""
-        return [sys.executable, "-m", "florence_bt.app.demo.pictures", *self._files, str(record.folder)]
+        return child_command("florence_bt.app.demo.pictures", *self._files, str(record.folder))
 
     def close(self) -> None:
         """Wait a little for the pictures that are not drawn yet; none is drawn after the end."""

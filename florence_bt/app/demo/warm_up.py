@@ -20,6 +20,7 @@ import numpy as np
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 
+from florence_bt.app.bringup.parent import child_command
 from florence_bt.app.bringup.simulated import robot_frames
 from florence_bt.app.demo.kernel_cache import PACKAGE, kernel_modules, mark_compiled
 from florence_bt.app.demo.rigs import make_rig
@@ -61,7 +62,7 @@ def warm_up() -> None:
         _run_mission()
         return
     with subprocess.Popen(
-        [sys.executable, "-m", "florence_bt.app.demo.warm_up", REST], stderr=subprocess.PIPE, text=True
+        child_command("florence_bt.app.demo.warm_up", REST), stderr=subprocess.PIPE, text=True
     ) as beside:
         try:
             _run_mission()

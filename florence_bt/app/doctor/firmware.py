@@ -13,9 +13,11 @@ from florence_bt.app.doctor.finding import HealthFinding, charge_of_battery, goo
 from florence_bt.core.errors import DeviceError, FlorenceError
 from florence_bt.drivers.hokuyo import codec as scip
 from florence_bt.drivers.serial_port import BytePort, SerialPort
+from florence_bt.drivers.turtlebot.battery import battery_of
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.models import model_named
 from florence_bt.drivers.turtlebot.codec.packets import OiMode, decode_packets, packet_size
+from florence_bt.drivers.turtlebot.codec.state import state_from_values
 
 GROUP = "firmware"
 ANSWER_S = 2.0
@@ -100,7 +102,10 @@ def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFindin
 def _battery(values: Mapping[int, int]) -> HealthFinding:
     if values[CAPACITY] <= 0:
         return warning("battery", "base", "the base does not know its capacity", "charge it fully once")
-    share = values[CHARGE] / values[CAPACITY]
+    share = battery_of(state_from_values(values)).fraction
+    if share is None:
+        found = f"the charge is not known: the base says {values[CHARGE]} of {values[CAPACITY]} mAh"
+        return warning("battery", "base", found, "charge it fully once, also as it may be empty")
     found = f"{share:.0%} of {values[CAPACITY]} mAh"
     if values[CHARGING] in (1, 2, 3):
         return good("battery", "base", f"{found}, charging")

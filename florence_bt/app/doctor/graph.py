@@ -169,5 +169,5 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
 def _battery(charge: float | None) -> HealthFinding:
     if charge is None:
         advice = "see the findings about turtlebot_node"
-        return warning("battery", "base", "the charge is not published", advice)
+        return warning("battery", "base", "the charge is not published, or not known", advice)
     return charge_of_battery(charge, f"{charge:.0%} of its charge")

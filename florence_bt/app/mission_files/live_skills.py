@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from rclpy.action import get_action_names_and_types
 from rclpy.qos import DurabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
@@ -50,7 +49,7 @@ def offered() -> list[Offer]:
     with MissionClient("florence_skills") as client:
         node = client.node
         client.spin_until(lambda: False, DISCOVERY_S)
-        found = [Offer("action", name, types[0]) for name, types in get_action_names_and_types(node)]
+        found = [Offer("action", name, types[0]) for name, types in node.get_action_names_and_types()]
         found += [Offer("service", name, types[0]) for name, types in node.get_service_names_and_types()]
         for name, types in node.get_topic_names_and_types():
             theirs = [
@@ -77,7 +76,7 @@ def type_in_graph(way: str, name: str) -> tuple[str, bool]:
 
         def found() -> dict[str, str]:
             listed = {
-                "action": lambda: get_action_names_and_types(node),
+                "action": node.get_action_names_and_types,
                 "service": node.get_service_names_and_types,
             }.get(way, node.get_topic_names_and_types)()
             return {each: types[0] for each, types in listed}

@@ -6,15 +6,16 @@ import fcntl
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import foxglove
 from foxglove.mcap import MCAPWriteOptions, MCAPWriter
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.app.recording.mending import is_whole, mend
+from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.limits import CheckedParameters, Positive
 
 PATTERN = "recording_*.mcap"
@@ -54,6 +55,12 @@ class RecordingLimits(CheckedParameters):
 class RecordingFiles:
     """Writes what is logged in a context of the SDK into files of a folder.
 
+    Files there that were cut off, as their recorder was killed or the power went, are mended first.
+
+    Attributes:
+        written: The files of this recording.
+        mended: What was done about files that were cut off, a sentence each.
+
     Args:
         folder: Is made when needed.
         limits: How much it may take.
@@ -91,6 +98,7 @@ class RecordingFiles:
         self.written: list[Path] = []
         make_folder(folder)
         self._keep_free()
+        self.mended = mend_left(folder)
         self._writer = self._open()
 
     @property
@@ -197,22 +205,62 @@ def make_folder(folder: Path) -> None:
         )
 
 
-def _remove(file: Path) -> bool:
-    """Remove a file unless it is being written; whether it is gone."""
+def mend_left(folder: Path) -> list[str]:
+    """Mend the recordings of a folder that were cut off; none that is being written.
+
+    Returns:
+        What was done about each of them, for people.
+    """
+    told = []
+    for file in sorted(folder.glob(PATTERN)):
+        with suppress(FileNotFoundError), _unused(file) as ours:
+            if not ours:
+                continue
+            try:
+                if is_whole(file):
+                    continue
+                before = file.stat()
+                messages = mend(file)
+                os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))  # it is as old as before
+            except (FrameError, OSError) as error:
+                told.append(f"{file} was cut off and cannot be mended: {error}")
+            else:
+                told.append(f"{file} was cut off and is mended: it holds {messages} messages")
+    return told
+
+
+@contextmanager
+def _unused(file: Path) -> Iterator[bool]:
+    """Keep others from writing a file meanwhile; gives whether it is ours to change.
+
+    Raises:
+        FileNotFoundError: It is gone.
+    """
     try:
         descriptor = os.open(file, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     except FileNotFoundError:
-        return True
+        raise
     except OSError:
-        return False  # it is somebody else's
+        yield False  # it is somebody else's
+        return
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        file.unlink(missing_ok=True)
+        yield True
     except BlockingIOError:
-        return False
+        yield False
     finally:
         os.close(descriptor)
-    return True
+
+
+def _remove(file: Path) -> bool:
+    """Remove a file unless it is being written; whether it is gone."""
+    try:
+        with _unused(file) as ours:
+            if ours:
+                file.unlink(missing_ok=True)
+            return ours
+    except FileNotFoundError:
+        return True
 
 
 def _stat(file: Path) -> os.stat_result | None:

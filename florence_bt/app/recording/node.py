@@ -136,11 +136,14 @@ class RecorderNode(FlorenceNode):
         if params.folder:
             self._files = RecordingFiles(Path(params.folder), limits, self._logged, self._is_wanted)
             self.on_close(self._files.close)
+            for line in self._files.mended:
+                self.get_logger().warning(line)
         self.on_close(self._write_held)
         self.on_close(self._take)
         self._names: dict[int, str] = {}
         self._shown = self._serve_foxglove(params.foxglove_port) if params.foxglove_port else None
         call_every(self.steady, LOOK_S, self._look)
+        call_every(self.steady, LOOK_S, self._keep_bounds)
         call_every(self.steady, TAKE_S, self._take)
         self.steady.call_at(self.steady.now() + params.clock_wait, self._write_held)
         self._look()
@@ -163,11 +166,18 @@ class RecorderNode(FlorenceNode):
     # ---- topics ---------------------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Find new topics, follow changed publishers, and keep the bounds of the files."""
+        """Find new topics, and follow changed publishers."""
         for name, (type_name, *_) in self.get_topic_names_and_types():
-            if name not in self._refused and self._is_ours(name):
+            if name in self._refused or not self._is_ours(name):
+                continue
+            try:
                 self._follow(name, type_name)
+            except Exception as error:  # of the middleware: one topic holds up no other
+                self._refuse(name, error)
         self._looks += 1
+
+    def _keep_bounds(self) -> None:
+        """Keep the bounds of the files."""
         if self._files is None:
             return
         try:
@@ -210,8 +220,7 @@ class RecorderNode(FlorenceNode):
         try:
             schema = message_schema(type_name)
         except ConfigError as error:
-            self._refused.add(name)
-            self.get_logger().warning(f"{name} is not recorded: {error}")
+            self._refuse(name, error)
             return None
         channel = foxglove.Channel(
             name,
@@ -225,6 +234,11 @@ class RecorderNode(FlorenceNode):
             self._shown.advertise(channel.id(), name, type_name, schema)
         topic.recorded = self._files is not None and self._is_wanted(name, type_name)
         return topic
+
+    def _refuse(self, name: str, error: Exception) -> None:
+        """Leave a topic out for good."""
+        self._refused.add(name)
+        self.get_logger().warning(f"{name} is not recorded: {error}")
 
     def _is_wanted(self, name: str, type_name: str) -> bool:
         patterns = self._params.topics

@@ -160,12 +160,10 @@ class HokuyoDriver:
         return self._frequency.rate(now)
 
     def beams_without_range(self) -> str:
-        """Return how many beams of the last scan are error codes, and why; empty before the first scan."""
+        """Return how many beams of the last scan are no distances, and why; empty before the first scan."""
         if self._last_scan is None or self.sensor is None:
             return ""
-        return summarise(
-            self._last_scan.distances_mm, self.sensor.geometry.minimum_mm, self._errors(self.sensor)
-        )
+        return summarise(self._last_scan.distances_mm, self.sensor.geometry, self._errors(self.sensor))
 
     def start(self, now: float) -> None:
         """Begin the start-up, also after the port was lost."""

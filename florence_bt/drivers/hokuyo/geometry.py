@@ -208,11 +208,17 @@ def range_errors(model: str, maximum_mm: int) -> Mapping[int, str]:
     return UTM_ERRORS if "UTM" in model or maximum_mm > LONG_RANGE_MM else URG_ERRORS
 
 
-def summarise(distances_mm: NDArray[np.int32], minimum_mm: int, errors: Mapping[int, str]) -> str:
-    """Return how many values are codes, and which one is the most frequent, in words."""
-    codes = distances_mm[distances_mm < minimum_mm]
+BEYOND = "farther than the sensor measures"
+_BEYOND = -1
+
+
+def summarise(distances_mm: NDArray[np.int32], geometry: SensorGeometry, errors: Mapping[int, str]) -> str:
+    """Return how many values are no distances (codes, beyond DMAX), and what most of them are, in words."""
+    beyond = distances_mm > geometry.maximum_mm
+    codes = np.where(beyond, _BEYOND, distances_mm)[beyond | (distances_mm < geometry.minimum_mm)]
     if not len(codes):
         return f"0 of {len(distances_mm)}"
     numbers, counts = np.unique(codes, return_counts=True)
     often = int(numbers[counts.argmax()])
-    return f"{len(codes)} of {len(distances_mm)}, mostly: {errors.get(often, f'code {often}')}"
+    name = BEYOND if often == _BEYOND else errors.get(often, f"code {often}")
+    return f"{len(codes)} of {len(distances_mm)}, mostly: {name}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.drivers.turtlebot.battery import battery_of
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
@@ -22,6 +23,10 @@ DROPS_FRACTIONS = (
     "the base counts less way than it was commanded: its firmware drops fractions of a millimetre and of a "
     "degree at each reading; the odometry goes by the commands within what was counted"
 )
+
+REFUSED = "the base counted more way than it can drive: that was left out of the odometry"
+REFUSED_S = 60.0
+"""How long a refused reading is told."""
 
 _OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor", "Wall Sensor")
 
@@ -78,6 +83,13 @@ def _connection(
         return Diagnosis(Severity.WARN, "STARTING", values)
     if reading.stop_reason is StopReason.NO_RESPONSE:
         return Diagnosis(Severity.ERROR, StopReason.NO_RESPONSE.value, values)
+    if driver.implausible:
+        said = ", ".join(
+            f"{packet.name} {getattr(reading.state, packet.name)}" for packet in driver.implausible
+        )
+        return Diagnosis(Severity.WARN, f"the base says what its manual does not know: {said}", values)
+    if reading.stamp - driver.refused_at < REFUSED_S:
+        return Diagnosis(Severity.WARN, REFUSED, values)
     if driver.fractions.drops:
         return Diagnosis(Severity.WARN, DROPS_FRACTIONS, values)
     return Diagnosis(Severity.OK, "RUNNING", values)
@@ -105,7 +117,10 @@ def _battery(state: SensorState) -> Diagnosis:
     }
     if state.charging_state == ChargingState.FAULT:
         return Diagnosis(Severity.ERROR, "charging fault: clean the contacts, or change the battery", values)
-    if state.current <= 0 and state.charge < LOW_CHARGE * state.capacity:
+    battery = battery_of(state)
+    if battery.doubts:
+        return Diagnosis(Severity.WARN, f"not known: {'; '.join(battery.doubts)}", values)
+    if state.current <= 0 and battery.is_below(LOW_CHARGE):
         return Diagnosis(Severity.WARN, "the battery is low: bring the base to its charger", values)
     return Diagnosis(Severity.OK, "OK", values)
 

@@ -17,7 +17,7 @@ from florence_bt.core.errors import ConfigError, DeviceTimeout, FrameError
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot.codec import commands
-from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode
+from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode, Packet, implausible
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
 from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
@@ -87,6 +87,8 @@ class TurtlebotDriver:
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.
+        refused_at: When the last of them came, in seconds.
+        implausible: The packets of the newest frame whose counts the manual does not know.
         fractions: Whether the base drops fractions of what it counts, and what to make of that.
         charge_resets: How often a base that did not charge was reset so far.
         manual_override: Whether a person drives: only manual commands count (:meth:`set_manual_override`).
@@ -101,6 +103,8 @@ class TurtlebotDriver:
         self._stream_request = commands.stream(self._packets, model)
         self.decoder = StreamDecoder(self._packets)
         self.refused_readings = 0
+        self.refused_at = -math.inf
+        self.implausible: Sequence[Packet] = ()
         self.charge_resets = 0
         self._outputs = self.parameters.digital_outputs
         self._outputs_on = 0
@@ -419,6 +423,7 @@ class TurtlebotDriver:
             )
         except FrameError:
             self.refused_readings += 1
+            self.refused_at = stamp
             return None
         self._gyro_rate = None if motion.gyro is None else motion.gyro.rate
         self._watch_gyro(stamp, motion.gyro, state)
@@ -460,6 +465,7 @@ class TurtlebotDriver:
     def _measure(self, values: dict[int, int], stamp: float) -> SensorState:
         values.setdefault(STREAM_PACKETS, len(self._packets))
         values[OI_MODE] -= self.parameters.oi_mode_offset if values[OI_MODE] else 0
+        self.implausible = implausible(values)
         state = state_from_values(values, self._outputs_on)
         if self._encoders is None:
             return self._with_fractions(state, stamp)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from florence_bt.core.limits import CheckedParameters, Limits, check_order
+from florence_bt.drivers.turtlebot.codec.packets import USER_ANALOG_INPUT
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,10 +200,13 @@ class Gyro:
             at_rest: The wheels are commanded to stand still and do.
 
         Returns:
-            The reading, or None before the base has rested long enough to know the offset, and from a gyro
-            without power.
+            The reading, or None before the base has rested long enough to know the offset, from a gyro
+            without power, and for more counts than there are.
         """
         self.adc = adc
+        if not USER_ANALOG_INPUT.is_plausible(adc):
+            self._stamp = None
+            return None
         self._rest.update(stamp, adc, at_rest)
         offset = self._rest.value()
         if offset is None or offset < self._parameters.lowest_offset:

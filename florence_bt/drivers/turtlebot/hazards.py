@@ -8,6 +8,7 @@ from __future__ import annotations
 import enum
 import math
 
+from florence_bt.drivers.turtlebot.battery import battery_of
 from florence_bt.drivers.turtlebot.codec.packets import (
     BUMP_LEFT,
     BUMP_RIGHT,
@@ -55,6 +56,12 @@ class StopReason(enum.Enum):
         return self.name.lower()
 
 
+CHARGE_NOT_KNOWN = (
+    "the charge of the battery is not known, so it may be empty: bring the base to its charger, or set "
+    "lowest_charge to 0 to drive all the same"
+)
+"""The sentence of ``BATTERY`` for a base whose charge cannot be true."""
+
 HOLDS_ALL = frozenset(
     {
         StopReason.CHARGER,
@@ -83,6 +90,8 @@ def describe(reason: StopReason, state: SensorState) -> str:
         reason: Why the base is held.
         state: All sensors.
     """
+    if reason is StopReason.BATTERY and battery_of(state).fraction is None:
+        return CHARGE_NOT_KNOWN
     sensors = _sensors(reason, state)
     if not sensors:
         return reason.value
@@ -145,7 +154,8 @@ def contact(
         state: All sensors.
         use_bumpers: Whether bumpers and wheel drops count.
         use_cliffs: Whether cliff sensors count.
-        lowest_charge: The charge, as a fraction of the capacity, below which nothing moves any more.
+        lowest_charge: The charge, as a fraction of the capacity, below which nothing moves any more; a charge
+            that is not known counts as below.
     """
     docked = bool(state.charging_sources_available & HOME_BASE)
     if use_bumpers and state.bumps_wheeldrops & WHEEL_DROPS:
@@ -158,7 +168,7 @@ def contact(
         return StopReason.BUMPER
     if docked:
         return StopReason.DOCK
-    return StopReason.BATTERY if state.charge < lowest_charge * state.capacity else None
+    return StopReason.BATTERY if battery_of(state).is_below(lowest_charge) else None
 
 
 def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
@@ -196,10 +206,10 @@ _NOT_CHARGING = (ChargingState.NOT_CHARGING, ChargingState.FAULT)
 
 
 def needs_reset(state: SensorState) -> bool:
-    """Tell whether the base stands at a charger with a low battery and does not charge."""
+    """Tell whether the base stands at a charger and does not charge, with a low battery or one not known."""
     if not state.charging_sources_available or state.charging_state not in _NOT_CHARGING:
         return False
-    return state.charge < _LOW.get(state.oi_mode, 0.0) * state.capacity
+    return battery_of(state).is_below(_LOW.get(state.oi_mode, 0.0))
 
 
 class ChargeWatch:

@@ -20,6 +20,7 @@ from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
 from florence_bt.core.geometry import STANDSTILL
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.serial_port import BytePort, SerialPort
+from florence_bt.drivers.turtlebot.battery import battery_of, is_full
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
@@ -360,15 +361,16 @@ def _state_to_ros(state: SensorState, stamp: float) -> TurtlebotSensorState:
 
 
 def _battery_to_ros(reading: BaseReading, stamp: float) -> BatteryState:
-    state = reading.state
+    state, battery = reading.state, battery_of(reading.state)
     return battery_to_ros(
-        voltage_v=state.voltage / 1000.0,
-        current_a=state.current / 1000.0,
-        temperature_c=float(state.temperature),
-        charge_ah=state.charge / 1000.0,
-        capacity_ah=state.capacity / 1000.0,
+        voltage_v=battery.voltage_v,
+        current_a=battery.current_a,
+        temperature_c=battery.temperature_c,
+        charge_ah=battery.charge_ah,
+        capacity_ah=battery.capacity_ah,
+        fraction=battery.fraction,
         charging=state.charging_state in CHARGING,
-        full=state.charging_state == ChargingState.TRICKLE and state.charge >= state.capacity,
+        full=is_full(state),
         plugged=state.charging_sources_available != 0,
         failed=state.charging_state == ChargingState.FAULT,
         stamp=stamp,

@@ -48,7 +48,8 @@ class TurtlebotParameters(CheckedParameters):
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
         data_timeout: Seconds of silence after which the base counts as lost; not longer than cmd_vel_timeout,
             or a silent base would be driven for longer than one without commands.
-        lowest_charge: Charge, as a fraction of the capacity, below which the base stands still; 0 for never.
+        lowest_charge: Charge, as a fraction of the capacity, below which the base stands still, also when it
+            is not known; 0 for never.
         max_gyro_disagreement: rad/s that the gyro may measure while the wheels go straight; with more the
             base stops and calibrates it. 0 for any.
         charge_reset: Reset a base that stands at a charger with a low battery and does not charge.

@@ -8,11 +8,14 @@ from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ConditionBinding
 from florence_bt.core.skill import Inputs
 
+MOST_CHARGE = 1.1
+"""Of the full charge; what says more measures something else, or wrongly."""
+
 
 def _judge_battery(inputs: Inputs, message: Any) -> Result:
     charge = message.percentage
-    if not 0.0 <= charge <= 1.0:
-        raise ValueError(f"the charge is {charge}, not a part of the full charge")
+    if not 0.0 <= charge <= MOST_CHARGE:
+        return failure("battery_low", "the charge of the battery is not known, which counts as low")
     if charge > inputs["charge"]:
         return success()
     return failure("battery_low", f"the battery holds {charge:.0%} of its full charge")

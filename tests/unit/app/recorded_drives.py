@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from florence_bt.core.geometry import Pose2
@@ -140,9 +140,12 @@ def write_bag(
     odom_tf: bool = False,
     mount: bool = True,
     odom_late_s: float = 0.0,
+    compression: CompressionMode = CompressionMode.NONE,
 ) -> Path:
     """A rosbag2 of the drive; the laser hangs upside down."""
-    with Writer(path, version=9, storage_plugin=storage) as writer:
+    writer = Writer(path, version=9, storage_plugin=storage)
+    writer.set_compression(compression, CompressionFormat.ZSTD)
+    with writer:
         for moment, topic, message in _messages(drive, scans, odometry, odom_tf, mount, odom_late_s):
             kind = message.__msgtype__
             connection = next((each for each in writer.connections if each.topic == topic), None)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import tempfile
 from pathlib import Path
 
 import pytest
 
-from florence_bt.app.page.editor import helpers
 from florence_bt.app.page.editor.helpers import ScenarioRuns, Trials, Worker
 from florence_bt.app.page.editor.trial_request import TrialRequest
 
@@ -61,7 +61,7 @@ def test_a_trial_that_is_ended_at_once_leaves_nothing(room):
 
 
 def test_that_the_rig_cannot_be_started_is_told(room, monkeypatch):
-    monkeypatch.setattr(helpers.sys, "executable", str(room / "no_such_program"))
+    monkeypatch.setattr(sys, "executable", str(room / "no_such_program"))
 
     async def go():
         trials = Trials()

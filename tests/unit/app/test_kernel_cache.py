@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.app.bringup.parent import child_command
 from florence_bt.app.demo import kernel_cache
 from florence_bt.app.demo.kernel_cache import (
     MESSAGE,
@@ -130,7 +131,7 @@ def test_compiling_is_announced_and_happens_in_a_child_process(tmp_path, monkeyp
 
     monkeypatch.setattr(subprocess, "run", run)
     ensure_compiled(said.append, tmp_path)
-    assert called == [([sys.executable, "-m", "florence_bt.app.demo.warm_up"], [MESSAGE])]
+    assert called == [(child_command("florence_bt.app.demo.warm_up"), [MESSAGE])]
     assert said == [MESSAGE]
 
 
@@ -241,7 +242,8 @@ def test_a_second_core_compiles_the_rest(warm_up, tmp_path, monkeypatch, cores, 
     warm_up.warm_up()
     assert done == in_this_process
     if len(cores) > 1:
-        assert (tmp_path / "beside").read_text() == "-m florence_bt.app.demo.warm_up rest\n"
+        told = (tmp_path / "beside").read_text().split()
+        assert told == child_command("florence_bt.app.demo.warm_up", "rest")[1:]
 
 
 def test_why_the_second_process_failed_is_told(warm_up, tmp_path, monkeypatch):

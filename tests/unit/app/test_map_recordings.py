@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from florence_bt.app.maps.build import build_map
 from florence_bt.app.maps.recordings.recording import Choices, RecordedScan, read_recording
@@ -116,14 +116,90 @@ def test_scans_whose_beams_all_go_one_way_are_told(tmp_path: Path, drive: list[M
         list(read_recording(log))
 
 
-def test_a_cut_bag_says_how_it_is_mended(tmp_path: Path, drive: list[Moment]) -> None:
-    for storage in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
-        bag = write_bag(tmp_path / storage.name, drive, storage=storage)
-        (file,) = [each for each in bag.iterdir() if each.suffix in (".mcap", ".db3")]
-        file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-        with pytest.raises(ConfigError) as caught:
-            list(read_recording(file))
-        assert "recover" in str(caught.value) or "reindex" in str(caught.value)
+def only_file(bag: Path) -> Path:
+    (file,) = [each for each in bag.iterdir() if each.suffix in (".mcap", ".db3")]
+    return file
+
+
+def test_a_cut_mcap_is_read_as_far_as_it_goes_and_left_as_it_is(tmp_path: Path, drive: list[Moment]) -> None:
+    bag = write_bag(tmp_path / "bag", drive)
+    file = only_file(bag)
+    cut = file.read_bytes()[: -(file.stat().st_size // 3)]
+    file.write_bytes(cut)
+    for path in (file, bag):
+        found = list(read_recording(path))
+        assert 0 < len(found) < STEPS
+        assert_is(found, drive[: len(found)])
+    assert file.read_bytes() == cut
+    file.write_bytes(b"nothing of the kind")
+    with pytest.raises(ConfigError, match="no MCAP file"):
+        list(read_recording(file))
+
+
+def test_a_cut_sqlite_says_how_it_is_mended(tmp_path: Path, drive: list[Moment]) -> None:
+    file = only_file(write_bag(tmp_path / "bag", drive, storage=StoragePlugin.SQLITE3))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    with pytest.raises(ConfigError, match="reindex"):
+        list(read_recording(file))
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_a_bag_without_metadata_or_storage_in_it_is_read(
+    tmp_path: Path, drive: list[Moment], storage: StoragePlugin
+) -> None:
+    bag = write_bag(tmp_path / "bag", drive, storage=storage)
+    metadata = bag / "metadata.yaml"
+    text = metadata.read_text()
+    plugin = "mcap" if storage is StoragePlugin.MCAP else "sqlite3"
+    for empty in ("''", '""', ""):
+        changed = text.replace(f"storage_identifier: {plugin}", f"storage_identifier: {empty}")
+        assert changed != text
+        metadata.write_text(changed)
+        assert_is(list(read_recording(bag)), drive)
+    metadata.write_text("")
+    assert_is(list(read_recording(bag)), drive)
+    metadata.unlink()
+    assert_is(list(read_recording(bag)), drive)
+
+
+@pytest.mark.parametrize("mode", [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_a_compressed_bag_is_read(tmp_path: Path, drive: list[Moment], mode: CompressionMode) -> None:
+    bag = write_bag(tmp_path / "bag", drive, compression=mode)
+    assert_is(list(read_recording(bag)), drive)
+    if mode is CompressionMode.FILE:
+        metadata = bag / "metadata.yaml"
+        metadata.write_text(
+            metadata.read_text().replace("storage_identifier: mcap", "storage_identifier: ''")
+        )
+        assert_is(list(read_recording(bag)), drive)
+        metadata.unlink()
+        (file,) = bag.iterdir()
+        assert file.suffix == ".zstd"
+        assert_is(list(read_recording(bag)), drive)
+        assert_is(list(read_recording(file)), drive)
+        file.write_bytes(file.read_bytes()[:-200])  # zstd unpacks whole blocks only
+        found = list(read_recording(file))
+        assert 0 < len(found) < STEPS
+        assert_is(found, drive[: len(found)])
+
+
+def test_the_parts_of_a_bag_are_read_in_order_and_two_bags_are_not_one(
+    tmp_path: Path, drive: list[Moment]
+) -> None:
+    both = tmp_path / "both"
+    both.mkdir()
+    half = STEPS // 2
+    for number, part in ((1, drive[half:]), (0, drive[:half])):
+        only_file(write_bag(tmp_path / f"part{number}", part)).rename(both / f"both_{number}.mcap")
+    assert_is(list(read_recording(both)), drive)
+    (both / "both_1.mcap").rename(both / "other_0.mcap")
+    with pytest.raises(ConfigError, match="more than one bag") as caught:
+        list(read_recording(both))
+    assert caught.value.valid == tuple(str(both / name) for name in ("both_0.mcap", "other_0.mcap"))
+    for file in both.iterdir():
+        file.unlink()
+    with pytest.raises(ConfigError, match="no bag in this folder"):
+        list(read_recording(both))
 
 
 @pytest.mark.parametrize("name", ["drive.log", "drive.log.gz"])

@@ -3,6 +3,8 @@
 import numpy as np
 
 from florence_bt.drivers.hokuyo.geometry import (
+    BEYOND,
+    URG_04LX,
     URG_ERRORS,
     UTM_ERRORS,
     range_errors,
@@ -17,6 +19,10 @@ def test_the_model_decides() -> None:
 
 
 def test_the_most_frequent_reason_is_told() -> None:
-    assert summarise(np.array([100, 200], np.int32), 20, URG_ERRORS) == "0 of 2"
-    assert summarise(np.array([0, 6, 6, 200], np.int32), 20, URG_ERRORS) == "3 of 4, mostly: other error"
-    assert summarise(np.array([4, 200], np.int32), 20, URG_ERRORS) == "1 of 2, mostly: code 4"
+    def told(*distances_mm: int) -> str:
+        return summarise(np.array(distances_mm, np.int32), URG_04LX, URG_ERRORS)
+
+    assert told(100, 5600) == "0 of 2"
+    assert told(0, 6, 6, 200) == "3 of 4, mostly: other error"
+    assert told(4, 200) == "1 of 2, mostly: code 4"
+    assert told(5601, 65533, 6, 200) == f"3 of 4, mostly: {BEYOND}"

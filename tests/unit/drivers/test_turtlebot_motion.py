@@ -333,7 +333,8 @@ def test_reports_add_up() -> None:
 
 
 def reading(stop_reason: StopReason | None = None, **fields: int) -> BaseReading:
-    return BaseReading(0.0, SensorState(**fields), Odometry(0.0, Pose2()), None, True, stop_reason)  # type: ignore[arg-type]
+    state = SensorState(**{"voltage": 15_000, "charge": 2000, "capacity": 2700, **fields})  # type: ignore[arg-type]
+    return BaseReading(0.0, state, Odometry(0.0, Pose2()), None, True, stop_reason)
 
 
 def test_diagnoses() -> None:

@@ -132,6 +132,7 @@ def test_charger_dock_and_battery() -> None:
     assert seen(charging_sources_available=1, bumps_wheeldrops=4) is StopReason.WHEEL_DROP
     assert seen(charge=50) is StopReason.BATTERY
     assert seen(charge=54) is None
+    assert contact(SensorState(charge=65_529, capacity=0), use_bumpers=True, use_cliffs=True) is None
     for reason in (StopReason.CHARGER, StopReason.BATTERY, StopReason.GYRO):
         assert hold_forward(WheelSpeeds(-100, 100), reason) == STOPPED
     assert hold_forward(WheelSpeeds(-100, -100), StopReason.DOCK) == WheelSpeeds(-100, -100)
@@ -286,7 +287,8 @@ def test_wheel_joints() -> None:
 
 
 def judged(name: str, driver: TurtlebotDriver | None = None, **fields: int | bool) -> tuple[Severity, str]:
-    state = SensorState(**{"oi_mode": 3, "charge": 2000, "capacity": 2700, **fields})  # type: ignore[arg-type]
+    plain = {"oi_mode": 3, "charge": 2000, "capacity": 2700, "voltage": 15_000}
+    state = SensorState(**{**plain, **fields})  # type: ignore[arg-type]
     reading = BaseReading(0.0, state, Odometry(0.0, Pose2()), None, True, None)
     found = diagnose(driver or TurtlebotDriver(), reading, "/dev/ttyUSB0", "")[name]
     return found.level, found.message

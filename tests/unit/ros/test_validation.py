@@ -11,7 +11,7 @@ pytest.importorskip("rclpy")
 from geometry_msgs.msg import Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid, Odometry
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -47,6 +47,8 @@ def changed(message_type: Any, field: str, value: Any, stamp: float = NOW) -> An
         (OccupancyGrid, "info.height", 2**32 - 1, "1 to 2.5e+07"),
         (OccupancyGrid, "info.resolution", 0.0, "resolution is 0"),
         (OccupancyGrid, "info.resolution", 1e-30, "0.001 to 1 m"),
+        (BatteryState, "percentage", 65.529 / 2.696, "percentage is 24.3"),
+        (BatteryState, "percentage", -1.0, "percentage is -1"),
         (LaserScan, "ranges", [], "the number of ranges is 0"),
         (LaserScan, "angle_increment", math.nan, "the angle from the first to the last beam is nan"),
         (LaserScan, "angle_increment", 0.0, "angle_increment is 0 rad: all 101 beams go the same way"),

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from florence_bt.app.maps.recordings.bag_files import COMPRESSED, open_bag
 from florence_bt.app.maps.recordings.recording import Choices, RecordedScan
 from florence_bt.core.errors import ConfigError, FrameError, closest_first
 from florence_bt.core.installation import how_to_get
@@ -55,8 +57,6 @@ class _Bag:
 
     def __init__(self, path: Path) -> None:
         try:
-            from rosbags.rosbag1 import Reader as Reader1
-            from rosbags.rosbag2 import Reader as Reader2
             from rosbags.typesys import Stores, get_typestore
         except ModuleNotFoundError as error:
             if not (error.name or "").startswith("rosbags"):
@@ -64,18 +64,21 @@ class _Bag:
             problem = "bags are read by rosbags, which is not installed"
             raise ConfigError(problem, valid=[how_to_get("rosbags")]) from error
         self.path = path
-        one = path.suffix == ".bag"
+        one = Path(path.stem if path.suffix in COMPRESSED else path.name).suffix == ".bag"
         store = get_typestore(Stores.ROS1_NOETIC if one else Stores.ROS2_JAZZY)
         self._decode = store.deserialize_ros1 if one else store.deserialize_cdr
-        try:
-            self._reader = (Reader1 if one else Reader2)(path)
-            self._reader.open()
-        except Exception as error:
-            # Damaged files raise whatever their first wrong byte leads to.
-            raise self._damaged(error) from error
+        with ExitStack() as stack:
+            try:
+                self._readers = open_bag(path, stack)
+            except ConfigError:
+                raise
+            except Exception as error:
+                # Damaged files raise whatever their first wrong byte leads to.
+                raise self._damaged(error) from error
+            self._open = stack.pop_all()
 
     def _damaged(self, error: Exception) -> ConfigError:
-        whole = {".mcap": f"mcap recover {self.path}", ".bag": f"rosbag reindex {self.path}"}
+        whole = {".mcap": "a copy that is whole", ".bag": f"rosbag reindex {self.path}"}
         valid = [whole.get(self.path.suffix, f"ros2 bag reindex {self.path}")]
         return ConfigError(f"the bag cannot be read: {error}", file=self.path, valid=valid)
 
@@ -83,28 +86,38 @@ class _Bag:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._reader.close()
+        self._open.close()
+
+    @property
+    def _connections(self) -> list[Any]:
+        return [each for reader in self._readers for each in reader.connections]
 
     def topics_of(self, *types: str) -> dict[str, int]:
         """Return the topics of some types, and how many messages each has."""
         found: dict[str, int] = {}
-        for each in self._reader.connections:
+        for each in self._connections:
             if each.msgtype in types:
                 found[each.topic] = found.get(each.topic, 0) + each.msgcount
         return {topic: count for topic, count in sorted(found.items()) if count}
 
     def topics(self) -> list[str]:
         """Return all topics with their types."""
-        return sorted({f"{each.topic} ({each.msgtype})" for each in self._reader.connections})
+        return sorted({f"{each.topic} ({each.msgtype})" for each in self._connections})
+
+    def _raw_messages(self, topics: set[str]) -> Iterator[tuple[Any, int, bytes]]:
+        for reader in self._readers:
+            connections = [each for each in reader.connections if each.topic in topics]
+            if connections:
+                yield from reader.messages(connections)
 
     def messages(self, topics: Iterable[str]) -> Iterator[tuple[str, str, Any, float]]:
         """Yield topic, type, message and the part of the bag that is read, in the order of recording."""
         wanted = set(topics)
-        connections = [each for each in self._reader.connections if each.topic in wanted]
-        if not connections:
+        if not any(each.topic in wanted for each in self._connections):
             return
-        start, duration = self._reader.start_time, max(1, self._reader.duration)
-        stream = self._reader.messages(connections)
+        start = min(reader.start_time for reader in self._readers)
+        duration = max(1, max(reader.end_time for reader in self._readers) - start)
+        stream = self._raw_messages(wanted)
         while True:
             try:
                 connection, moment, data = next(stream)

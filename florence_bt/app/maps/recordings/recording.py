@@ -6,13 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from florence_bt.app.maps.recordings.bag_files import bags_in, is_bag
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 
-BAG_SUFFIXES = (".mcap", ".db3", ".bag")
-"""Files of ROS 2 (MCAP, SQLite) and of ROS 1."""
 _MAGIC = {b"\x89MCAP": ".mcap", b"SQLite format 3": ".db3", b"#ROSBAG": ".bag"}
 
 _MOST_NAMED = 5
@@ -62,7 +61,8 @@ def read_recording(path: Path, choices: Choices | None = None) -> Iterator[Recor
     """Read the scans of a recording in the order in which they were taken.
 
     Args:
-        path: A log of CARMEN, perhaps compressed by gzip; an MCAP, db3 or ROS 1 bag file; a rosbag2's folder.
+        path: A log of CARMEN, perhaps compressed by gzip; an MCAP, db3 or ROS 1 bag file,
+            perhaps compressed by zstd, or cut off; a rosbag2's folder, perhaps without its metadata.
         choices: Which of its topics and frames; nothing of a log of CARMEN can be chosen but the mount.
 
     Raises:
@@ -71,7 +71,7 @@ def read_recording(path: Path, choices: Choices | None = None) -> Iterator[Recor
     choices = choices or Choices()
     if not path.exists():
         raise ConfigError("there is no such recording", file=path, valid=_recordings_near(path))
-    if path.is_dir() or path.suffix in BAG_SUFFIXES:
+    if path.is_dir() or is_bag(path):
         from florence_bt.app.maps.recordings.bags import read_bag
 
         return read_bag(path, choices)
@@ -88,11 +88,7 @@ def read_recording(path: Path, choices: Choices | None = None) -> Iterator[Recor
 def _recordings_near(path: Path) -> Sequence[str]:
     """Return the bags in the folder, most alike first; what a recording is when there are none."""
     try:
-        bags = [
-            str(each)
-            for each in sorted(path.parent.iterdir())
-            if each.suffix in BAG_SUFFIXES or (each / "metadata.yaml").is_file()
-        ]
+        bags = bags_in(path.parent)
     except OSError:
         bags = []
     near = closest_first(str(path), bags)[:_MOST_NAMED]

@@ -6,7 +6,6 @@ import asyncio
 import base64
 import contextlib
 import json
-import sys
 import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Sequence
@@ -14,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from florence_bt.app.bringup.parent import child_command
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.core.text_files import MAX_MISSION_BYTES
@@ -41,10 +41,7 @@ async def _start(module: str, *arguments: str, **more: Any) -> asyncio.subproces
     """
     try:
         return await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            module,
-            *arguments,
+            *child_command(module, *arguments),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             limit=_LONGEST_LINE,
