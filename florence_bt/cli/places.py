@@ -104,7 +104,7 @@ def here(
     given = key_values(values or [])
     with PlacesTarget(hotspots) as target:
         edit = partial(put_here, label=label, pose=target.robot_pose(), values=given)
-        _tell(target.change(edit, create=True))
+        _tell(target.change(edit, create=True, stands=True))
 
 
 @hotspot.command(cls=RosVerb, epilog=f'Example: florence hotspot move sofa yaw="-90 deg"\n\n{EXIT_CODES}')

@@ -65,8 +65,8 @@ class TransformListener:
     What Florence's nodes publish wins over what others do (:class:`TransformBuffer`); what is not used is
     counted, logged and published as every refused message, with the names of the nodes it may be of. When no
     other program publishes on the topic, it was a late or lost copy of a message of our own. The buffer's
-    moments are those of the node's ``timebase``. When the clock has jumped the moving frames are forgotten, as
-    in tf2.
+    moments are those of the node's ``timebase``. When the clock has jumped the moving frames are forgotten,
+    as in tf2.
 
     Args:
         node: Subscribes.

@@ -156,7 +156,7 @@ def test_florences_own_transforms_are_never_refused(ros: Any) -> None:
 
 
 class _LosesOwnCopies(FlorenceNode):
-    """A node that is so late that the subscription to Florence's own transforms loses two of three messages."""
+    """A node so late that its subscription to Florence's own transforms loses two of three messages."""
 
     def create_subscription(self, msg_type: Any, topic: str, *rest: Any, **options: Any) -> Any:
         if topic == "/tf" and rest[1] is OWN_TF_LISTENER:

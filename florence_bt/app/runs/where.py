@@ -24,6 +24,7 @@ from florence_bt.app.runs.client import (
     ROBOT_POSE,
     MissionClient,
     SystemNotThere,
+    is_paused,
 )
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
 from florence_bt.core.errors import DeviceTimeout
@@ -206,9 +207,14 @@ class Where:
             return Fact(f"not known: no mission server is there{blocked}", False)
         if not state.run_id:
             return Fact(f"none has run yet{blocked}")
-        values = {"mission": state.mission, "run_id": state.run_id, "state": state.state}
+        paused = is_paused(state)
+        values = {"mission": state.mission, "run_id": state.run_id, "state": state.state, "paused": paused}
+        if paused:
+            how = f"is paused (run {state.run_id}): {state.reason}; go on with: florence resume"
+            return Fact(f"{state.mission} {how}{blocked}", True, values)
         if state.state in ACTIVE_STATES:
-            return Fact(f"{state.mission} runs (run {state.run_id}){blocked}", True, values)
+            how = "waits for its turn" if state.state == "PENDING" else "runs"
+            return Fact(f"{state.mission} {how} (run {state.run_id}){blocked}", True, values)
         reason = f": {state.reason}" if state.reason else ""
         how = _ENDS.get(state.state, state.state)
         return Fact(f"none; the last one, {state.mission}, {how}{reason}{blocked}", True, values)
