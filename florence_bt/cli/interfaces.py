@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, Verbs, app
+from florence_bt.cli.common import EXIT_CODES, VerbList, Verbs, app
 
-interfaces = typer.Typer(cls=Verbs, help="Packages of ROS messages, services and actions: list, show, add.")
+interfaces = VerbList(cls=Verbs, help="Packages of ROS messages, services and actions: list, show, add.")
 app.add_typer(interfaces, name="interfaces", rich_help_panel="Mission files")
 
 

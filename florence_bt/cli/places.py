@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app, key_values
+from florence_bt.cli.common import EXIT_CODES, RosVerb, VerbList, Verbs, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from florence_bt.skills.locator.hotspot_file import HotspotFile
 
-hotspot = typer.Typer(
+hotspot = VerbList(
     cls=Verbs, help="Rooms, objects and zones: list, teach, change, check, draw.", no_args_is_help=True
 )
 app.add_typer(hotspot, name="hotspot", rich_help_panel="The robot")
-zone = typer.Typer(
+zone = VerbList(
     cls=Verbs, help="Zones: where the robot does not drive, or drives slowly.", no_args_is_help=True
 )
 hotspot.add_typer(zone, name="zone")

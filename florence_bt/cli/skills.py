@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, RosGroup, RosVerb, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosGroup, RosVerb, VerbList, app
 
-skills = typer.Typer(cls=RosGroup, help="List the skills that missions can use, or draft one without code.")
+skills = VerbList(cls=RosGroup, help="List the skills that missions can use, or draft one without code.")
 app.add_typer(skills, name="skills", rich_help_panel="Mission files")
 
 _WAYS = ("action", "service", "condition", "wait-for", "publish")
