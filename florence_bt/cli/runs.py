@@ -203,8 +203,10 @@ def runs(
 ) -> None:
     """List recorded runs, the latest first: of the running system, or of the last one when none is up."""
     from florence_bt.app.runs.journal_view import runs_table
+    from florence_bt.app.runs.wrapping import terminal_columns
 
-    for line in runs_table(folder, mission=mission, state=state, limit=limit):
+    columns = terminal_columns()
+    for line in runs_table(folder, mission=mission, state=state, limit=limit, columns=columns):
         typer.echo(line)
 
 

@@ -104,6 +104,7 @@ class PageNode(FlorenceNode):
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
         override: What the base's driver has said last about the manual override; None when it never has.
+        on_stop: Called when the base's driver has counted one more stop, whoever pressed.
     """
 
     def __init__(self, *, context: Any = None) -> None:
@@ -121,6 +122,7 @@ class PageNode(FlorenceNode):
             "sure": None,
         }
         self.override: HeardOverride | None = None
+        self.on_stop: Callable[[], None] = lambda: None
         self._made_at = self._missions_heard_at = self.steady.now()
         self._run: dict[str, Any] = {}
         self._questions: tuple[AskedQuestion, ...] = ()
@@ -277,6 +279,8 @@ class PageNode(FlorenceNode):
         self._put(stop=message.text)
 
     def _on_override(self, message: ManualOverride) -> None:
+        if message.on and self.override is not None and message.stops != self.override.state.stops:
+            self.on_stop()
         self.override = HeardOverride(message, self.steady.now())
         self.parts.put(
             "override",

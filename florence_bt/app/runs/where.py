@@ -27,6 +27,7 @@ from florence_bt.app.runs.client import (
     is_paused,
 )
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
+from florence_bt.app.runs.wrapping import hanging
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
 from florence_bt.ros.conversions import stamp_from_ros
@@ -267,10 +268,11 @@ class Where:
         return time.time() if clock is None else stamp_from_ros(clock.clock)
 
 
-def as_text(facts: dict[str, Fact]) -> str:
-    """Write the facts for people, one a line."""
+def as_text(facts: dict[str, Fact], columns: int | None = None) -> str:
+    """Write the facts for people, one a line, broken at blanks where a terminal has too few columns."""
     width = max(map(len, facts))
-    return "\n".join(f"{name:<{width}}  {fact.text}" for name, fact in facts.items())
+    lines = (f"{name:<{width}}  {fact.text}" for name, fact in facts.items())
+    return "\n".join(hanging(line, columns, width + 2) for line in lines)
 
 
 def as_json(facts: dict[str, Fact]) -> str:
@@ -321,14 +323,15 @@ def _show(
     from rich.live import Live
     from rich.text import Text
 
-    with Live(Text(as_text(facts)), console=console, auto_refresh=False) as live:
+    with Live(Text(as_text(facts, console.width)), console=console, auto_refresh=False) as live:
         while True:
             again()
-            live.update(Text(as_text(where.facts())), refresh=True)
+            live.update(Text(as_text(where.facts(), console.width)), refresh=True)
 
 
 def _print(facts: dict[str, Fact], console: Console, json_lines: bool) -> None:
-    text = as_json(facts) if json_lines else as_text(facts)
+    columns = console.width if console.is_terminal else None
+    text = as_json(facts) if json_lines else as_text(facts, columns)
     console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
