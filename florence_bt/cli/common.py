@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -11,6 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from florence_bt.app.bringup.signals import as_keyboard_interrupt
+from florence_bt.app.wrapping import hanging, terminal_columns
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.ros.arguments import (
@@ -163,8 +165,14 @@ def _options(
     """Take the options that need no verb."""
 
 
+def tell(text: str, *, err: bool = False) -> None:
+    """Print for people: a terminal that is narrow breaks lines between words."""
+    columns = terminal_columns(sys.stderr if err else sys.stdout)
+    typer.echo("\n".join(hanging(line, columns) for line in text.split("\n")), err=err)
+
+
 def _fail(message: str, code: int) -> NoReturn:
-    typer.echo(f"florence: {message}", err=True)
+    tell(f"florence: {message}", err=True)
     raise typer.Exit(code)
 
 

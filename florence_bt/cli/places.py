@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, VerbList, Verbs, app, key_values
+from florence_bt.cli.common import EXIT_CODES, RosVerb, VerbList, Verbs, app, key_values, tell
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
@@ -288,4 +288,4 @@ def _change(hotspots: Path | None, edit: Callable[[HotspotFile], str], *, create
 
 def _tell(lines: list[str]) -> None:
     for line in lines:
-        typer.echo(line)
+        tell(line)

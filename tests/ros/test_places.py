@@ -289,6 +289,7 @@ def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None
         fact: dict[str, Any] = json.loads(output.splitlines()[-1])["battery"]
         return fact
 
+    assert told(lambda: 99.0)["known"], "of a clock that nobody tells: how old it is, is not known"
     assert told(caller.stamp)["values"]["charge"] == 0.5
     assert told(lambda: 0.0)["known"], "a stamp of zero is none"
     hangs = told(lambda: caller.stamp() - 60.0, goes_on=False)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from florence_bt.app.bringup.locks import running_folder
-from florence_bt.app.runs.wrapping import in_columns
+from florence_bt.app.wrapping import in_columns
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.runtime.journal import JOURNAL_FILE, JournaledEvent, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline

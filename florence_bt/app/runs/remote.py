@@ -14,6 +14,7 @@ from florence_interfaces.srv import MissionStatus
 
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch, status_service
+from florence_bt.app.wrapping import hanging
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -132,6 +133,7 @@ def _print_end(tree: str, console: Console, *, whole: bool) -> None:
 
 
 def _say(line: str, console: Console) -> None:
+    line = hanging(line, console.width if console.is_terminal else None)
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -27,7 +27,7 @@ from florence_bt.app.runs.client import (
     is_paused,
 )
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
-from florence_bt.app.runs.wrapping import hanging
+from florence_bt.app.wrapping import hanging
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
 from florence_bt.ros.conversions import stamp_from_ros
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 WAIT_S = 2.5
 """Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
 may not."""
+ANOTHER_CLOCK_S = 86_400.0
+"""Stamps that are further from the date than this are of another clock, such as that of a simulation."""
 OLD_S = 3.0
 """Wall seconds after which such a message is old."""
 SEEN_S = 1.5
@@ -73,10 +75,10 @@ class _Latest:
     """The newest message of a topic, and when it came and was sent: a latched one may be old when it comes.
 
     Args:
-        now: The present time of stamps, seconds.
+        now: The present time of stamps, seconds; None while it is not known.
     """
 
-    def __init__(self, now: Callable[[], float] = time.time) -> None:
+    def __init__(self, now: Callable[[], float | None] = time.time) -> None:
         self.message: Any = None
         self._at = -math.inf
         self._now = now
@@ -87,10 +89,20 @@ class _Latest:
         self.message, self._at, self._sent = message, time.monotonic(), sent
 
     @property
+    def of_another_clock(self) -> bool:
+        """Tell whether its stamp is not of this machine's date."""
+        return bool(self._sent) and abs(time.time() - self._sent) > ANOTHER_CLOCK_S
+
+    @property
     def age(self) -> float:
-        """Seconds since it was sent, by its stamp, or since it came; infinity before the first."""
-        came = time.monotonic() - self._at
-        return max(came, self._now() - self._sent) if self._sent else came
+        """Seconds since it was sent, by its stamp, or since it came; infinity before the first.
+
+        A stamp of a clock that has not been heard tells nothing.
+        """
+        came, now = time.monotonic() - self._at, self._now()
+        if now is None and not self.of_another_clock:
+            now = time.time()
+        return max(came, now - self._sent) if self._sent and now is not None else came
 
 
 class Where:
@@ -132,8 +144,10 @@ class Where:
         return there
 
     def _told(self) -> bool:
+        stamped = (self._battery, self._localiser)
         simulated = self._client.node.count_publishers("/clock") > 0
-        awaited = (self._battery, self._localiser, *([self._simulated] if simulated else []))
+        simulated = simulated or any(each.of_another_clock for each in stamped)
+        awaited = (*stamped, *([self._simulated] if simulated else []))
         return all(each.message is not None for each in awaited)
 
     def facts(self) -> dict[str, Fact]:
@@ -262,17 +276,17 @@ class Where:
             if status.name.endswith(_LOCALISER):
                 self._localiser.take(status, stamp_from_ros(message.header.stamp))
 
-    def _now(self) -> float:
-        """Return the time of stamps: that of a simulation, where there is one."""
+    def _now(self) -> float | None:
+        """Return the time of a simulation; None where there is none, or nobody has told it yet."""
         clock = self._simulated.message
-        return time.time() if clock is None else stamp_from_ros(clock.clock)
+        return None if clock is None else stamp_from_ros(clock.clock)
 
 
 def as_text(facts: dict[str, Fact], columns: int | None = None) -> str:
     """Write the facts for people, one a line, broken at blanks where a terminal has too few columns."""
     width = max(map(len, facts))
     lines = (f"{name:<{width}}  {fact.text}" for name, fact in facts.items())
-    return "\n".join(hanging(line, columns, width + 2) for line in lines)
+    return "\n".join(hanging(line, columns) for line in lines)
 
 
 def as_json(facts: dict[str, Fact]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.app.runs.where import Fact, as_text
-from florence_bt.app.runs.wrapping import hanging, in_columns
+from florence_bt.app.wrapping import hanging, in_columns
 
 WHY = "no_path: no way leads to the kitchen: the door between the hall and the living_room is closed"
 ROWS = [
@@ -40,3 +40,11 @@ def test_a_long_word_is_left_whole() -> None:
     assert hanging("see /a/very/long/path/that/one/copies now", 12).splitlines()[1].strip() == (
         "/a/very/long/path/that/one/copies"
     )
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_a_text_stays_in_its_column(columns: int) -> None:
+    text = "night_check      " + " ".join(["Drive quietly to where the user is believed to be."] * 4)
+    first, *rest = hanging(text, columns).splitlines()
+    assert first.startswith("night_check      Drive") and rest
+    assert all(line.startswith(" " * 17) and line[17] != " " and len(line) <= columns for line in rest)

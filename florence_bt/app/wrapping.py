@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 import textwrap
 from collections.abc import Sequence
+from typing import TextIO
 
 _INDENT = 4
+_COLUMNS = re.compile(r"\s*\S+(?: \S+)*  +")
+"""A name in front of its text: two blanks or more part them."""
 
 
-def terminal_columns() -> int | None:
+def terminal_columns(stream: TextIO | None = None) -> int | None:
     """Return how wide the terminal is that is printed to; None for a pipe, where nothing is broken."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else None
 
 
-def hanging(text: str, columns: int | None, indent: int = _INDENT) -> str:
-    """Break a text into lines, those after the first one indented; a word alone may be longer than a line."""
-    if columns is None or len(text) <= columns:
-        return text
+def hanging(line: str, columns: int | None) -> str:
+    """Break a line at blanks; what follows stands below its last column, or is indented.
+
+    A word that alone is longer than the terminal is wide, such as a path, is left whole.
+    """
+    if columns is None or len(line) <= columns:
+        return line
+    column = _COLUMNS.match(line)
+    indent = column.end() if column is not None else len(line) - len(line.lstrip()) or _INDENT
     return textwrap.fill(
-        text,
+        line,
         columns,
-        subsequent_indent=" " * indent,
+        subsequent_indent=" " * (indent if indent <= columns // 2 else _INDENT),
         break_long_words=False,
         break_on_hyphens=False,
-        replace_whitespace=False,
-        drop_whitespace=True,
     )
 
 
