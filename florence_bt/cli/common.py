@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -11,6 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from florence_bt.app.bringup.signals import as_keyboard_interrupt
+from florence_bt.app.wrapping import hanging, terminal_columns
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.ros.arguments import (
@@ -29,7 +31,31 @@ _WHOLE_SENTENCE = 1000
 """Letters of the first sentence of a verb's help that the list shows: all."""
 
 
-class Verbs(TyperGroup):
+class _OptionsOnce:
+    """Refuses an option that is given twice: the last one would count, and nobody would know."""
+
+    def make_parser(self, ctx: Any) -> Any:
+        """Make the parser of the words."""
+        parser: Any = super().make_parser(ctx)  # type: ignore[misc]
+        parse = parser.parse_args
+
+        def parse_once(args: list[str]) -> Any:
+            options, rest, order = parse(args=args)
+            for option in order:
+                if isinstance(option, TyperOption) and not option.multiple and order.count(option) > 1:
+                    names = " or ".join(option.opts + option.secondary_opts)
+                    raise ConfigError(f"{names} is given {order.count(option)} times", valid=["once"])
+            return options, rest, order
+
+        parser.parse_args = parse_once
+        return parser
+
+
+class Verb(_OptionsOnce, TyperCommand):
+    """A verb."""
+
+
+class Verbs(_OptionsOnce, TyperGroup):
     """A group of verbs, whose list says in a sentence what each one does."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -102,7 +128,17 @@ class _AllVerbs(Verbs):
             use_arguments(())  # those of the verb, which came while it was read
 
 
-app = typer.Typer(
+class VerbList(typer.Typer):
+    """What verbs are added to."""
+
+    def command(
+        self, name: str | None = None, *, cls: type[TyperCommand] | None = None, **details: Any
+    ) -> Any:
+        """Add a function as a verb, see :class:`typer.Typer`."""
+        return super().command(name, cls=cls or Verb, **details)
+
+
+app = VerbList(
     name="florence",
     cls=_AllVerbs,
     no_args_is_help=True,
@@ -129,8 +165,14 @@ def _options(
     """Take the options that need no verb."""
 
 
+def tell(text: str, *, err: bool = False) -> None:
+    """Print for people: a terminal that is narrow breaks lines between words."""
+    columns = terminal_columns(sys.stderr if err else sys.stdout)
+    typer.echo("\n".join(hanging(line, columns) for line in text.split("\n")), err=err)
+
+
 def _fail(message: str, code: int) -> NoReturn:
-    typer.echo(f"florence: {message}", err=True)
+    tell(f"florence: {message}", err=True)
     raise typer.Exit(code)
 
 
@@ -147,7 +189,7 @@ class _TakesRosArguments:
         return found
 
 
-class RosVerb(_TakesRosArguments, TyperCommand):
+class RosVerb(_TakesRosArguments, Verb):
     """A verb that talks to ROS."""
 
 
@@ -191,7 +233,7 @@ def key_values(pairs: list[str]) -> dict[str, str]:
     """Read inputs as people type them.
 
     Raises:
-        ConfigError: One of them is not ``key=value``.
+        ConfigError: One of them is not ``key=value``, or a key comes twice.
     """
     values: dict[str, str] = {}
     for index, pair in enumerate(pairs):
@@ -200,6 +242,10 @@ def key_values(pairs: list[str]) -> dict[str, str]:
             if values:
                 raise _split_by_the_shell(pairs, index)
             raise ConfigError(f"{pair!r} is not an input", valid=["key=value, e.g. room=kitchen"])
+        if name in values:
+            raise ConfigError(
+                f"{name} is given twice: {values[name]!r} and {value!r}", valid=[f"{name}=..., once"]
+            )
         values[name] = value
     return values
 

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, Verbs, app
+from florence_bt.cli.common import EXIT_CODES, VerbList, Verbs, app, tell
 from florence_bt.cli.output_paths import OUTPUT_FOLDER
 
-interfaces = typer.Typer(cls=Verbs, help="Packages of ROS messages, services and actions: list, show, add.")
+interfaces = VerbList(cls=Verbs, help="Packages of ROS messages, services and actions: list, show, add.")
 app.add_typer(interfaces, name="interfaces", rich_help_panel="Mission files")
 
 
@@ -23,7 +23,7 @@ def list_all(context: typer.Context) -> None:
     if context.invoked_subcommand is None:
         from florence_bt.app.interfaces.installed import list_packages
 
-        typer.echo(list_packages())
+        tell(list_packages())
 
 
 @interfaces.command(epilog=f"Example: florence interfaces show nav2_msgs/action/Spin\n\n{EXIT_CODES}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app
+from florence_bt.cli.common import EXIT_CODES, RosVerb, VerbList, Verbs, app
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED
 from florence_bt.cli.output_paths import OUTPUT_FILE
 from florence_bt.core.errors import ConfigError
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
     from florence_bt.skills.navigation.mapping.editing import Edited
 
-maps = typer.Typer(
+maps = VerbList(
     cls=Verbs, help="Maps: build, explore, save, clean, crop, rotate, edit; rooms.", no_args_is_help=True
 )
 app.add_typer(maps, name="map", rich_help_panel="The robot")

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, app, tell
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.cli.output_paths import OUTPUT_FILE
 
@@ -25,12 +25,12 @@ def missions(
     if live:
         from florence_bt.app.runs.remote import live_missions
 
-        typer.echo(live_missions())
+        tell(live_missions())
         return
     from florence_bt.app.mission_files.mission_list import list_missions
 
     known, wrong = list_missions(folders or [])
-    typer.echo(known)
+    tell(known)
     if wrong:
         typer.echo(wrong, err=True)
 

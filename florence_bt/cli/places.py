@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app, key_values
+from florence_bt.cli.common import EXIT_CODES, RosVerb, VerbList, Verbs, app, key_values, tell
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.cli.output_paths import OUTPUT_FILE
 from florence_bt.core.errors import ConfigError
@@ -17,11 +17,11 @@ from florence_bt.core.errors import ConfigError
 if TYPE_CHECKING:
     from florence_bt.skills.locator.hotspot_file import HotspotFile
 
-hotspot = typer.Typer(
+hotspot = VerbList(
     cls=Verbs, help="Rooms, objects and zones: list, teach, change, check, draw.", no_args_is_help=True
 )
 app.add_typer(hotspot, name="hotspot", rich_help_panel="The robot")
-zone = typer.Typer(
+zone = VerbList(
     cls=Verbs, help="Zones: where the robot does not drive, or drives slowly.", no_args_is_help=True
 )
 hotspot.add_typer(zone, name="zone")
@@ -105,7 +105,7 @@ def here(
     given = key_values(values or [])
     with PlacesTarget(hotspots) as target:
         edit = partial(put_here, label=label, pose=target.robot_pose(), values=given)
-        _tell(target.change(edit, create=True))
+        _tell(target.change(edit, create=True, stands=True))
 
 
 @hotspot.command(cls=RosVerb, epilog=f'Example: florence hotspot move sofa yaw="-90 deg"\n\n{EXIT_CODES}')
@@ -292,4 +292,4 @@ def _change(hotspots: Path | None, edit: Callable[[HotspotFile], str], *, create
 
 def _tell(lines: list[str]) -> None:
     for line in lines:
-        typer.echo(line)
+        tell(line)

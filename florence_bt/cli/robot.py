@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, Verbs, app
+from florence_bt.cli.common import EXIT_CODES, RosVerb, VerbList, Verbs, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.cli.output_paths import OUTPUT_FILE, OUTPUT_FOLDER
 from florence_bt.core.errors import ConfigError
@@ -71,9 +71,15 @@ def init(
 @app.command(
     cls=RosVerb,
     rich_help_panel="The robot",
-    epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}",
+    epilog=f"Examples: florence doctor my_robot; florence doctor --config my_robot.yaml\n\n{EXIT_CODES}",
 )
 def doctor(
+    robot: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[FOLDER]", help="The folder of a robot, made by florence init.", show_default=False
+        ),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="The robot's configuration.", show_default="that of the package")
     ] = None,
@@ -82,15 +88,23 @@ def doctor(
         Path | None, typer.Option(metavar="FILE", help="The house's own sensors: asks their MQTT broker too.")
     ] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots, whose rooms the sensors are in.")] = None,
-    out: Annotated[Path, typer.Option(click_type=OUTPUT_FOLDER, help="Folder where runs will go.")] = Path(
-        "runs"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(click_type=OUTPUT_FOLDER, help="Folder where runs will go.", show_default="runs"),
+    ] = None,
     form: Annotated[str, typer.Option("--format", help="text or json.")] = "text",
 ) -> None:
     """Check ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
 
     Changes nothing and moves nothing. A base that is not in use is put into passive mode for the question.
+    With a FOLDER: the robot that its florence.yaml describes; other options go over what stands there.
     """
+    if robot is not None:
+        from florence_bt.app.bringup.robot_folder import read_robot_folder
+
+        its = read_robot_folder(robot)
+        config, home, hotspots = config or its.robot, home or its.home, hotspots or its.hotspots
+        out, hardware = out or its.out, hardware and not its.emulate
     if form not in ("text", "json"):
         raise ConfigError(f"unknown format {form!r}", valid=["text", "json"])
     from rich.console import Console
@@ -98,7 +112,8 @@ def doctor(
     from florence_bt.app.doctor.examination import examine
     from florence_bt.app.doctor.finding import as_json, healthy, print_table
 
-    findings = list(examine(config, out, hardware=hardware, home_file=home, hotspots_file=hotspots))
+    runs = out or Path("runs")
+    findings = list(examine(config, runs, hardware=hardware, home_file=home, hotspots_file=hotspots))
     if form == "json":
         typer.echo(as_json(findings))
     else:
@@ -197,7 +212,7 @@ def teleop(
         drive_with_keys(Console(), parameters)
 
 
-kinect = typer.Typer(cls=Verbs, help="The Kinect: record what it sees.", no_args_is_help=True)
+kinect = VerbList(cls=Verbs, help="The Kinect: record what it sees.", no_args_is_help=True)
 app.add_typer(kinect, name="kinect", rich_help_panel="The robot")
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, RosVerb, app, key_values
+from florence_bt.cli.common import EXIT_CODES, RosVerb, app, key_values, tell
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.cli.output_paths import OUTPUT_FILE
 
@@ -144,7 +144,7 @@ def override() -> None:
     """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
     from florence_bt.app.runs.switch_override import stop_the_robot
 
-    typer.echo(stop_the_robot("florence override").word)
+    tell(stop_the_robot("florence override").word)
 
 
 @app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
@@ -152,7 +152,7 @@ def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
     from florence_bt.app.runs.switch_override import release_the_robot
 
-    typer.echo(release_the_robot("florence release"))
+    tell(release_the_robot("florence release"))
 
 
 @app.command(
@@ -180,7 +180,7 @@ def reload() -> None:
 
 
 def _end_with(success: bool, message: str) -> None:
-    typer.echo(message)
+    tell(message)
     raise typer.Exit(OK if success else FAILED)
 
 
@@ -204,8 +204,10 @@ def runs(
 ) -> None:
     """List recorded runs, the latest first: of the running system, or of the last one when none is up."""
     from florence_bt.app.runs.journal_view import runs_table
+    from florence_bt.app.wrapping import terminal_columns
 
-    for line in runs_table(folder, mission=mission, state=state, limit=limit):
+    columns = terminal_columns()
+    for line in runs_table(folder, mission=mission, state=state, limit=limit, columns=columns):
         typer.echo(line)
 
 

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, RosGroup, RosVerb, app
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosGroup, RosVerb, VerbList, app, tell
 from florence_bt.cli.output_paths import OUTPUT_FILE
 
-skills = typer.Typer(cls=RosGroup, help="List the skills that missions can use, or draft one without code.")
+skills = VerbList(cls=RosGroup, help="List the skills that missions can use, or draft one without code.")
 app.add_typer(skills, name="skills", rich_help_panel="Mission files")
 
 _WAYS = ("action", "service", "condition", "wait-for", "publish")
@@ -41,7 +41,7 @@ def list_all(
 
         ask = servers_now
     known, wrong = list_skills(show or (), folders or [], ask)
-    typer.echo(known)
+    tell(known)
     if wrong:
         typer.echo(wrong, err=True)
 

@@ -233,6 +233,35 @@ class OccupancyGrid:
         span_y = f"y {self.origin.y:g} to {self.origin.y + rows * self.resolution:g} m"
         return f"outside the map ({span_x}, {span_y})"
 
+    def is_occupied(self, x: float, y: float) -> bool:
+        """Tell whether a place (metres, map frame) is probably occupied; outside of the grid it is not."""
+        row, column = self.cell_of(x, y)
+        return self.contains(row, column) and bool(self.cells[row, column] > OCCUPIED // 2)
+
+    def problem_with_standing(self, x: float, y: float, radius: float = 0.0) -> str | None:
+        """Tell why a robot cannot stand at a place.
+
+        Args:
+            x: Metres, frame of the map.
+            y: Metres.
+            radius: How far the robot reaches whatever its heading, metres.
+
+        Returns:
+            What the place is, to complete "the hotspot is ..."; None when the robot can stand there.
+        """
+        problem = self.problem_with_place(x, y)
+        if problem is not None:
+            return problem
+        if self.is_occupied(x, y):
+            return "in an obstacle of the map"
+        row, column = self.cell_of(x, y)
+        reach = math.ceil(radius / self.resolution)
+        first_row, first_column = max(0, row - reach), max(0, column - reach)
+        near = self.cells[first_row : row + reach + 1, first_column : column + reach + 1]
+        rows, columns = np.nonzero(near > OCCUPIED // 2)
+        away = np.hypot(rows + first_row - row, columns + first_column - column) * self.resolution
+        return f"nearer than {radius:g} m to an obstacle of the map" if (away <= radius).any() else None
+
 
 def upright_size(columns: int, rows: int, yaw: float) -> tuple[int, int]:
     """Return the columns and rows of a map with a turned origin once made :meth:`OccupancyGrid.upright`."""

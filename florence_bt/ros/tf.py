@@ -44,7 +44,7 @@ JUDGED_AFTER_S, MAX_SUSPECTS = 1.0, 1000
 the machine), and how many may wait. Chosen: a busy node has read what came together long before."""
 GOES_ON_S = 10.0
 """A second transform within this time that says something else is of somebody who goes on. One alone may be a
-lost copy of a frame that jumped at that moment, as ``odom`` does when the robot finds itself (chosen)."""
+lost copy of a frame that jumped twice meanwhile, as ``odom`` does when the robot finds itself (chosen)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +63,10 @@ class TransformListener:
     """Keeps a buffer of everything on ``/tf`` (its part in the plane) and ``/tf_static``.
 
     What Florence's nodes publish wins over what others do (:class:`TransformBuffer`); what is not used is
-    counted, logged and published as every refused message. The buffer's moments are those of the node's
-    ``timebase``. When the clock has jumped the moving frames are forgotten, as in tf2.
+    counted, logged and published as every refused message, with the names of the nodes it may be of. When no
+    other program publishes on the topic, it was a late or lost copy of a message of our own. The buffer's
+    moments are those of the node's ``timebase``. When the clock has jumped the moving frames are forgotten,
+    as in tf2.
 
     Args:
         node: Subscribes.
@@ -151,9 +153,22 @@ class TransformListener:
             self._tell(TF_STATIC_TOPIC, self.buffer.set_static(parent, child, transform, own=own))
 
     def _tell(self, topic: str, contradiction: str | None) -> None:
-        if contradiction is not None:
-            valid = "another name of that frame, or the end of that publisher"
+        if contradiction is None:
+            return
+        others = self._other_publishers(topic)
+        if others:
+            valid = f"another name of that frame, or the end of who publishes it: {' or '.join(others)}"
             self._node.health.count_refused(topic, str(BadMessage(contradiction, valid)))
+
+    def _other_publishers(self, topic: str) -> list[str]:
+        """Return the full names of the nodes that publish on a topic and are none of Florence's."""
+        return sorted(
+            {
+                f"{each.node_namespace.rstrip('/')}/{each.node_name}"
+                for each in self._node.get_publishers_info_by_topic(topic)
+                if each.qos_profile.deadline != TF.deadline
+            }
+        )
 
 
 class TransformBroadcaster:

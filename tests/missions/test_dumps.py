@@ -34,7 +34,7 @@ def test_a_running_mission_shows_the_way_to_what_runs_what_was_done_and_what_is_
     assert {"get user room", "get views", "go there", "set how_many"} <= set(names_with("+", play.tree))
     assert "set how_many -- how_many = 1" in play.tree, "what was set"
     assert "watch out on the way" in names_with("x", play.tree)
-    assert {"set met", "run meet_user"} <= set(names_with(" ", play.tree))
+    assert {"what is said if they cannot be met", "run meet_user"} <= set(names_with(" ", play.tree))
 
 
 def test_a_search_from_nearby(robot):

@@ -168,7 +168,9 @@ def test_a_viewer_sees_the_robot_and_nothing_is_heard_when_it_has_left(ros: Any,
     ahead = viewer.parts["scene"]["scan"][:2]
     assert ahead == pytest.approx([1.0 + 0.878, 2.0 + 0.479], abs=0.02)
     assert viewer.parts["map"]["origin"] == [-1.0, -0.5, 0.0] and viewer.parts["map"]["size"] == [3.0, 2.0]
-    assert viewer.parts["run"]["mission"] == "greet"
+    assert viewer.parts["run"]["mission"] == "greet" and not viewer.parts["run"]["paused"]
+    robot.run.publish(RunState(run_id="7", mission="greet", state="ACTIVE", reason="a visitor"))
+    ros.spin_until(lambda: viewer.take()["run"]["paused"], what="the pause")
     status, picture = get(page, "/picture/map")
     assert status == 200 and picture.startswith(b"\x89PNG")
     robot.override.stop()

@@ -7,6 +7,7 @@ import re
 import shutil
 import signal
 import socket
+import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -179,6 +180,42 @@ def test_the_override_refuses_missions_and_a_hand_drives_until_it_lets_go(page: 
     page.get_by_role("button", name="Release").click()
     expect(page.get_by_role("status")).not_to_contain_text("manual override")
     expect(page.get_by_role("slider", name="drive by hand")).to_have_count(0)
+
+
+def take_in_hand(page: Any) -> None:
+    """Drive by hand: a key is held, and the robot turns."""
+    page.get_by_role("button", name="Drive by hand").click()
+    expect(page.get_by_role("slider", name="drive by hand")).to_be_visible()
+    expect(page.get_by_role("status")).to_contain_text("manual override")
+    page.locator("canvas").focus()
+    page.keyboard.down("ArrowLeft")
+    expect(word(page)).to_have_attribute("data-state", "hand")
+
+
+def test_a_press_on_stop_takes_the_robot_out_of_the_hand(page: Any, browser: Any, system: System) -> None:
+    """On this page, on the page of a phone, and by the command in a terminal."""
+    phone = browser.new_page(viewport={"width": 390, "height": 844}, base_url=system.address)
+    phone.set_default_timeout(PATIENCE_MS)
+    phone.goto(system.address)
+    command = [sys.executable, "-m", "florence_bt.cli", "override"]
+    presses = {
+        "here": lambda: page.get_by_role("button", name="STOP THE ROBOT").click(),
+        "on a phone": lambda: phone.get_by_role("button", name="STOP THE ROBOT").click(),
+        "in a terminal": lambda: subprocess.run(command, check=True, capture_output=True),
+    }
+    for where, press in presses.items():
+        take_in_hand(page)
+        press()
+        expect(word(page)).to_contain_text("driving by hand is off")
+        expect(page.get_by_role("slider", name="drive by hand")).to_have_count(0)
+        expect(page.get_by_role("button", name="Drive by hand")).to_have_attribute("aria-pressed", "false")
+        expect(word(page)).to_have_attribute("data-state", "stopped")
+        page.wait_for_timeout(1500)  # the key is held on
+        assert word(page).get_attribute("data-state") == "stopped", where
+        page.keyboard.up("ArrowLeft")
+    phone.close()
+    page.get_by_role("button", name="Release").click()
+    expect(word(page)).to_have_attribute("data-state", "free")
 
 
 def word(page: Any) -> Any:

@@ -13,8 +13,11 @@ import pytest
 pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 
+from geometry_msgs.msg import Twist
+
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.core.errors import FlorenceError
+from florence_bt.ros.qos import RELIABLE
 from tests.ros.override_driver import OverrideDriver
 
 pytestmark = pytest.mark.ros
@@ -77,6 +80,41 @@ def test_a_robot_that_a_hand_drives_is_not_said_to_be_stopped(ros: Any) -> None:
         heard(ros, page)
         confirmed, word = told(ros, lambda: page.stop("a", "a test"))
         assert confirmed and "a hand drives it" in word
+
+
+def test_whoever_presses_the_hand_of_the_page_lets_go(ros: Any) -> None:
+    """A press on another page, in a terminal, or of a button on the robot."""
+    driver = ros.add(OverrideDriver(on=True))
+    commands: list[float] = []
+    driver.create_subscription(
+        Twist, "manual_cmd_vel", lambda twist: commands.append(twist.linear.x), RELIABLE
+    )
+    hand = object()
+    with RosThread() as page:
+        heard(ros, page)
+
+        def push(forward: float = 1.0) -> None:
+            page.on_thread(lambda: page.driving.push(hand, forward, 0.0))
+            ros.spin_for(0.05)
+
+        ros.spin_until(lambda: push() or (commands and commands[-1] > 0.0), what="the drive")
+        driver.override.stop()
+        ros.spin_until(lambda: push() or commands[-1] == 0.0, what="the end of the drive")
+        for _ in range(10):
+            push()
+        assert commands[-1] == 0.0, "the hand pushes as before"
+        push(0.0)
+        ros.spin_until(lambda: push() or commands[-1] > 0.0, what="the drive by a hand that begins anew")
+
+
+def test_one_press_is_one_stop_however_often_the_browser_asks(ros: Any) -> None:
+    driver = ros.add(OverrideDriver())
+    driver.say(standing=False)
+    with RosThread() as page:
+        heard(ros, page)
+        for _ in range(3):
+            assert not told(ros, lambda: page.stop("a", "a test"))[0], "its wheels turn"
+        assert driver.switched == [True]
 
 
 def test_without_a_driver_nothing_is_confirmed_until_one_is_there(ros: Any) -> None:

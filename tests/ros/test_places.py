@@ -15,8 +15,8 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("florence_interfaces.srv")
 
+from florence_interfaces.msg import RunState, Zones
 from florence_interfaces.msg import Zone as ZoneMsg
-from florence_interfaces.msg import Zones
 from florence_interfaces.srv import SetHotspot
 from geometry_msgs.msg import Point32, Polygon
 from nav2_msgs.action import ComputePathToPose
@@ -228,6 +228,48 @@ def test_places_are_taught_and_looked_at_from_a_terminal(terminal: Terminal) -> 
     assert all(fact["text"].startswith("not known: ") for fact in facts.values() if not fact["known"])
 
 
+def test_a_place_off_the_map_or_in_a_wall_is_refused_and_changes_nothing(terminal: Terminal) -> None:
+    terminal.tell_map()
+    before = terminal.file.read_text()
+    for words in (
+        ("add", "sofa", "x=100", "y=100"),
+        ("move", "kitchen", "x=-30"),
+        ("add", "cupboard", "x=6.3", "y=0.5"),
+    ):
+        code, output = terminal.type("hotspot", *words)
+        assert code == 2 and words[1] in output and "the robot can stand" in output, output
+    assert terminal.file.read_text() == before
+    for x, y in ((100.0, 100.0), (6.3, 0.5)):
+        told = terminal.call(SetHotspot, "florenceLocator/setHotspot", label="sofa", x=x, y=y)
+        assert not told.success and "the robot can stand" in told.message
+    assert terminal.file.read_text() == before
+    code, output = terminal.type("hotspot", "add", "sofa", "x=3", "y=2")
+    assert code == 0 and "sofa" in terminal.file.read_text(), output
+    code, output = terminal.type("hotspot", "rename", "sofa", "settee")
+    assert code == 0, output
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "says"),
+    [
+        ("PENDING", "", "waits for its turn"),
+        ("ACTIVE", "", "runs"),
+        ("ACTIVE", "a visitor", "florence resume"),
+        ("ABORTED", "no way", "failed: no way"),
+    ],
+)
+def test_where_tells_how_the_mission_stands(terminal: Terminal, state: str, reason: str, says: str) -> None:
+    server = terminal.ros.add(FlorenceNode("florence_bt"))
+    runs = server.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+    runs.publish(RunState(run_id="7", mission="greet", state=state, reason=reason))
+    code, output = terminal.type("where", "--json")
+    mission = json.loads(output.splitlines()[-1])["mission"]
+    assert code == 0 and mission["known"] and says in mission["text"] and "greet" in mission["text"]
+    paused = (state, bool(reason)) == ("ACTIVE", True)
+    assert mission["values"]["paused"] == paused == ("a visitor" in mission["text"])
+    assert ("runs" in mission["text"]) == (says == "runs")
+
+
 def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None:
     caller = terminal.caller
     battery = caller.create_publisher(BatteryState, "battery_state", LATCHED)
@@ -247,6 +289,7 @@ def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None
         fact: dict[str, Any] = json.loads(output.splitlines()[-1])["battery"]
         return fact
 
+    assert told(lambda: 99.0)["known"], "of a clock that nobody tells: how old it is, is not known"
     assert told(caller.stamp)["values"]["charge"] == 0.5
     assert told(lambda: 0.0)["known"], "a stamp of zero is none"
     hangs = told(lambda: caller.stamp() - 60.0, goes_on=False)

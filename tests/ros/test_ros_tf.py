@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from tf2_msgs.msg import TFMessage
@@ -17,8 +19,13 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
 from florence_bt.ros.conversions import transform_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
-from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
+from florence_bt.ros.qos import LATCHED, OWN_TF_LISTENER
+from florence_bt.ros.tf import (
+    JUDGED_AFTER_S,
+    StaticTransformBroadcaster,
+    TransformBroadcaster,
+    TransformListener,
+)
 
 pytestmark = pytest.mark.ros
 SIMULATED = {"use_sim_time": True}
@@ -146,6 +153,62 @@ def test_florences_own_transforms_are_never_refused(ros: Any) -> None:
     end = base.timebase.now() + 1.0
     ros.spin_until(lambda: later_than(end))
     assert not listener.health.refused
+
+
+class _LosesOwnCopies(FlorenceNode):
+    """A node so late that its subscription to Florence's own transforms loses two of three messages."""
+
+    def create_subscription(self, msg_type: Any, topic: str, *rest: Any, **options: Any) -> Any:
+        if topic == "/tf" and rest[1] is OWN_TF_LISTENER:
+            kept, numbers = options["sift"], itertools.count()
+            options["sift"] = lambda data: next(numbers) % 3 == 0 and kept(data)
+        return super().create_subscription(msg_type, topic, *rest, **options)
+
+
+@pytest.mark.parametrize("bystander", [False, True])
+def test_a_lost_copy_of_our_own_transform_is_nobody_elses(ros: Any, bystander: bool) -> None:
+    """On a busy machine each frame that jumped, as odom does below map, was told as another program's."""
+    listener, base = ros.add(_LosesOwnCopies("listener")), ros.add(FlorenceNode("base"))
+    tf, broadcaster = TransformListener(listener), TransformBroadcaster(base)
+    stranger = _Stranger(ros) if bystander else None
+    ros.spin_until(lambda: base.count_subscribers("/tf") >= 2)
+    if stranger is not None:
+        ros.spin_until(lambda: stranger.node.count_subscribers("/tf") >= 2)
+
+    def later_than(stamp: float) -> bool:
+        now = base.timebase.now()
+        # With a bystander the poses alone tell a lost copy from a contradiction: one jump between two others.
+        jumps = now // 0.4 if bystander else now // 0.01
+        broadcaster.send("map", "odom", now, Pose2(3.0 * (jumps % 2)))
+        if stranger is not None:
+            stranger.say("map", "somebody_elses")
+        ros.spin_for(0.02)
+        return (tf.buffer.latest_stamp("odom") or 0.0) > stamp
+
+    end = base.timebase.now() + 2.0 * JUDGED_AFTER_S
+    ros.spin_until(lambda: later_than(end))
+    assert not listener.health.refused
+
+
+def test_who_contradicts_our_transforms_is_told_by_name(ros: Any) -> None:
+    listener, base = ros.add(_LosesOwnCopies("listener")), ros.add(FlorenceNode("base"))
+    TransformListener(listener)
+    broadcaster, stranger = TransformBroadcaster(base), _Stranger(ros)
+    told: list[str] = []
+
+    def read(message: DiagnosticArray) -> None:
+        told.extend(value.value for status in message.status for value in status.values if value.key == "/tf")
+
+    base.create_subscription(DiagnosticArray, "diagnostics", read, 10)
+
+    def goes_on() -> bool:
+        broadcaster.send("map", "odom", base.timebase.now(), Pose2(1.0))
+        stranger.say("map", "odom")
+        ros.spin_for(0.02)
+        return bool(told)
+
+    ros.spin_until(goes_on)
+    assert "/stranger" in told[0] and "'odom'" in told[0]
 
 
 def test_a_transform_of_another_program_is_used_unless_it_is_stamped_ahead(ros: Any) -> None:

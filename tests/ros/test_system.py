@@ -77,6 +77,7 @@ def test_a_demo_whose_mission_fails_ends_with_its_reason(tmp_path, monkeypatch):
     for said in ("goto_user: FAILED", "The mission failed after 88 s.", "Reason: nobody was met"):
         assert said in done.stdout
     assert "Nobody is at home." in done.stdout and "The robot touched nothing." in done.stdout
+    assert "Reason: nobody was met" in done.stdout.splitlines()[-1], "the verdict is not scrolled away"
 
 
 def test_an_unknown_room_is_named_before_anything_starts(ros_domain, tmp_path):

@@ -148,6 +148,29 @@ def test_a_stop_by_somebody_else_outlives_it(ros):
     assert False not in rig.base.switched
 
 
+def test_a_stop_by_somebody_else_takes_the_robot_out_of_the_hand(ros):
+    rig = Rig(ros)
+    with Terminal(TELEOP) as terminal:
+        rig.see(terminal, r"(?m)^drives +stands still")
+        rig.hold(terminal, "i")
+        rig.base.override.stop()
+
+        def held() -> bool:
+            terminal.press("i")
+            return "let go, and begin anew" in terminal.look(0.03)
+
+        ros.spin_until(held, what="the word")
+        rig.stands()
+        for _ in range(20):
+            held()
+            ros.spin_for(0.02)
+            assert rig.base.speed == 0.0, "the key is held as before"
+        rig.see(terminal, r"held +no")
+        rig.hold(terminal, "i")
+        terminal.press("\x03")
+        rig.ended(terminal)
+
+
 def test_without_a_terminal_it_says_so(start_process):
     child = start_process(*TELEOP)
     assert child.process.wait(GENEROUS_S) == 2

@@ -22,6 +22,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
+from florence_bt.drivers.turtlebot.driver import LET_GO_S
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.drivers.turtlebot.report import RateLimiter
 from florence_bt.ros.base_messages import gyro_to_ros
@@ -296,10 +297,19 @@ def test_the_override_stops_the_base_and_leaves_it_to_the_person_who_drives_by_h
         listener.drive(0.2, 0.0)
         ros.spin_for(0.02)
         assert device.wheels == (0.0, 0.0), "while the override is on, nobody else drives the base"
+    # Who drove on by hand without effect, too, has to let go first.
+    listener.drive(0.0, 0.0, by_hand=True)
     ros.spin_until(lambda: drives(0.1), what="the drive by hand")
-    # The button again stops the person, too, until the next command.
-    listener.switch.publish(Bool(data=True))
-    ros.spin_until(lambda: device.wheels == (0.0, 0.0), what="the stop of the drive by hand")
+    # The button again stops the person, too, who drives on only after letting go.
+    for let_go in (lambda: listener.drive(0.0, 0.0, by_hand=True), lambda: ros.spin_for(1.5 * LET_GO_S)):
+        listener.switch.publish(Bool(data=True))
+        ros.spin_until(lambda: not drives(0.1) and device.wheels == (0.0, 0.0), what="the end of the drive")
+        for _ in range(20):
+            ros.spin_for(0.02)
+            drives(0.1)
+            assert device.wheels == (0.0, 0.0), "the hand has not let go"
+        let_go()
+        ros.spin_until(lambda: drives(0.1), what="the drive by hand after it let go")
     assert listener.overridden[-1]
     listener.switch.publish(Bool(data=False))
     ros.spin_until(lambda: not listener.overridden[-1] and not (tmp_path / "override").exists())

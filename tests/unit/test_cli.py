@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from florence_bt.cli import VERBS
@@ -139,6 +140,9 @@ def test_wrong_usage_of_the_other_verbs(florence, tmp_path):
     for arguments, text in (
         (["run", "goto_room", "kitchen"], "key=value"),
         (["run", "goto_room", "=kitchen"], "key=value"),
+        (["run", "goto_room", "room=hall", "room=kitchen"], "room is given twice"),
+        (["run", "goto_room", "--policy", "queue", "--policy", "reject"], "--policy is given 2 times"),
+        (["hotspot", "add", "sofa", "x=1", "x=2"], "x is given twice"),
         (["run", "goto_room", "--policy", "never"], "--policy"),
         (["up"], "--sim"),
         (["up", "--sim", "--robot", "robot.yaml"], "--robot CONFIG"),
@@ -153,6 +157,49 @@ def test_wrong_usage_of_the_other_verbs(florence, tmp_path):
         done = florence(*arguments)
         assert done.exit_code == USAGE and text in done.stderr, (arguments, done.stderr)
     assert not (tmp_path / "out").exists()
+
+
+def _verbs(command, *words):
+    """Every verb with its words, those of groups and of other packages too."""
+    yield words, command
+    if hasattr(command, "list_commands"):
+        context = typer.Context(command)
+        for name in command.list_commands(context):
+            yield from _verbs(command.get_command(context, name), *words, name)
+
+
+def test_no_verb_takes_an_option_twice_that_counts_once(florence):
+    """The last one counted, in silence; arguments that are no values of the option are refused later."""
+    tried = set()
+    for words, verb in _verbs(typer.main.get_command(app)):
+        for option in verb.params:
+            if option.param_type_name != "option" or option.multiple or option.is_eager:
+                continue
+            once = [option.opts[0], *([] if option.is_flag else ["1"])]
+            if option.opts[0] == "--ros-args":
+                continue  # as all programs of ROS 2: it may come again
+            done = florence(*words, *once, *once)
+            assert done.exit_code == USAGE and f"{option.opts[0]} " in done.stderr, (words, once, done.output)
+            assert "is given 2 times" in done.stderr, (words, once, done.output)
+            tried.add(words)
+    assert len(tried) > 40
+
+
+def test_the_doctor_looks_at_the_folder_of_a_robot(florence, tmp_path, monkeypatch):
+    looked = {}
+
+    def examine(config, out, **rest):
+        looked.update(rest, config=config, out=out)
+        return iter(())
+
+    monkeypatch.setattr("florence_bt.app.doctor.examination.examine", examine)
+    made = florence("init", tmp_path / "mine", "--yes", "--emulate", "--service", "none")
+    assert made.exit_code == OK, made.output
+    assert florence("doctor", tmp_path / "mine").exit_code == OK
+    assert looked["config"] == tmp_path / "mine" / "robot.yaml" and looked["hotspots_file"] is not None
+    assert str(tmp_path / "mine") in str(looked["out"]) and not looked["hardware"], "a rehearsal has no ports"
+    refused = florence("doctor", tmp_path)
+    assert refused.exit_code == USAGE and "florence init" in refused.stderr
 
 
 @pytest.mark.parametrize(

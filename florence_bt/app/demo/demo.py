@@ -119,22 +119,22 @@ def _closeness(truth: Mapping[str, Any]) -> Closeness | None:
 
 
 def print_result(result: DemoResult, console: Console, *, whole: bool = False) -> None:
-    """Print how it ended, for people; with ``whole`` also the nodes that were not reached."""
+    """Print how it ended, the verdict last; with ``whole`` also the nodes that were not reached."""
     console.print()
     print_status(result.tree, console, whole=whole)
     console.print()
-    word = "[green]succeeded[/]" if result.succeeded else "[red]failed[/]"
-    console.print(f"The mission {word} after {result.duration:.0f} s.", highlight=False)
-    if result.reason:
-        console.print(f"Reason: {result.reason}", highlight=False, markup=False)
-    if result.closeness is not None:
-        console.print(f"The robot stands {closeness_text(result.closeness)}.", highlight=False)
-    else:
-        console.print("Nobody is at home.")
+    console.print(f"The run's folder: {result.run_folder}", soft_wrap=True, highlight=False)
     touched = (
         f"The robot touched: {', '.join(result.contacts)}."
         if result.contacts
         else "The robot touched nothing."
     )
     console.print(touched, highlight=False)
-    console.print(f"The run's folder: {result.run_folder}", soft_wrap=True, highlight=False)
+    if result.closeness is not None:
+        console.print(f"The robot stands {closeness_text(result.closeness)}.", highlight=False)
+    else:
+        console.print("Nobody is at home.")
+    word = "[green]succeeded[/]" if result.succeeded else "[red]failed[/]"
+    console.print(f"The mission {word} after {result.duration:.0f} s.", highlight=False)
+    if result.reason:
+        console.print(f"Reason: {result.reason}", highlight=False, markup=False)

@@ -94,14 +94,13 @@ def _add(
     known |= {
         name for name in package.needs if environment.share(name) and environment.into != environment.prefix
     }
-    for name in package.needs:
-        if name in known:
-            continue
-        own = DEFINITIONS / name
-        if not own.is_dir():
-            raise _missing(package, name, installed)
-        _add(InterfacePackage.read(own), environment, replace, say, installed)
-    _check_definitions(package, installed, environment)
+    lacking = [name for name in package.needs if name not in known]
+    ours = [name for name in lacking if (DEFINITIONS / name).is_dir()]
+    wrong = [_missing(package, name, installed) for name in lacking if name not in ours]
+    _refuse_all([*wrong, *_wrong_definitions(package, installed, environment)])
+    for name in ours:
+        _add(InterfacePackage.read(DEFINITIONS / name), environment, replace, say, installed)
+    _refuse_all(_wrong_definitions(package, installed, environment))  # by what has just been added, too
     _refuse_shadow(package, environment, replace, installed)
     say(f"{package.name}: {_count(package)} ...")
     whole = package.folder.parent == DEFINITIONS  # the rest of what is there
@@ -142,9 +141,16 @@ def _package(source: str) -> InterfacePackage:
     if not is_valid_package_name(package.name):
         raise ConfigError(f"{package.name!r} is not the name of a package", valid=["gripper_interfaces"])
     _refuse_name(package.name)
-    for file in (package.folder / name for name in package.files):
-        decode_utf8(read_bytes(file), file)
+    _refuse_all(_wrong_encodings(package))
     return package
+
+
+def _wrong_encodings(package: InterfacePackage) -> Iterator[ConfigError]:
+    for file in (package.folder / name for name in package.files):
+        try:
+            decode_utf8(read_bytes(file), file)
+        except ConfigError as error:
+            yield error
 
 
 def _refuse_name(name: str) -> None:
@@ -260,14 +266,23 @@ def _forget_set_up(name: str, environment: Environment) -> None:
         before.unlink()
 
 
-def _check_definitions(
-    package: InterfacePackage, installed: Mapping[str, InstalledPackage], environment: Environment
-) -> None:
-    """Check every definition, before anything is built.
+def _refuse_all(wrong: Iterable[ConfigError]) -> None:
+    """Refuse a package for everything that is wrong with it at once, in the order of its files.
 
     Raises:
-        ConfigError: With the file and the line.
+        ConfigError: With the file and the line; of several mistakes each has a line of the message.
     """
+    found = sorted(wrong, key=lambda error: (error.file or "", error.line or 0))
+    if len(found) > 1:
+        raise ConfigError("\n".join([f"{len(found)} mistakes:", *map(str, found)]))
+    for error in found:
+        raise error
+
+
+def _wrong_definitions(
+    package: InterfacePackage, installed: Mapping[str, InstalledPackage], environment: Environment
+) -> Iterator[ConfigError]:
+    """Yield what is wrong with the definitions, with the file and the line."""
     own = {Path(name).stem for name in package.files if name.startswith("msg/")}
     for name in package.files:
         file = package.folder / name
@@ -276,15 +291,15 @@ def _check_definitions(
         what, parts = {"msg": ("a message", 1), "srv": ("a service", 2), "action": ("an action", 3)}[kind]
         if sum(line.strip() == "---" for line in lines) != parts - 1:
             problem = f"{what} has {parts} part{'s, with a line --- between them' if parts > 1 else ''}"
-            raise ConfigError(problem, file=file, line=1, column=1)
+            yield ConfigError(problem, file=file, line=1, column=1)
         for number, problem, valid in _problems(package.name, file.stem, lines):
-            raise ConfigError(problem, file=file, line=number, column=1, valid=valid)
+            yield ConfigError(problem, file=file, line=number, column=1, valid=valid)
         for number, owner, message in _references(package.name, lines):
             known = _types(owner, installed, environment) if owner != package.name else own
             if known is not None and message not in known:
                 valid = [f"{owner}/{each}" for each in closest_first(message, known)] if known else []
                 what = f"{owner} has no message {message!r}"
-                raise ConfigError(what, file=file, line=number, column=1, valid=valid[:3])
+                yield ConfigError(what, file=file, line=number, column=1, valid=valid[:3])
 
 
 def _types(
@@ -311,28 +326,30 @@ def _references(package: str, lines: Iterable[str]) -> Iterator[tuple[int, str, 
 
 
 def _problems(package: str, name: str, lines: list[str]) -> Iterator[tuple[int, str, list[str]]]:
-    """Yield what is wrong with a definition, by the parser of ROS: the line, the problem, what is right."""
+    """Yield what is wrong with each line, by the parser of ROS: its number, the problem, what is right."""
     from rosidl_adapter.parser import InvalidResourceName, is_valid_message_name, parse_message_string
 
     if not is_valid_message_name(name):
         yield 1, f"the file's name {name!r} is not that of a type", ["GripObject"]
     start = 0
     for end in [*(number for number, line in enumerate(lines) if line.strip() == "---"), len(lines)]:
-        for last in range(start, end):
+        good: list[str] = []
+        for number, line in enumerate(lines[start:end], start + 1):
             said = io.StringIO()
             try:
                 with contextlib.redirect_stderr(said):
-                    parse_message_string(package, name, "\n".join(lines[start : last + 1]))
+                    parse_message_string(package, name, "\n".join([*good, line]))
             except Exception as error:
-                text = lines[last].strip()
+                text = line.strip()
                 if isinstance(error, InvalidResourceName):
                     problem, valid = f"{text.split()[0]!r} is not a type", ["float64", "geometry_msgs/Pose"]
                 elif len(text.split()) < 2:
                     problem, valid = f"{text!r} is not a field", ["float64 width", "uint8 OPEN=1"]
                 else:
                     problem, valid = f"{text!r} is not understood: {error or type(error).__name__}", []
-                yield last + 1, problem, valid
-                return
+                yield number, problem, valid
+            else:
+                good.append(line)
         start = end + 1
 
 

@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
-from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.map_server.map_file import load_map
 
 ROBOT_RADIUS_M = 0.16
 """Nearer than this the footprint touches whatever its heading (document, section 3.3.2: its half width)."""
-_OCCUPIED_FROM = 65
 
 
 def problem_on_map(
@@ -30,22 +26,10 @@ def problem_on_map(
     Raises:
         ConfigError: The map cannot be read.
     """
-    grid = load_map(map_file, warn)
-    return lambda x, y: _problem(grid, x, y, map_file.name)
+    grid, name = load_map(map_file, warn), f"the map {map_file.name}"
 
+    def problem_at(x: float, y: float) -> str | None:
+        problem = grid.problem_with_standing(x, y, ROBOT_RADIUS_M)
+        return problem and problem.replace("the map", name, 1)
 
-def _problem(grid: OccupancyGrid, x: float, y: float, name: str) -> str | None:
-    problem = grid.problem_with_place(x, y)
-    if problem is not None:
-        return problem.replace("the map", f"the map {name}", 1)
-    row, column = grid.cell_of(x, y)
-    if grid.cells[row, column] >= _OCCUPIED_FROM:
-        return f"in an obstacle of the map {name}"
-    reach = int(np.ceil(ROBOT_RADIUS_M / grid.resolution))
-    rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-    near = (np.hypot(rows, columns) * grid.resolution) <= ROBOT_RADIUS_M
-    rows, columns = rows[near] + row, columns[near] + column
-    inside = (rows >= 0) & (rows < grid.cells.shape[0]) & (columns >= 0) & (columns < grid.cells.shape[1])
-    if (grid.cells[rows[inside], columns[inside]] >= _OCCUPIED_FROM).any():
-        return f"nearer than {ROBOT_RADIUS_M:g} m to an obstacle of the map {name}"
-    return None
+    return problem_at

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from florence_bt.app.mission_files.mission_list import takes
@@ -11,6 +14,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.skills.served import BINDINGS
 from florence_bt.trees.checks.report import report_text
 from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import ENDING, STOCK, templates_in
 from florence_bt.trees.language.loader import MissionLibrary
 
 _INDENT = " " * 4
@@ -39,17 +43,49 @@ def list_skills(
     library = MissionLibrary.load(folders)
     known = collect_declarations()
     declarations = {**library.declarations, **known}
+    templates = _templates(folders) if names else {}
     for name in names:
-        if name not in declarations:
-            raise ConfigError(f"there is no skill {name!r}", valid=closest_first(name, declarations))
+        if name not in declarations and name not in templates:
+            valid = closest_first(name, (*declarations, *templates))
+            raise ConfigError(f"there is no skill or template {name!r}", valid=valid)
     servers = _servers(declarations, library)
     now = live(library) if live is not None else {}
     servers |= now
-    shown = [declarations[name] for name in names or now or sorted(declarations) if name in declarations]
-    lines = [
-        line for each in shown for line in (_whole(each, servers) if names else _brief(each, servers, live))
-    ]
+    shown = [name for name in names or now or sorted(declarations) if name in (*declarations, *templates)]
+
+    def tell(name: str) -> Iterator[str]:
+        if name not in declarations:
+            return _template(name, templates[name])
+        skill = declarations[name]
+        return _whole(skill, servers) if names else _brief(skill, servers, live)
+
+    lines = [line for name in shown for line in tell(name)]
     return "\n".join(lines), report_text([*library.findings, *known.findings])
+
+
+def _templates(folders: Sequence[Path]) -> dict[str, str]:
+    """Return the templates that skills of some folders can be like, as they stand in their files."""
+    files = [STOCK, *(file for folder in folders for file in sorted(folder.glob(f"[!.]*{ENDING}")))]
+    found: dict[str, str] = {}
+    for file in files:
+        with suppress(ConfigError):  # a finding of the library
+            found |= templates_in(file)
+    return found
+
+
+def _template(name: str, text: str) -> Iterator[str]:
+    yield f"{name}: a template for skills of your own, which say what serves them:"
+    yield f"{_INDENT}my_skill: {{like: {name}, summary: ..., {_way_of(text)}: NAME}}"
+    yield "such a skill has of the template, unless it says otherwise:"
+    yield from textwrap.indent(textwrap.dedent(text.partition("\n")[2]), _INDENT).splitlines()
+
+
+def _way_of(text: str) -> str:
+    """Return how skills like a template are served, by the type that it names and what it does with it."""
+    interface = re.search(r"\btype: *\w+/(action|srv)/", text)
+    if interface is not None:
+        return "service" if interface[1] == "srv" else "action"
+    return "publish" if "send:" in text else "condition" if "failures:" in text else "wait_for"
 
 
 def _servers(declarations: Mapping[str, SkillDeclaration], library: MissionLibrary) -> dict[str, str]:

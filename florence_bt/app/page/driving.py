@@ -39,11 +39,16 @@ class HandDriving:
         self._show = show
         self._hand = Gamepad(TeleopParameters(timeout=SILENT_S), _PAD)
         self._driver: object = None
+        self._stopped: object = None
         self._timer: Timer | None = None
         show(self._hand.speeds)
 
     def push(self, viewer: object, forward: float, left: float) -> None:
         """Take where the hand of a viewer is: -1 to 1 each, both 0 when it lets go."""
+        if viewer is self._stopped:
+            if forward == left == 0.0:
+                self._stopped = None
+            return
         if self._driver not in (None, viewer) or not self._may_drive():
             return
         if forward == left == 0.0:
@@ -71,6 +76,12 @@ class HandDriving:
             self._timer = None
         if self._may_drive():
             self._command(STANDSTILL)
+
+    def stop(self) -> None:
+        """Take the robot out of the hand: somebody has pressed STOP. Who drove must let go to drive again."""
+        driver = self._driver
+        self.let_go(driver)
+        self._stopped = driver
 
     def _send(self) -> None:
         wanted = self._hand.wanted(self._clock.now())

@@ -27,7 +27,7 @@ from visualization_msgs.msg import MarkerArray
 from florence_bt.app.page.endings import Silence, Tellers
 from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
-from florence_bt.app.runs.client import ACTIVE_STATES
+from florence_bt.app.runs.client import ACTIVE_STATES, is_paused
 from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FrameError
@@ -105,6 +105,7 @@ class PageNode(FlorenceNode):
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
         override: What the base's driver has said last about the manual override; None when it never has.
+        on_stop: Called when the base's driver has counted one more stop, whoever pressed.
     """
 
     def __init__(self, *, context: Any = None) -> None:
@@ -123,8 +124,9 @@ class PageNode(FlorenceNode):
             "late": None,
         }
         self.override: HeardOverride | None = None
+        self.on_stop: Callable[[], None] = lambda: None
         self._made_at = self._missions_heard_at = self.steady.now()
-        self._run: dict[str, str] = {}
+        self._run: dict[str, Any] = {}
         self._questions: tuple[AskedQuestion, ...] = ()
         self._questions_until = -math.inf
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
@@ -264,7 +266,7 @@ class PageNode(FlorenceNode):
 
     def _on_run(self, message: RunState) -> None:
         names = ("run_id", "mission", "state", "code", "reason")
-        self._run = {name: getattr(message, name) for name in names}
+        self._run = {name: getattr(message, name) for name in names} | {"paused": is_paused(message)}
         self.parts.put("run", self._run)
 
     def _lose_run(self) -> None:
@@ -280,6 +282,8 @@ class PageNode(FlorenceNode):
         self._put(stop=message.text)
 
     def _on_override(self, message: ManualOverride) -> None:
+        if message.on and self.override is not None and message.stops != self.override.state.stops:
+            self.on_stop()
         self.override = HeardOverride(message, self.steady.now())
         self.parts.put(
             "override",

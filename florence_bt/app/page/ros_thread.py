@@ -57,6 +57,7 @@ class RosThread(Closing):
             lambda twist: velocity.publish(twist_to_ros(twist)),
             self.node.show_speeds,
         )
+        self.node.on_stop = self.driving.stop
         self._scene: SceneNode | None = None
         self._wanted: frozenset[str] = frozenset()
         self._next_look = 0.0
@@ -135,7 +136,9 @@ class RosThread(Closing):
             self._override.publish(Bool(data=True))
 
         begin = time.monotonic()
-        self.on_thread(publish)
+        counted = heard is not None and heard.state.on and before is not None and heard.state.stops != before
+        if not counted:  # one press is one stop: the next one would take the robot out of a hand again
+            self.on_thread(publish)
         while time.monotonic() < begin + CONFIRM_S:
             await asyncio.sleep(_CONFIRM_LOOK_S)
             if before is None:  # the first word that is heard may be of before the press

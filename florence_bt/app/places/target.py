@@ -8,15 +8,16 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.locator.hotspot_file import HotspotFile, add_to_empty, read_hotspot, read_zone
-from florence_bt.skills.locator.hotspots import Hotspots, kind_of_new, load_hotspots, read_places
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, kind_of_new, load_hotspots, read_places
 
 if TYPE_CHECKING:
     from florence_bt.app.runs.client import MissionClient
     from florence_bt.core.sensing import OccupancyGrid
 
+_MAP = "map"
 _MAP_BUDGET_S = 10.0
 
 
@@ -59,20 +60,29 @@ class PlacesTarget:
         """Read the file."""
         return load_hotspots(self.file)
 
-    def change(self, edit: Callable[[HotspotFile], str], *, create: bool = False) -> list[str]:
+    def change(
+        self, edit: Callable[[HotspotFile], str], *, create: bool = False, stands: bool = False
+    ) -> list[str]:
         """Change the file, and let the running system read it again.
 
         Args:
             edit: Makes the change and says what it was.
             create: Whether to make the file when there is none.
+            stands: Whether the robot stands at the new place, whatever the map says.
 
         Returns:
             What was done, and what is wrong with the places now, for people.
+
+        Raises:
+            ConfigError: A place is new where the map of the running system has none for a robot.
         """
         if create:
             add_to_empty(self.file)
         changed = HotspotFile(self.file)
+        before = [spot.pose for spot in changed.hotspots]
         told = [f"{edit(changed)} in {self.file}"]
+        new = [spot for spot in changed.hotspots if spot.pose not in before]
+        told += self._against_the_map(new, refuse=not stands)
         changed.save()
         from florence_bt.app.places.check import ERROR, place_findings
 
@@ -81,6 +91,28 @@ class PlacesTarget:
         if self._client is not None:
             answer = self._client.reload_places()
             told.append(f"the running system uses it: {answer.message}" if answer.success else answer.message)
+        return told
+
+    def _against_the_map(self, spots: list[Hotspot], *, refuse: bool) -> list[str]:
+        """Hold new places against the map of the running system, if it has one; return what is to be told."""
+        if not spots or self._client is None or not self._client.node.count_publishers(_MAP):
+            return []
+        from florence_bt.app.mission_files.map_places import ROBOT_RADIUS_M
+
+        told = []
+        try:
+            grid = self.published_map()
+        except DeviceTimeout as error:
+            return [f"not held against the map: {error}"]
+        assert grid is not None, "there is a client"
+        for spot in spots:
+            problem = grid.problem_with_standing(spot.pose.x, spot.pose.y)
+            if problem is not None and refuse:
+                where = f"({spot.pose.x:g} m, {spot.pose.y:g} m) is {problem}: {spot.label} stays as it was"
+                raise ConfigError(where, valid=["a place where the robot can stand", "florence hotspot here"])
+            problem = grid.problem_with_standing(spot.pose.x, spot.pose.y, ROBOT_RADIUS_M)
+            if problem is not None:
+                told.append(f"{spot.label} is {problem}: drives there may fail")
         return told
 
     def robot_pose(self) -> Pose2:
@@ -101,7 +133,7 @@ class PlacesTarget:
             return None
         from florence_bt.app.maps.save import wait_for_map
 
-        return wait_for_map(self._client, "map", _MAP_BUDGET_S)
+        return wait_for_map(self._client, _MAP, _MAP_BUDGET_S)
 
     def _system(self) -> AbstractContextManager[MissionClient]:
         return _make_client() if self._client is None else nullcontext(self._client)

@@ -273,7 +273,7 @@ def _left(folder: Path, answers: Answers) -> Iterator[str]:
             "    sudo usermod -aG dialout $USER    # then log in again"
         )
     if not answers.emulate:
-        yield f"look whether everything works:\n    florence doctor --config {place}/robot.yaml"
+        yield f"look whether everything works:\n    florence doctor {place}"
     yield f"start it, here or in a terminal of its own:\n    florence up {place}"
     if not answers.emulate:
         yield f"calibrate, in front of a bare wall:\n    florence calibrate --write {place}/robot.yaml"

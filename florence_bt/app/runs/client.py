@@ -346,6 +346,15 @@ class MissionClient(Closing):
         self.truth = json.loads(message.data)
 
 
+def is_paused(state: RunState) -> bool:
+    """Tell whether a run stands still until somebody resumes it.
+
+    The document's goal states have none for that; but of a run that goes on ``run_state`` gives no reason,
+    and of a paused one it says why.
+    """
+    return state.state == "ACTIVE" and bool(state.reason)
+
+
 class OpenQuestion:
     """One question at a time to a service, asked without waiting; one without an answer is dropped.
 

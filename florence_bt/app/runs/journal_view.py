@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from florence_bt.app.bringup.locks import running_folder
+from florence_bt.app.wrapping import in_columns
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.runtime.journal import JOURNAL_FILE, JournaledEvent, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline
@@ -17,7 +18,9 @@ RUNS = Path("runs")
 """Where the verbs leave their runs when no folder is given, and where a bring-up has them in its folder."""
 
 
-def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> list[str]:
+def runs_table(
+    folder: Path | None, *, mission: str, state: str, limit: int, columns: int | None = None
+) -> list[str]:
     """List the latest runs, a line each, under a head line.
 
     Args:
@@ -25,6 +28,7 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
         mission: Only runs of this mission.
         state: Only runs in this state.
         limit: At most this many.
+        columns: How wide the terminal is: in a narrow one a run has several lines; None for a line each.
 
     Raises:
         ConfigError: There is no journal, no such state, or a limit below 1.
@@ -44,9 +48,8 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
         raise ConfigError(f"no run of {mission!r} is recorded", valid=closest_first(mission, missions))
     if not runs:
         return ["no run is recorded that fits"]
-    return _columns(
-        [("accepted (UTC)", "state", "took", "run", "why, or outputs"), *(_cells(run) for run in runs)]
-    )
+    head = ("accepted (UTC)", "state", "took", "run", "why, or outputs")
+    return in_columns([head, *(_cells(run) for run in runs)], columns)
 
 
 def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
@@ -145,11 +148,3 @@ def _cells(run: JournaledRun) -> tuple[str, ...]:
     took = duration_text(run.as_run(), run.ended) if run.ended is not None else ""
     why = f"{run.code}: {run.reason}" if run.reason and run.code else run.reason
     return accepted or "-", run.state, took or "-", run.run_id, why or outputs_text(run.as_run())
-
-
-def _columns(rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]) - 1)]
-    return [
-        "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[-1]]).rstrip()
-        for row in rows
-    ]

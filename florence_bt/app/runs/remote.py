@@ -14,6 +14,7 @@ from florence_interfaces.srv import MissionStatus
 
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch, status_service
+from florence_bt.app.wrapping import hanging
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -59,7 +60,7 @@ def run_mission(
         if status is None:
             _say("the mission goes on; florence status shows it, florence stop stops it", console)
             return True
-        _print_status(status.tree, console, whole=whole)
+        _print_end(status.tree, console, whole=whole)
         return bool(status.state == "SUCCEEDED")
 
 
@@ -70,7 +71,7 @@ def _stop(client: MissionClient, run_id: str, console: Console, *, whole: bool) 
     _say("the mission stops; another Ctrl-C does not wait for its end", console)
     watch = RunWatch(client, run_id)
     if client.spin_until(watch.over, STOP_BUDGET_S):
-        _print_status(watch.result().tree, console, whole=whole)
+        _print_end(watch.result().tree, console, whole=whole)
 
 
 def _watch(
@@ -124,14 +125,15 @@ def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = Fal
     return True
 
 
-def _print_status(tree: str, console: Console, *, whole: bool = True) -> None:
-    """Print a status; without ``whole`` what was not reached is left out."""
-    from florence_bt.app.runs.screen import print_status
+def _print_end(tree: str, console: Console, *, whole: bool) -> None:
+    """Print how a run ended; without ``whole`` what was not reached is left out."""
+    from florence_bt.app.runs.screen import print_end
 
-    print_status(tree, console, whole=whole)
+    print_end(tree, console, whole=whole)
 
 
 def _say(line: str, console: Console) -> None:
+    line = hanging(line, console.width if console.is_terminal else None)
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -21,6 +21,8 @@ from florence_bt.trees.drawings.ascii import TreeRow, draw_rows, read_row
 from florence_bt.trees.drawings.folding import parents_of, ways_to_what_runs
 
 STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
+_ENDS = {"SUCCEEDED": "succeeded", "FAILED": "failed", "STOPPED": "was stopped", "ABORTED": "was aborted"}
+"""How a run ended, in words, by the states of the status."""
 _STATE_STYLES = {"SUCCEEDED": "bold green", "FAILED": "bold red", "ABORTED": "bold red"}
 _INDENT = 2
 """Columns a level: a deep tree must fit into 80."""
@@ -521,3 +523,22 @@ def print_status(status: str, console: Console, *, whole: bool = True) -> None:
             drawn += draw_row(line.row, columns, wrap=True)
         drawn += [Text(line) for text in parts.results for line in _wrapped(text, columns)]
     console.print(Text("\n").join(drawn), soft_wrap=True)
+
+
+def print_end(status: str, console: Console, *, whole: bool = True) -> None:
+    """Print the status of a run that is over; on a terminal the last line says how it ended.
+
+    The head line, which says it, too, has scrolled away above a long tree.
+    """
+    print_status(status, console, whole=whole)
+    if console.is_terminal:
+        console.print(_verdict(read_status(status).head), soft_wrap=True)
+
+
+def _verdict(head: str) -> Text:
+    """Write how a run ended: ``goto_user succeeded after 34 s``."""
+    run, _, rest = head.partition(" · ")
+    mission, _, state = run.partition(": ")
+    verdict = Text(f"{mission} ").append(_ENDS.get(state, state), _STATE_STYLES.get(state, "bold"))
+    took = rest.partition(" · ")[0]
+    return verdict.append(f" after {took}" if took and not took.startswith("run ") else "")

@@ -24,8 +24,10 @@ from florence_bt.app.runs.client import (
     ROBOT_POSE,
     MissionClient,
     SystemNotThere,
+    is_paused,
 )
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
+from florence_bt.app.wrapping import hanging
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
 from florence_bt.ros.conversions import stamp_from_ros
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
 WAIT_S = 2.5
 """Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
 may not."""
+ANOTHER_CLOCK_S = 86_400.0
+"""Stamps that are further from the date than this are of another clock, such as that of a simulation."""
 OLD_S = 3.0
 """Wall seconds after which such a message is old."""
 SEEN_S = 1.5
@@ -71,10 +75,10 @@ class _Latest:
     """The newest message of a topic, and when it came and was sent: a latched one may be old when it comes.
 
     Args:
-        now: The present time of stamps, seconds.
+        now: The present time of stamps, seconds; None while it is not known.
     """
 
-    def __init__(self, now: Callable[[], float] = time.time) -> None:
+    def __init__(self, now: Callable[[], float | None] = time.time) -> None:
         self.message: Any = None
         self._at = -math.inf
         self._now = now
@@ -85,10 +89,20 @@ class _Latest:
         self.message, self._at, self._sent = message, time.monotonic(), sent
 
     @property
+    def of_another_clock(self) -> bool:
+        """Tell whether its stamp is not of this machine's date."""
+        return bool(self._sent) and abs(time.time() - self._sent) > ANOTHER_CLOCK_S
+
+    @property
     def age(self) -> float:
-        """Seconds since it was sent, by its stamp, or since it came; infinity before the first."""
-        came = time.monotonic() - self._at
-        return max(came, self._now() - self._sent) if self._sent else came
+        """Seconds since it was sent, by its stamp, or since it came; infinity before the first.
+
+        A stamp of a clock that has not been heard tells nothing.
+        """
+        came, now = time.monotonic() - self._at, self._now()
+        if now is None and not self.of_another_clock:
+            now = time.time()
+        return max(came, now - self._sent) if self._sent and now is not None else came
 
 
 class Where:
@@ -131,8 +145,10 @@ class Where:
         return there
 
     def _told(self) -> bool:
+        stamped = (self._battery, self._localiser)
         simulated = self._client.node.count_publishers("/clock") > 0
-        awaited = (self._battery, self._localiser, *([self._simulated] if simulated else []))
+        simulated = simulated or any(each.of_another_clock for each in stamped)
+        awaited = (*stamped, *([self._simulated] if simulated else []))
         return all(each.message is not None for each in awaited)
 
     def facts(self) -> dict[str, Fact]:
@@ -209,9 +225,14 @@ class Where:
             return Fact(f"not known: no mission server is there{blocked}", False)
         if not state.run_id:
             return Fact(f"none has run yet{blocked}")
-        values = {"mission": state.mission, "run_id": state.run_id, "state": state.state}
+        paused = is_paused(state)
+        values = {"mission": state.mission, "run_id": state.run_id, "state": state.state, "paused": paused}
+        if paused:
+            how = f"is paused (run {state.run_id}): {state.reason}; go on with: florence resume"
+            return Fact(f"{state.mission} {how}{blocked}", True, values)
         if state.state in ACTIVE_STATES:
-            return Fact(f"{state.mission} runs (run {state.run_id}){blocked}", True, values)
+            how = "waits for its turn" if state.state == "PENDING" else "runs"
+            return Fact(f"{state.mission} {how} (run {state.run_id}){blocked}", True, values)
         reason = f": {state.reason}" if state.reason else ""
         how = _ENDS.get(state.state, state.state)
         return Fact(f"none; the last one, {state.mission}, {how}{reason}{blocked}", True, values)
@@ -269,16 +290,17 @@ class Where:
             elif status.name == f"{MISSION_SERVER}: {SERVERS_STATUS}":
                 self._servers.take(status)
 
-    def _now(self) -> float:
-        """Return the time of stamps: that of a simulation, where there is one."""
+    def _now(self) -> float | None:
+        """Return the time of a simulation; None where there is none, or nobody has told it yet."""
         clock = self._simulated.message
-        return time.time() if clock is None else stamp_from_ros(clock.clock)
+        return None if clock is None else stamp_from_ros(clock.clock)
 
 
-def as_text(facts: dict[str, Fact]) -> str:
-    """Write the facts for people, one a line."""
+def as_text(facts: dict[str, Fact], columns: int | None = None) -> str:
+    """Write the facts for people, one a line, broken at blanks where a terminal has too few columns."""
     width = max(map(len, facts))
-    return "\n".join(f"{name:<{width}}  {fact.text}" for name, fact in facts.items())
+    lines = (f"{name:<{width}}  {fact.text}" for name, fact in facts.items())
+    return "\n".join(hanging(line, columns) for line in lines)
 
 
 def as_json(facts: dict[str, Fact]) -> str:
@@ -329,14 +351,15 @@ def _show(
     from rich.live import Live
     from rich.text import Text
 
-    with Live(Text(as_text(facts)), console=console, auto_refresh=False) as live:
+    with Live(Text(as_text(facts, console.width)), console=console, auto_refresh=False) as live:
         while True:
             again()
-            live.update(Text(as_text(where.facts())), refresh=True)
+            live.update(Text(as_text(where.facts(), console.width)), refresh=True)
 
 
 def _print(facts: dict[str, Fact], console: Console, json_lines: bool) -> None:
-    text = as_json(facts) if json_lines else as_text(facts)
+    columns = console.width if console.is_terminal else None
+    text = as_json(facts) if json_lines else as_text(facts, columns)
     console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -28,7 +28,7 @@ from florence_bt.app.runs.whereabouts import Whereabouts
 from florence_bt.app.teleop.hands import Gamepad, GamepadLayout, Hand, Keys, TeleopParameters
 from florence_bt.app.teleop.panel import KEYS, Situation, lines_of
 from florence_bt.core.errors import ConfigError, FlorenceError
-from florence_bt.core.geometry import Twist2
+from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE, STATE
 from florence_bt.ros.topics import OVERRIDE_STATE
@@ -41,6 +41,7 @@ STOP_RUN_S = 1.0
 """Seconds that the mission server gets to stop its run with our reason; the override stops it in any case."""
 BY = "florence teleop"
 REASON = f"{BY}: a person drives by hand"
+LET_GO = "somebody has stopped the robot: let go, and begin anew"
 
 
 class TakenBack(FlorenceError):
@@ -131,6 +132,8 @@ class _Teleop:
         self._read = read
         self._problem = problem
         self._overridden: bool | None = None
+        self._stops = 0
+        self._must_let_go = False
         self._stopped: Stopped | None = None
         self._driven: Twist2 | None = None
         self._stop_reason = ""
@@ -208,6 +211,9 @@ class _Teleop:
         if not self._overridden:
             raise TakenBack("the manual override was released by somebody else: missions may drive the robot")
         wanted = self._hand.wanted(now)
+        self._must_let_go = self._must_let_go and not wanted.is_zero()
+        if self._must_let_go:
+            wanted = STANDSTILL
         if now >= self._command_at + PERIOD_S:
             self._command_at = now
             self._velocity.publish(twist_to_ros(wanted))
@@ -226,7 +232,7 @@ class _Teleop:
             self._stop_reason,
             self._charge,
             self._whereabouts.text(),
-            self._problem(),
+            LET_GO if self._must_let_go else self._problem(),
         )
         if live is not None:
             live.update(Group(*lines_of(situation)), refresh=True)
@@ -241,7 +247,9 @@ class _Teleop:
             self._console.quiet = True
 
     def _on_override(self, message: ManualOverride) -> None:
-        self._overridden = bool(message.on)
+        # A stop takes the robot out of the hand, as it does in the base's driver.
+        self._must_let_go |= bool(message.on) and message.stops != self._stops
+        self._overridden, self._stops = bool(message.on), int(message.stops)
 
     def _on_stop_reason(self, message: StopReason) -> None:
         self._stop_reason = message.text if message.code else ""

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FrameError
-from florence_bt.core.geometry import Twist2
+from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode, Packet, implausible
@@ -79,6 +79,30 @@ class BaseReading:
         return "" if self.stop_reason is None else describe(self.stop_reason, self.state)
 
 
+LET_GO_S = 1.0
+"""A hand that has said nothing for so long has let go, seconds. Chosen: a few lost commands are no end."""
+
+
+class _Hand:
+    """Who drives by hand; a stop takes the base out of the hand until it has let go and begins anew."""
+
+    def __init__(self) -> None:
+        self._held = False
+        self._told_at = -math.inf
+
+    def hold(self) -> None:
+        """Take the base away: somebody has stopped it."""
+        self._held = True
+
+    def may_drive(self, twist: Twist2, now: float) -> bool:
+        """Take a command of the hand, and tell whether it counts."""
+        silent = now - self._told_at > LET_GO_S
+        self._told_at = now
+        if silent or twist == STANDSTILL:
+            self._held = False
+        return not self._held
+
+
 class TurtlebotDriver:
     """Drives one iRobot Create over its Open Interface.
 
@@ -96,6 +120,7 @@ class TurtlebotDriver:
 
     def __init__(self, parameters: TurtlebotParameters | None = None) -> None:
         self.manual_override = False
+        self._hand = _Hand()
         self.parameters = parameters or TurtlebotParameters()
         model = self.parameters.model
         self.wanted_mode = OiMode(self.parameters.operation_mode)
@@ -258,8 +283,12 @@ class TurtlebotDriver:
         )
 
     def set_manual_override(self, on: bool, now: float) -> None:
-        """Give the base to a person, or back. It stops at once, without a ramp, and forgets its command."""
+        """Give the base to a person, or back. It stops at once, without a ramp, and forgets its command.
+
+        A hand that drives has to let go first, with a zero or a second of silence: a stop counts for it, too.
+        """
         self.manual_override = on
+        self._hand.hold()
         self.end_docking(now)
         self._drive.stop()
 
@@ -272,7 +301,8 @@ class TurtlebotDriver:
             manual: Whether a person sends it by hand. Such a command counts only while the manual override is
                 on, and nothing else counts then.
         """
-        if manual is self.manual_override:
+        counts = not manual or self._hand.may_drive(twist, now)
+        if counts and manual is self.manual_override:
             self.end_docking(now)
             self._drive.command(twist, now)
 

@@ -189,6 +189,10 @@ class Locator:
             return failure("bad_input", f"the pose of a hotspot must be finite, not {pose}")
         if self.hotspots.get(label) is None and len(self.hotspots) >= MAX_HOTSPOTS:
             return failure("bad_input", f"there are {MAX_HOTSPOTS} hotspots already; move one of them")
+        problem = None if self.map is None else self.map.problem_with_standing(pose.x, pose.y)
+        if problem is not None:
+            where = f"({pose.x:.2f} m, {pose.y:.2f} m) is {problem}"
+            return failure("bad_input", f"{where}; a place where the robot can stand would be stored")
         known = self.hotspots.get(label)
         kind = kind_of_new(label, self._room_names)
         hotspot = replace(known, pose=pose) if known else Hotspot(label, pose, kind)

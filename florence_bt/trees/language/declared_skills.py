@@ -12,6 +12,7 @@ The other one stands above it, among the ``templates`` of the file, or in the fi
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -31,7 +32,7 @@ from florence_bt.core.plain_yaml import (
     parse_yaml,
     read_yaml,
 )
-from florence_bt.core.text_files import read_bytes
+from florence_bt.core.text_files import decode_utf8, read_bytes
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.message_mappings import MAPPING_KEYS, WAYS, MessageMapping, read_mapping
 from florence_bt.trees.language.ports import read_ports
@@ -168,6 +169,34 @@ def _extended(reader: Reader, name: str, source: YamlNode, above: dict[str, Yaml
         source = YamlMapping((*source.entries, *taken), source.position)
     above[name] = source
     return source
+
+
+def templates_in(path: Path) -> dict[str, str]:
+    """Return the templates of a file of skills: name -> what it says of each, as it stands there.
+
+    Raises:
+        ConfigError: The file cannot be read or is not YAML of the plain kind.
+    """
+    source = read_yaml(path)
+    table = source.get("templates") if isinstance(source, YamlMapping) else None
+    if not isinstance(source, YamlMapping) or not isinstance(table, YamlMapping):
+        return {}
+    lines = decode_utf8(read_bytes(path), path).splitlines()
+    begins = sorted({key.position.line for where in (source, table) for key, _ in where.entries})
+    after = dict(zip(begins, [*begins[1:], len(lines) + 1], strict=True))
+    texts = {}
+    for key, _ in table.entries:
+        first = key.position.line
+        text = textwrap.dedent("\n".join(lines[first - 1 : after[first] - 1]))
+        # What stands before the next entry, comments of it, is not of this one.
+        texts[key.text] = "\n".join(text.splitlines()[: _last_of(text)])
+    return texts
+
+
+def _last_of(text: str) -> int:
+    """Return the number of the last line that says something."""
+    said = [n for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.strip()[0] != "#"]
+    return said[-1]
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb
+from florence_bt.cli.common import EXIT_CODES, FolderOption, RosVerb, VerbList
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.cli.output_paths import OUTPUT_FILE, OUTPUT_FOLDER
 from florence_bt.core.errors import ConfigError
@@ -16,7 +16,7 @@ from florence_bt.core.installation import in_checkout
 if TYPE_CHECKING:
     from florence_btcpp.exchange import Exchanged
 
-app = typer.Typer()
+app = VerbList()
 
 FormOption = Annotated[str, typer.Option("--format", help="Form of the report: text, json or github.")]
 StrictOption = Annotated[

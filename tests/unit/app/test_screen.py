@@ -10,7 +10,7 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from florence_bt.app.runs.screen import KEYS_OF_DEMO, Screen, print_status, read_status
+from florence_bt.app.runs.screen import KEYS_OF_DEMO, Screen, print_end, print_status, read_status
 from florence_bt.trees.drawings.ascii import draw_rows
 
 HEAD = "goto_user: RUNNING · 21.4 s · run 20261127T131931Z-001-goto_user · asked by florence demo"
@@ -158,3 +158,21 @@ def test_the_screens_of_the_page_are_those_of_a_terminal(name):
         and lines[-1] == seen(STATUS, screen=Screen(KEYS_OF_DEMO))[-1]
     )
     assert any(line.startswith("where ") for line in lines) and any(line.startswith("now ") for line in lines)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (60, 12)])
+@pytest.mark.parametrize(
+    ("state", "says"), [("SUCCEEDED", "succeeded"), ("FAILED", "failed"), ("STOPPED", "was stopped")]
+)
+def test_the_last_line_of_a_run_says_how_it_ended(size, state, says):
+    _, _, rest = DEEP.partition("\n")
+    status = "\n".join([f"goto_user: {state} · 34.2 s · run 20261129T010000Z-001-goto_user", rest])
+    console = Console(
+        file=io.StringIO(), width=size[0], height=size[1], force_terminal=True, color_system=None
+    )
+    print_end(status, console)
+    lines = console.file.getvalue().splitlines()
+    assert len(lines) > size[1] and lines[-1] == f"goto_user {says} after 34.2 s"
+    pipe = Console(file=io.StringIO(), width=size[0])
+    print_end(status, pipe)
+    assert pipe.file.getvalue().rstrip("\n") == status.rstrip("\n"), "for programs: the head line says it"

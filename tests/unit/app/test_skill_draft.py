@@ -15,7 +15,7 @@ from florence_bt.app.mission_files.skill_draft import Offer, add_to_file, draft_
 from florence_bt.app.mission_files.skill_list import list_skills
 from florence_bt.cli.application import app
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language.declared_skills import read_skills_file
+from florence_bt.trees.language.declared_skills import STOCK, read_skills_file, templates_in
 from tests.made_interfaces import make_interfaces
 
 MISSIONS = Path(__file__).parents[3] / "examples" / "foreign_robot" / "missions"
@@ -93,6 +93,28 @@ def test_the_list_tells_what_serves_a_skill() -> None:
     assert "no_path: there is no way to the place" in known and "base" in known
     with pytest.raises(ConfigError, match="drive_robo"):
         list_skills(["drive_robo"], [MISSIONS])
+
+
+@pytest.mark.parametrize("name", [*templates_in(STOCK), "our_switch"])
+def test_a_template_is_shown_with_how_to_use_it(name: str, tmp_path: Path) -> None:
+    text = "templates:\n  our_switch:\n    like: call_set_bool\n    deadline: 2 s\n\n# ours\nskills: {}\n"
+    (tmp_path / "a.skills.yaml").write_text(text)
+    known, _ = list_skills([name], [tmp_path])
+    example = next(line.strip() for line in known.splitlines() if "like:" in line)
+    assert f"like: {name}" in example and "# ours" not in known
+    if name == "our_switch":
+        assert "deadline: 2 s" in known
+        return
+    skill = example.replace("summary: ...", "summary: Something.").replace("NAME", "the/name")
+    (tmp_path / "b.skills.yaml").write_text(f"skills:\n  {skill}\n")
+    found = read_skills_file(tmp_path / "b.skills.yaml")
+    assert not found.findings and list(found.mappings) == ["my_skill"]
+
+
+def test_a_template_is_named_beside_the_skills() -> None:
+    with pytest.raises(ConfigError) as caught:
+        list_skills(["is_tru"])
+    assert "is_true" in caught.value.valid
 
 
 def test_the_commands() -> None:

@@ -13,22 +13,23 @@ GRID = OccupancyGrid(
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "cell", "inside"),
+    ("x", "y", "cell", "inside", "occupied"),
     [
-        (-1.0, 2.0, (0, 0), True),
-        (-0.26, 2.4, (0, 1), True),
-        (0.2, 2.2, (0, 2), True),
-        (-0.8, 2.6, (1, 0), True),
-        (-0.3, 2.9, (1, 1), True),
-        (-1.01, 2.2, (0, -1), False),
-        (-0.8, 1.9, (-1, 0), False),
-        (0.5, 2.0, (0, 3), False),
-        (-0.3, 3.0, (2, 1), False),
+        (-1.0, 2.0, (0, 0), True, False),
+        (-0.26, 2.4, (0, 1), True, True),
+        (0.2, 2.2, (0, 2), True, False),
+        (-0.8, 2.6, (1, 0), True, True),
+        (-0.3, 2.9, (1, 1), True, False),
+        (-1.01, 2.2, (0, -1), False, False),
+        (-0.8, 1.9, (-1, 0), False, False),
+        (0.5, 2.0, (0, 3), False, False),
+        (-0.3, 3.0, (2, 1), False, False),
     ],
 )
-def test_the_cell_of_a_place(x, y, cell, inside):
+def test_the_cell_of_a_place(x, y, cell, inside, occupied):
     assert GRID.cell_of(x, y) == cell
     assert GRID.contains(*cell) is inside
+    assert GRID.is_occupied(x, y) is occupied
 
 
 def test_directions_of_beams_are_those_of_their_angles():

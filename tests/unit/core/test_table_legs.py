@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.table_legs import with_tables
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.flat import Solid
@@ -19,10 +19,6 @@ from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 
 TABLE = Pose2(3.0, 2.0, 0.0)
-
-
-def is_occupied(grid: OccupancyGrid, x: float, y: float) -> bool:
-    return bool(grid.cells[grid.cell_of(x, y)] > OCCUPIED // 2)
 
 
 def room(*furniture: tuple[Pose2, float, float], without: int = 0) -> OccupancyGrid:
@@ -50,8 +46,8 @@ def test_the_place_under_a_table_is_occupied(turn_deg: float, size: tuple[float,
     table = Pose2(TABLE.x, TABLE.y, math.radians(turn_deg))
     grid = with_tables(room((table, *size)))
     for along, across in ((0.0, 0.0), (0.35, 0.0), (-0.35, 0.3), (0.0, -0.35)):
-        assert is_occupied(grid, *table.apply(along * size[0], across * size[1]))
-    assert not is_occupied(grid, *table.apply(0.5 * size[0] + 0.12, 0.0))
+        assert grid.is_occupied(*table.apply(along * size[0], across * size[1]))
+    assert not grid.is_occupied(*table.apply(0.5 * size[0] + 0.12, 0.0))
 
 
 @pytest.mark.parametrize("size", [(1.9, 0.7), (0.15, 0.15)])
@@ -63,20 +59,20 @@ def test_what_is_too_large_or_small_for_a_table_stays_as_it_is(size: tuple[float
 def test_three_legs_and_crooked_ones_are_no_table() -> None:
     for grid in (room((TABLE, 0.84, 0.54), without=1), room((TABLE, 0.84, 0.54), without=1)):
         grid.cells[grid.cell_of(*TABLE.apply(-0.42, -0.05))] = 100
-        assert not is_occupied(with_tables(grid), TABLE.x, TABLE.y)
+        assert not with_tables(grid).is_occupied(TABLE.x, TABLE.y)
 
 
 def test_between_two_chairs_there_is_a_way() -> None:
     chairs = [(Pose2(x, 2.0), 0.38, 0.38) for x in (2.0, 3.1)]
     grid = with_tables(room(*chairs))
-    assert is_occupied(grid, 2.0, 2.0) and is_occupied(grid, 3.1, 2.0)
-    assert not is_occupied(grid, 2.55, 2.0)
+    assert grid.is_occupied(2.0, 2.0) and grid.is_occupied(3.1, 2.0)
+    assert not grid.is_occupied(2.55, 2.0)
 
 
 def test_a_table_among_its_chairs_is_filled_and_noise_is_not() -> None:
     table = (TABLE, 1.1, 0.7)
     chairs = [(Pose2(TABLE.x + x, TABLE.y + y), 0.38, 0.38) for x in (-0.3, 0.3) for y in (-0.75, 0.75)]
-    assert is_occupied(with_tables(room(table, *chairs)), TABLE.x, TABLE.y)
+    assert with_tables(room(table, *chairs)).is_occupied(TABLE.x, TABLE.y)
 
     noise = OccupancyGrid(0.05, Pose2(), np.zeros((300, 300), np.int8))
     noise.cells[np.random.default_rng(1).random(noise.cells.shape) < 0.04] = 100
@@ -86,7 +82,7 @@ def test_a_table_among_its_chairs_is_filled_and_noise_is_not() -> None:
 
 def test_a_table_at_the_edge_of_the_map_is_filled_up_to_it() -> None:
     grid = room((Pose2(0.45, 0.4), 0.84, 0.7))
-    assert is_occupied(with_tables(grid), 0.45, 0.4)
+    assert with_tables(grid).is_occupied(0.45, 0.4)
 
 
 def test_walls_and_the_given_map_stay() -> None:
@@ -102,7 +98,7 @@ def test_the_glass_tables_of_generated_homes_are_found(seed: int) -> None:
     flat = choose_flat(None, seed)
     grid = with_tables(laser_map(flat))
     tops = [each for each in flat.mapped if _is_glass_top(each)]
-    assert all(is_occupied(grid, top.x, top.y) for top in tops)
+    assert all(grid.is_occupied(top.x, top.y) for top in tops)
 
 
 def _is_glass_top(solid: Solid) -> bool:

@@ -233,14 +233,32 @@ def test_what_everybody_hears_of_florences_own_static_frames_is_no_contradiction
 
 def test_a_sample_that_lies_on_the_motion_says_the_same_and_any_other_does_not():
     buffer = TransformBuffer()
-    for step in range(3):
+    for step in range(4):
         buffer.set_moving("odom", "base", 10.0 + step, Pose2(0.4 * step, 0.0, 0.1 * step), own=True)
     assert buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.0, 0.1))
     assert buffer.agrees("odom", "base", 10.5, Pose2(0.21, 0.0, 0.05)), "the copy of a sample that was lost"
     assert buffer.agrees("odom", "base", 9.0, Pose2(7.0, 0.0, 0.0)), (
         "before the first sample nothing is known"
     )
-    assert buffer.agrees("odom", "base", 22.0, Pose2(7.0, 0.0, 0.0)), "nor long after the last one"
-    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.5, 0.0, 0.1))
+    assert buffer.agrees("odom", "base", 13.1, Pose2(7.0, 0.0, 0.0)), "nor after the last one"
+    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.9, 0.0, 0.1))
+    assert not buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.3, 0.1))
     assert not buffer.agrees("odom", "base", 11.0, Pose2(0.4, 0.0, 0.5))
     assert not buffer.agrees("map", "base", 11.0, Pose2(0.4, 0.0, 0.1))
+
+
+@pytest.mark.parametrize("lost", [Pose2(0.0, 0.0, 0.0), Pose2(3.0, 0.0, 2.0)])
+@pytest.mark.parametrize("stamp", [10.05, 10.5, 10.95])
+def test_a_sample_that_was_lost_while_the_frame_jumped_says_the_same(stamp, lost):
+    buffer = TransformBuffer()
+    for when, pose in ((10.0, Pose2(0.0, 0.0, 0.0)), (11.0, Pose2(3.0, 0.0, 2.0))):
+        buffer.set_moving("map", "odom", when, pose, own=True)
+    assert buffer.agrees("map", "odom", stamp, lost)
+
+
+def test_a_sample_of_a_moment_that_was_corrected_says_the_same():
+    """The localiser may tell the same moment twice, the second time better."""
+    buffer = TransformBuffer()
+    for when, x in ((10.0, 0.0), (11.0, 3.0), (12.0, 3.0)):
+        buffer.set_moving("map", "odom", when, Pose2(x, 0.0, 0.0), own=True)
+    assert buffer.agrees("map", "odom", 11.0, Pose2(0.0, 0.0, 0.0)), "as it was told first"

@@ -107,12 +107,25 @@ def test_the_robot_is_not_sent_where_the_map_knows_nothing(locator: Locator) -> 
     cells = np.zeros((4, 4), np.int8)
     cells[3, 3] = UNKNOWN
     assert locator.why_not_goto_pose(Pose2(9.0, 9.0)) is None, "nothing is known without a map"
+    locator.set_hotspot("kitchen", Pose2(9.0, 9.0))
     locator.map = OccupancyGrid(0.5, Pose2(), cells)
     assert locator.why_not_goto_pose(Pose2(0.25, 0.25)) is None
     assert "where the map knows nothing" in (locator.why_not_goto_pose(Pose2(1.75, 1.75)) or "")
     assert "outside the map" in (locator.why_not_goto_pose(Pose2(9.0, 9.0)) or "")
-    locator.set_hotspot("kitchen", Pose2(9.0, 9.0))
     assert "the hotspot 'kitchen'" in (locator.why_not_goto_room("kitchen") or "")
+
+
+@pytest.mark.parametrize("pose", [Pose2(1.25, 0.75), Pose2(1.75, 1.75), Pose2(9.0, 9.0), Pose2(-0.1, 0.5)])
+def test_no_hotspot_is_stored_where_the_map_has_no_place_for_a_robot(locator: Locator, pose: Pose2) -> None:
+    cells = np.zeros((4, 4), np.int8)
+    cells[1, 2], cells[3, 3] = OCCUPIED, UNKNOWN
+    locator.map = OccupancyGrid(0.5, Pose2(), cells)
+    for label in ("kitchen", "a new one"):
+        refused = locator.set_hotspot(label, pose)
+        assert refused.code == "bad_input" and f"({pose.x:.2f} m, {pose.y:.2f} m)" in refused.reason
+    assert locator.hotspots.get("a new one") is None
+    assert locator.hotspots.get("kitchen") == KITCHEN
+    assert locator.set_hotspot("kitchen", Pose2(0.25, 0.25)).succeeded
 
 
 def test_the_initial_room_must_exist() -> None:

@@ -7,6 +7,7 @@ import { LOST } from "florence-live/session.js";
 
 const KEPT = "florence_stop", AGAIN_MS = 250, ABORT_MS = 1200, MOST_AT_ONCE = 3, UNSURE_MS = 1000, NOTE_MS = 5000, LOOK_MS = 100;
 const DRIVEN = "the robot is stopped for missions; a hand drives it"; // as the server says it
+const LET_GO = "driving by hand is off";
 const BY_HAND = "switch the robot off by hand";
 const STYLE = `
 .florence-bar { position: fixed; left: 0; right: 0; bottom: 0; z-index: 2147483000; height: var(--florence-bar); box-sizing: border-box; padding: 8px;
@@ -33,13 +34,13 @@ html[data-old~="page"] .shows-robot, html[data-old~="missions"] .shows-missions 
 
 export default {
   template: `<teleport to="body"><div class="florence-bar" role="region" aria-label="the robot">
-    <button class="stop" @pointerdown="$event.button === 0 && stop()" @click="$event.detail === 0 && stop()">STOP THE ROBOT</button>
+    <button class="stop" @pointerdown="$event.button === 0 && press_stop()" @click="$event.detail === 0 && press_stop()">STOP THE ROBOT</button>
     <div class="word" role="alert" :data-state="said.state">{{ said.word }}
       <span v-if="lost">{{ said.word && "· " }}The page's program was started again: <button @click="reload">open the page again</button></span></div>
     <button class="hand" :aria-pressed="pad" :disabled="!sees" @click="drive">Drive by hand</button>
     <button class="release" :disabled="!sees || !(override && override.on)" @click="release">Release</button>
   </div></teleport>`,
-  data: () => ({ override: null, silent: {}, age: 0, press: null, confirmed: null, problem: "", note: null, pad: false, lost: false, now: Date.now() }),
+  data: () => ({ override: null, silent: {}, age: 0, press: null, confirmed: null, problem: "", note: null, pad: false, let_go: false, lost: false, now: Date.now() }),
   computed: {
     // Whether what is on the screen is of now, and the base's driver speaks.
     sees() { return !this.age && this.override !== null && !("base" in this.silent); },
@@ -80,15 +81,28 @@ export default {
   unmounted() { this.leave(); },
   methods: {
     heed(override) {
+      // A stop that somebody else has pressed, on another page or in a terminal, lets go of this hand, too.
+      const counted = this.override && override.on && override.stops !== this.override.stops;
       this.override = override;
-      if (!override.on && this.pad && !this.press) this.show_pad(false);
+      if (counted && this.unseen && !this.press) this.unseen = false; // that was the stop which the pad began with
+      else if (this.pad && !this.press && !this.unseen && (counted || !override.on)) {
+        this.show_pad(false);
+        if (counted) this.note = { state: "stopped", word: `somebody has stopped the robot: ${LET_GO}`, at: Date.now() };
+      }
       const obeyed = override.on && !override.problem && (override.standing || override.by_hand);
       if (this.press && obeyed && override.stops !== this.press.stops) this.end(override.by_hand ? DRIVEN : "the robot is stopped");
     },
     pends(press) { return this.press !== null && this.press.id === press.id; },
     end(word) {
+      this.unseen = this.pad && (!this.override || this.override.stops === this.press.stops);
       this.press = null; this.confirmed = Date.now(); sessionStorage.removeItem(KEPT);
-      this.note = { state: word === DRIVEN ? "hand" : "stopped", word, at: Date.now() - NOTE_MS + 1500 };
+      const told = this.let_go ? `${word}; ${LET_GO}` : word, shown_ms = this.let_go ? NOTE_MS : 1500;
+      this.let_go = false;
+      this.note = { state: word === DRIVEN ? "hand" : "stopped", word: told, at: Date.now() - NOTE_MS + shown_ms };
+    },
+    press_stop() {
+      if (this.pad) { this.let_go = true; this.show_pad(false); }
+      this.stop();
     },
     stop() {
       this.note = null;

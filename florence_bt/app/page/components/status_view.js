@@ -20,8 +20,8 @@ export default {
   </div>`,
   data: () => ({ age: 0, silent: {}, override: false, run: {}, state: { battery: null } }),
   computed: {
-    color() { return this.age || "missions" in this.silent ? "#777" : COLOURS[this.run.state] || "#8a6d00"; },
-    word() { return WORDS[this.run.state] || this.run.state; },
+    color() { return this.age || "missions" in this.silent ? "#777" : this.run.paused ? "#8a6d00" : COLOURS[this.run.state] || "#8a6d00"; },
+    word() { return this.run.paused && this.run.state === "ACTIVE" ? "is paused" : WORDS[this.run.state] || this.run.state; },
   },
   mounted() {
     this.leave = live.listen((parts) => {

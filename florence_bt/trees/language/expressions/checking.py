@@ -9,9 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import closest_first
 from florence_bt.core.plain_yaml import Position
 from florence_bt.core.units import UNITS
 from florence_bt.trees.language.expressions import syntax
+from florence_bt.trees.language.literals import POSE_PARTS
 from florence_bt.trees.language.quantities import NUMERIC_KINDS, example_of, with_article
 
 PLAIN = (Kind.INTEGER, Kind.NUMBER)
@@ -121,6 +123,9 @@ class _Checker:
                 return kind
             case syntax.Key(key=key):
                 return self._kinds.get(key)
+            case syntax.PosePart(part=part) if part not in POSE_PARTS:
+                self._no_part(term)
+                return None
             case syntax.PosePart(pose=pose, part=part):
                 self._need(pose, Kind.POSE, f".{part}")
                 return Kind.ANGLE if part == "yaw" else Kind.LENGTH
@@ -156,6 +161,18 @@ class _Checker:
                 f"{what!r} needs {_article(wanted)}, but {syntax.print_term(term)!r} is {_article(kind)}"
             )
             self.add(syntax.start_of(term), message, *_instead(term, kind, wanted))
+
+    def _no_part(self, term: syntax.PosePart) -> None:
+        """Say what a value is that has no such part, and what has parts."""
+        kind, whole = self.kind(term.pose), syntax.print_term(term.pose)
+        if kind is Kind.POSE:
+            valid = [f".{part}" for part in closest_first(term.part, POSE_PARTS)]
+            self.add(term.position, f"{whole} is a pose, which has no part {term.part!r}", *valid)
+            return
+        what = f"{whole} is {_article(kind)}" if kind is not None else f"nobody says what {whole} is"
+        of_its_own = f"${term.part}, given by its skill: out: {{{term.part}: {term.part}}}"
+        message = f"{whole} has no part {term.part!r}: {what}, and only a pose has parts (.x, .y, .yaw)"
+        self.add(term.position, message, whole, of_its_own)
 
     def _joined(self, term: syntax.Binary) -> None:
         """Check that operands of ``and`` and ``or`` are true or false; say what ``$a == 3 or 4`` means."""

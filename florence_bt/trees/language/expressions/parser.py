@@ -356,9 +356,9 @@ class _ExpressionParser:
                 term = Item(term, index, dot.position)
                 continue
             name = self._take()
-            if name.kind != "word" or not (self._constants is not None or name.text in POSE_PARTS):
-                where = name.position if name.kind == "word" else dot.position
-                raise problem_at(where, f"a pose has no part {name.text!r}", *(f".{p}" for p in POSE_PARTS))
+            if name.kind != "word":
+                valid = [f".{part}" for part in POSE_PARTS]
+                raise problem_at(dot.position, f"a pose has no part {name.text!r}", *valid)
             term = PosePart(term, name.text, name.position)
         return term
 

@@ -61,6 +61,32 @@ def test_a_definition_that_is_wrong_is_told_with_its_line(tmp_path, files, line,
     assert about in error.problem
 
 
+def test_everything_that_is_wrong_with_a_package_is_told_at_once(tmp_path):
+    source = package(
+        tmp_path,
+        msg_Finger="float64 force\nfloat65 position\nwidth\nfloat64 good\ngeometry_msgs/Pose2 where\n",
+        msg_Hand="other_msgs/Thing thing\nFinger[5] fingers\nThumb thumb\nanother_msgs/Thing thing2\n",
+        srv_Grip="float64 width\nbool 1st\n",
+    )
+    error = refused(source, tmp_path)
+    lines = error.problem.splitlines()[1:]
+    places = [tuple(line.partition("hand_msgs/")[2].split(":")[:2]) for line in lines]
+    finger, hand, grip = ("msg/Finger.msg", "msg/Hand.msg", "srv/Grip.srv")
+    assert places == [
+        *[(finger, line) for line in "235"],
+        *[(hand, line) for line in "134"],
+        *[(grip, line) for line in "12"],
+    ]
+    for line, about in zip(
+        lines, ["float65", "width", "Pose2", "other_msgs", "Thumb", "another_msgs", "---", "1st"], strict=True
+    ):
+        assert about in line
+    for kind, text in (("Finger", "# Größe\n"), ("Hand", "# Länge\n")):
+        Path(source, "msg", f"{kind}.msg").write_bytes(text.encode("latin-1"))
+    told = refused(source, tmp_path).problem
+    assert "Finger.msg:1" in told and "Hand.msg:1" in told
+
+
 def test_a_definition_in_another_encoding_is_told_with_its_line(tmp_path):
     source = package(tmp_path, msg_Finger="float64 force\n")
     Path(source, "msg", "Finger.msg").write_bytes("# eine Zahl\nfloat64 force # Größe\n".encode("latin-1"))
@@ -156,11 +182,11 @@ def test_what_is_not_installed_is_not_shown(name, near):
 
 
 def test_the_definitions_that_come_with_florence_are_sound():
-    from florence_bt.app.interfaces.adding import _check_definitions
+    from florence_bt.app.interfaces.adding import _wrong_definitions
     from florence_bt.app.interfaces.building import ADDED, Environment
 
     here = Environment(Path(sys.prefix), Path(sys.prefix), ADDED)
     installed = installed_packages()
     for folder in DEFINITIONS.iterdir():
-        _check_definitions(InterfacePackage.read(folder), installed, here)
+        assert not [*_wrong_definitions(InterfacePackage.read(folder), installed, here)]
     assert len(InterfacePackage.read(DEFINITIONS / "nav2_msgs").files) == 50

@@ -67,6 +67,24 @@ def test_a_viewer_that_is_gone_stops_the_robot_at_once_and_no_other_does(bench):
     assert bench.take() == [STANDSTILL]
 
 
+def test_a_stop_takes_the_robot_out_of_the_hand_until_it_has_let_go(bench):
+    bench.driving.push("a", 1.0, 0.0)
+    bench.driving.stop()
+    assert bench.take()[-1] == STANDSTILL
+    for _ in range(20):
+        bench.driving.push("a", 1.0, 0.0)
+        bench.clock.advance(0.1)
+    assert bench.take() == [], "the hand still pushes as before"
+    bench.driving.push("a", 0.0, 0.0)
+    bench.driving.push("a", 1.0, 0.0)
+    assert bench.take()[0].linear > 0.0
+    bench.driving.let_go("a")
+    bench.take()
+    bench.driving.stop()
+    bench.driving.push("b", 1.0, 0.0)
+    assert bench.take()[0].linear > 0.0, "nobody drove: who begins now has not been stopped"
+
+
 def test_one_drives_at_a_time(bench):
     bench.driving.push("a", 1.0, 0.0)
     bench.driving.push("b", -1.0, 0.0)

@@ -141,3 +141,19 @@ def test_nested_values_cost_little():
         text = f"$i == abs({text}) or 4"
     checked = check_kinds(parse_expression(text), KINDS)
     assert checked.problems
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "says", "valid"),
+    [
+        ("$bed.state == 2", 6, "$bed is a text", "out: {state: state}"),
+        ("$pose.z > 1 m", 7, "$pose is a pose", ".x"),
+        ("$beds[0].dry", 10, "$beds[0] is a pose", ".yaw"),
+        ("$new.state == 2", 6, "nobody says what $new is", "$new"),
+    ],
+)
+def test_a_part_that_is_none_says_what_the_whole_is_and_what_would_have_worked(text, column, says, valid):
+    kinds = {"bed": Kind.TEXT, "pose": Kind.POSE, "beds": Kind.LIST_OF_POSE}
+    found = check_kinds(parse_expression(text), kinds).problems
+    problem = next(each for each in found if each.position.column == column)
+    assert says in problem.message and any(valid in each for each in problem.valid)

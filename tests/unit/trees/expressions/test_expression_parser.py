@@ -68,7 +68,6 @@ $a <> 3               | 4 | not known here | !=
 !$a                   | 1 | not known here | not
 $a is 3               | 4 | an operator is needed | ==
 1 < $x < 3            | 8 | cannot be chained | $a < $b and $b < $c
-$pose.z > 1 m         | 7 | a pose has no part 'z' | .x, .y, .yaw
 $pose. > 1            | 6 | a pose has no part | .x, .y, .yaw
 min($a)               | 1 | needs 2 values, not 1 | min($a, $b)
 abs()                 | 1 | needs 1 value, not 0 | abs($a)
