@@ -20,6 +20,8 @@ from florence_bt.core.outcome import Result, failure
 _STORABLE = (str, bool, int, float, Pose2)
 _UNIT = re.compile(r" ?(?:[cmk]?m|c?m/s|km/h|m?s|min|h|deg|rad|°|metres?|meters?|seconds?|degrees?)(?!\w)")
 """What an author may have written behind a value."""
+HIDDEN = "_"
+"""How a key begins that no author has written, and none can write; nobody is told of it."""
 NOTHING = object()
 """Stands for the value of a key that has none."""
 
@@ -47,8 +49,8 @@ class MissingKey(ValueProblem):
 
     def __init__(self, key: str, known: Mapping[str, Any]) -> None:
         self.key = key
-        self.known = tuple(sorted(known))
-        has = ", ".join(closest_first(key, known)) if known else "none at all"
+        self.known = tuple(sorted(name for name in known if not name.startswith(HIDDEN)))
+        has = ", ".join(closest_first(key, self.known)) if self.known else "none at all"
         super().__init__(f"the key {key!r} has no value yet (keys with a value: {has})")
 
 

@@ -59,6 +59,7 @@ from florence_bt.trees.language.findings import Finding, finding_from_error, lim
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.reader import WordReader
+from florence_bt.trees.language.vocabulary import by_spelling
 
 TRIGGER_KEYS = ("policy", "priority", "caller", "refused")
 FILE_KEYS = ("mission", "missions", "given", "scenarios")
@@ -77,6 +78,17 @@ WHEN_KEYS: dict[str, tuple[str, ...]] = {
     "expect": (),
 }
 """What can happen -> the further keys of that table. ``at`` may stand with each, and alone."""
+_OTHER_EVENTS = by_spelling(
+    {
+        "advance": ("wait", "sleep", "after", "delay", "for", "passes", "time"),
+        "until": ("wait_until", "wait_for", "reach"),
+        "stop": ("cancel", "abort", "kill", "end"),
+        "resume": ("continue", "go_on", "unpause"),
+        "start": ("run", "trigger", "call"),
+        "expect": ("assert", "check", "then"),
+    }
+)
+"""What people call the things that can happen."""
 THEN_KEYS = (
     *("status", "code", "reason", "leaf", "outputs", "keys", "duration", "within", "calls", "only_calls"),
     *("called", "not_called", "nodes", "trace", "tree"),
@@ -574,10 +586,12 @@ class WhenReader:
         else:
             self._unknown(item.position, f"{word} {rest}".strip())
 
-    def _unknown(self, position: Position, name: str) -> None:
+    def _unknown(self, position: Position, name: str, value: str = "") -> None:
+        """Note an event that there is not; ``value`` is what stands behind its colon."""
         word, _, rest = name.partition(" ")
         known = (*WHEN_KEYS, "at")
-        valid = (f"{word}: {rest}",) if word in known and rest else closest_first(name, known)
+        meant = word if word in known and rest else _OTHER_EVENTS.get(word.lower())
+        valid = (f"{meant}: {rest or value}".strip(),) if meant else closest_first(name, known)
         self._reader.error(position, f"there is no event {name!r}", valid)
 
     def _kind(self, table: YamlMapping) -> str | None:
@@ -592,7 +606,9 @@ class WhenReader:
             return kinds[0].text
         unknown = next((key for key, _ in table.entries if key.text != "at"), None)
         if unknown is not None:
-            self._unknown(unknown.position, unknown.text)
+            value = table.get(unknown.text)
+            given = value.text if isinstance(value, YamlScalar) else "..."
+            self._unknown(unknown.position, unknown.text, given)
         elif not table.entries:
             self._reader.error(table.position, "nothing happens here", list(WHEN_KEYS))
         return "at" if table.entries and unknown is None else None

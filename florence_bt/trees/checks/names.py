@@ -104,7 +104,7 @@ class NameChecks:
             message = f"append: ${key.text} is {what}, and only a text or a list can be added to"
             valid = [f'keys: {{{key.text}: {{type: text, default: ""}}}}', f"set: {{{key.text}: ...}}"]
             if kind in NUMERIC_KINDS:
-                valid.insert(0, f'set: {{{key.text}: "${{${key.text} + {model.show(value)}}}"}}')
+                valid.insert(0, f"add: {{{key.text}: {model.show(value)}}}")
             self._findings.error(key.position, message, valid)
 
     def _check_list(self, items: model.Value) -> None:

@@ -293,6 +293,16 @@ class Set(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Add(Set):
+    """``add``: writes sums of keys and what is added to them."""
+
+    @property
+    def default_title(self) -> str:
+        """Such as ``add to rounds``."""
+        return "add to " + ", ".join(key.text for key, _ in self.values)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Append(Node):
     """``append``: adds to keys that hold a text or a list."""
 

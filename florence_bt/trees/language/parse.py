@@ -13,6 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, close_matches
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
@@ -20,10 +21,12 @@ from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model, vocabulary
+from florence_bt.trees.language.expressions.syntax import Binary, Key, print_term
 from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import read_value, with_article
 from florence_bt.trees.language.reader import Reader, without_dollar
+from florence_bt.trees.language.values import term_of
 
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
@@ -309,6 +312,8 @@ class _MissionParser(Reader):
                 return self._wait_until(key, value, mapping)
             case "set":
                 return self._set(key, value, mapping)
+            case "add":
+                return self._sums(value, self._fields(key, mapping))
             case "append":
                 values, fields = self.values(value, "append"), self._fields(key, mapping)
                 if not isinstance(value, YamlMapping) or not value.entries:
@@ -585,10 +590,6 @@ class _MissionParser(Reader):
         fields = self._fields(key, mapping)
         if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
             return self._wait_for_time(value.text.strip(), value.position, fields)
-        if isinstance(value, YamlScalar) and suggestions.is_duration(value.text):
-            message = f"wait_until: {value.text!r} is a time that passes, and no condition"
-            self.error(value.position, message, [f"wait: {value.text}"])
-            return None
         goal = self._question(value, "wait_until")
         return model.WaitUntil(goal=goal, **fields) if goal is not None else None
 
@@ -597,7 +598,7 @@ class _MissionParser(Reader):
         hours, minutes = map(int, time.split(":"))
         if hours > 23 or minutes > 59:
             self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
-        name = f"time_{time.replace(':', '_')}"
+        name = f"{HIDDEN}time_{time.replace(':', '_')}"
         text, date = model.Literal(time, True, place), model.Literal(name, True, place)
         look_up = model.RunSkill(
             skill="look_up_time",
@@ -626,6 +627,25 @@ class _MissionParser(Reader):
         if empty or (isinstance(value, YamlMapping) and not value.entries):
             self.error(value.position, "set needs keys and values", ["set: {key: value}"])
         return model.Set(values=values, **fields)
+
+    def _sums(self, value: YamlNode, fields: _Fields) -> model.Node:
+        """Read ``add: {n: 1}``, which is short for ``set: {n: "${$n + 1}"}``."""
+        if not isinstance(value, YamlMapping) or not value.entries:
+            written = value.text.removeprefix("$") if isinstance(value, YamlScalar) else ""
+            meant = written if vocabulary.IDENTIFIER.fullmatch(written) else "key"
+            self.error(value.position, "add needs keys and values", [f"add: {{{meant}: 1}}"])
+            return model.Add(values=(), **fields)
+        values = self.values(value, "add")
+        sums = []
+        for name, given in values:
+            if (term := term_of(given)) is not None:
+                total = Binary("+", Key(name.text, name.position), term, given.position)
+                sums.append((name, model.Expression(print_term(total), total, given.position)))
+                continue
+            message = f"add: {model.show(given)!r} is no number and no quantity"
+            valid = [f"append: {{{name.text}: {model.show(given)}}}, to a text or a list"]
+            self.error(given.position, message, valid)
+        return model.Add(values=tuple(sums), **fields)
 
     def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         fields = self._fields(key, mapping)

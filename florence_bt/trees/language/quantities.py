@@ -8,9 +8,9 @@ from functools import lru_cache
 from typing import Any
 
 from florence_bt.core.declaration import MAGNITUDES, Kind, Port
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.units import QUANTITY, UNITS
+from florence_bt.core.units import QUANTITY, UNITS, quantity_meant
 
 NUMERIC_KINDS = frozenset(UNITS) | {Kind.NUMBER, Kind.INTEGER}
 
@@ -204,6 +204,6 @@ def _read_quantity(text: str, kind: Kind) -> float:
     if kind is Kind.NUMBER:
         plain = f"{number / 100:g}" if unit == "%" else match[1]
         raise ConfigError(f"a plain number is needed, not {text!r}", valid=[plain])
-    close = closest_first(unit, units)
-    names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
-    raise ConfigError(f"{unit!r} is not a unit of {what}", valid=[f"{match[1]} {name}" for name in names])
+    meant = quantity_meant(match[1], unit, kind)
+    valid = [meant] if meant is not None else [f"{match[1]} {name}" for name in units]
+    raise ConfigError(f"{unit!r} is not a unit of {what}", valid=valid)

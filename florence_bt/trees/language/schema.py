@@ -218,6 +218,7 @@ KIND_VALUES: dict[str, Schema] = {
     "if": {"anyOf": [EXPRESSION, NODE]},
     "switch": {"$ref": "#/definitions/any"},
     "for_each": {"anyOf": [{"type": "array"}, REFERENCE]},
+    "add": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
     "append": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
     "retry": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},

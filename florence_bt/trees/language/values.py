@@ -26,6 +26,7 @@ from florence_bt.trees.language import quantities
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.syntax import Constant, Key, Term
 from florence_bt.trees.language.model import (
     Expression,
     ListItems,
@@ -143,6 +144,19 @@ def literal_value(literal: Literal, kind: Kind | None) -> Any:
     if kind is None:
         return literal.text if literal.quoted else quantities.guess_value(literal.text)[1]
     return quantities.read_value(literal.text, kind)
+
+
+def term_of(value: Value) -> Term | None:
+    """Return a number, quantity, key or expression as a term of an expression; None for anything else."""
+    match value:
+        case Expression(term=term):
+            return term
+        case Reference(key=key):
+            return Key(key, value.position)
+        case Literal(text=text, quoted=False):
+            kind, number = quantities.guess_value(text)
+            return Constant(number, kind, text, value.position) if kind in quantities.NUMERIC_KINDS else None
+    return None
 
 
 def template_of(value: Value) -> TextTemplate:

@@ -23,6 +23,7 @@ NODE_KINDS: dict[str, str] = {
     "wait": "pauses",
     "wait_until": "pauses until something is so",
     "set": "writes keys",
+    "add": "adds to numbers and quantities",
     "append": "adds to a text or a list",
     "run": "runs another mission with keys of its own",
 }

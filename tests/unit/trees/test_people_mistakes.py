@@ -667,9 +667,24 @@ REMEDIES = {
     "repeat for a time": (
         HEAD + "  repeat: 5 min\n  do: {run: patrol}\n",
         "3:11",
-        "timeout: 5 min, with do: {repeat: forever, do: ...}",
+        "repeat: forever, with until: {wait: 5 min}",
     ),
     "no time-out": (HEAD + "  timeout: never\n  do: {run: patrol}\n", "3:12", "the node without it"),
+    "a sum of another language": (HEAD + "  increment: n\n", "3:3", "add: {key: 1}"),
+    "a difference of another language": (HEAD + "  decrement: {n: 1}\n", "3:3", "add: {key: -1}"),
+    "add without a number": (
+        HEAD + "  sequence:\n    - set: {n: 0}\n    - add: n\n    - fail: $n\n",
+        "5:12",
+        "add: {n: 1}",
+    ),
+    "add to a text": (
+        HEAD + "  sequence:\n    - set: {t: a}\n    - add: {t: b}\n    - fail: $t\n",
+        "5:16",
+        "append: {t: b}, to a text or a list",
+    ),
+    "do something for a time": (HEAD + "  run: patrol\n  until: 5 min\n", "4:10", "until: {wait: 5 min}"),
+    "only for a time": (HEAD + "  run: patrol\n  while: 5 min\n", "4:10", "until: {wait: 5 min}"),
+    "after a time": (HEAD + "  run: patrol\n  when: 5 min\n", "4:9", "sequence: [{wait: 5 min}, the node]"),
     "wait until a time has passed": (HEAD + "  wait_until: 5 min\n", "3:15", "wait: 5 min"),
     "else below then": (
         HEAD + "  if: {look_for_user: {}}\n  then:\n    wait: 1 s\n    else: {wait: 2 s}\n",
@@ -720,7 +735,7 @@ REMEDIES = {
         "6:5",
         "out indented like with",
     ),
-    "a number that is appended": (COUNTED + "  append: {n: 1}\n", "4:12", 'set: {n: "${$n + 1}"}'),
+    "a number that is appended": (COUNTED + "  append: {n: 1}\n", "4:12", "add: {n: 1}"),
     "a handler for all others": (
         HEAD + "  look_for_user: {}\n  on_failure:\n    default: {wait: 1 s}\n",
         "5:5",
@@ -933,3 +948,15 @@ def test_a_text_that_begins_with_a_sign_of_yaml(tmp_path: Path, sign: str) -> No
     assert first.endswith(f" error: not YAML: text that begins with {sign} needs quotes")
     assert first.startswith(f"{file}:2:1")
     assert worked.endswith(f'= would have worked: description: "{sign} all of it"')
+
+
+def test_the_key_behind_a_time_of_day_is_offered_to_nobody(tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    end = "    - {repeat: forever, do: {turn: {angle: 5 deg}}, until: $done}\n"
+    file.write_text(HEAD + '  sequence:\n    - wait_until: "22:00"\n' + end)
+    report = check_files([file])[0]
+    assert "would have worked: done under inputs:, set: {done: ...} before it\n" in report
+    file.write_text(
+        HEAD + '  sequence:\n    - wait_until: "22:00"\n    - set: {time_22_00: 1}\n    - fail: $time_22_00\n'
+    )
+    assert "no problem found" in check_files([file])[0]

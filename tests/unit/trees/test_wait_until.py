@@ -68,6 +68,7 @@ def test_it_can_be_stopped_at_every_moment(tmp_path, moment):
         ("{wait_until: }", "wait_until needs an expression"),
         ("{wait_until: '25:00'}", "wait_until: '25:00' is no time of day | 22:00"),
         ("{wait_until: 22:00}", "there is no skill and no kind of node 'look_up_time'"),
+        ("{wait_until: $done}", "no node writes a key 'done' | done under inputs:"),
         ("{selector: [{wait_until: {is_charged: }}, {wait: 1 s}]}", ""),
         ("{retry: 2, on: [low], do: {wait_until: {is_charged: }}}", "cannot fail with 'low'"),
     ],

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
-from florence_bt.core.units import UNITS
+from florence_bt.core.units import UNITS, quantity_meant
 from florence_bt.trees.language.expressions.syntax import (
     Binary,
     Constant,
@@ -77,19 +77,6 @@ _OTHER_SIGNS = by_spelling(
 
 _WORD = re.compile(r"\s*((?:[^\W\d]|°)\w*(?:/[^\W\d]\w*)?)")
 _OPERATORS = ("and", "or", "<", "==", "+", "*")
-_LONG_UNITS = by_spelling(
-    {
-        "m": ("meter", "meters", "metre", "metres"),
-        "s": ("sec", "second", "seconds"),
-        "min": ("minute", "minutes"),
-        "h": ("hour", "hours"),
-        "deg": ("degree", "degrees"),
-        "rad": ("radian", "radians"),
-        "km/h": ("kmh",),
-        "m/s": ("mps",),
-    }
-)
-"""Units as people also write them -> the unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,10 +148,10 @@ def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> No
     position = positions.at(match.start(1))
     if not number[-1].isdigit() and number[-1] != ".":
         raise problem_at(position, f"{match[1]!r} cannot follow {number!r}", *_OPERATORS)
+    meant = [said for kind in UNITS if (said := quantity_meant(number, match[1], kind)) is not None]
     units = [unit for known in UNITS.values() for unit in known]
-    long = _LONG_UNITS.get(match[1].lower())
-    valid = (long,) if long else closest_first(match[1], units)
-    raise problem_at(position, f"{match[1]!r} is not a unit", *(f"{number} {unit}" for unit in valid))
+    valid = meant or [f"{number} {unit}" for unit in closest_first(match[1], units)]
+    raise problem_at(position, f"{match[1]!r} is not a unit", *valid)
 
 
 def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
