@@ -145,7 +145,10 @@ class KeyChecks:
 
     def _check_outputs(self, end: State) -> None:
         if end is None:
-            return  # the mission never succeeds, so it gives nothing
+            for name in self._mission.outputs:
+                message = f"the output {name!r} is never given: the mission never succeeds"
+                self._findings.in_vain(self._declared_at(name), message)
+            return
         for name, port in self._mission.outputs.items():
             position = self._declared_at(name)
             bit = self._bits.get(name, 0)

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
-from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.checking import check_kinds, exact_comparisons
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.quantities import format_value, out_of_range, with_article
@@ -35,6 +35,12 @@ class ValueChecks:
         self._mission = mission
         self._findings = findings
         self._kinds = analysis.of(mission).kinds
+        self._measured = frozenset(
+            key.text
+            for node in analysis.of(mission).all
+            if isinstance(node, model.RunSkill | model.CallMission)
+            for _, key in node.outputs
+        )
 
     def check(self, value: model.Value, port: Port | None, what: str) -> None:
         """Check one value.
@@ -78,6 +84,8 @@ class ValueChecks:
         problems = check_kinds(expression, self._kinds, wanted).problems
         for problem in problems:
             self._findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
+        for problem in () if problems else exact_comparisons(expression, self._kinds, self._measured):
+            self._findings.warning(problem.position, f"{what}: {problem.message}", problem.valid)
         return not problems
 
     def _computed(self, expression: model.Expression, port: Port | None, what: str) -> None:

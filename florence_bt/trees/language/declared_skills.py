@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, close_matches, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.core.plain_yaml import (
     Position,
     YamlMapping,
@@ -38,7 +39,7 @@ from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.third_party import installed
-from florence_bt.trees.language.vocabulary import RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
+from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
@@ -122,8 +123,8 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
     templates = reader.mapping(source.get("templates"), "templates")
     for key, item in templates.entries if templates is not None else ():
         _extended(reader, key.text, item, above)
-    for key, item in skills.entries:
-        item = _extended(reader, key.text, item, above)
+    for key, written in skills.entries:
+        item = _extended(reader, key.text, written, above)
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
             message = f"a skill cannot be called {name.text!r}: that is a word of the language"
@@ -134,6 +135,8 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
             if mapping is not None:
                 declared[name.text] = mapping.declaration
                 mappings[name.text] = mapping
+            _check_own_groups(reader, declared[name.text], written)
+    _check_shared_groups(reader, source, declared)
     # What several skills have of one place of the file is read for each of them.
     return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings, positions)
 
@@ -331,6 +334,38 @@ def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:
         if name is not None:
             groups.append(CodeGroup(name.text, frozenset(code.text for code in codes), text))
     return tuple(groups)
+
+
+def _check_own_groups(reader: Reader, skill: SkillDeclaration, source: YamlNode) -> None:
+    """Report a code in a group that is written at a skill, when the skill cannot fail with it."""
+    groups = source.get("groups") if isinstance(source, YamlMapping) else None
+    for key, item in groups.entries if isinstance(groups, YamlMapping) else ():
+        for code in _codes_in(item):
+            _know_code(reader, code, key.text, skill.name, skill.failures)
+
+
+def _check_shared_groups(reader: Reader, file: YamlMapping, declared: Mapping[str, SkillDeclaration]) -> None:
+    """Report a code in a group of the whole file, when no skill with this group can fail with it."""
+    groups = file.get("groups")
+    for key, item in groups.entries if isinstance(groups, YamlMapping) else ():
+        members = [skill for skill in declared.values() if key.text in {group.name for group in skill.groups}]
+        known = {code: meaning for skill in members for code, meaning in skill.failures.items()}
+        for code in _codes_in(item) if members else ():
+            _know_code(reader, code, key.text, " or ".join(skill.name for skill in members), known)
+
+
+def _codes_in(group: YamlNode) -> tuple[YamlScalar, ...]:
+    """Return the codes that are written in a group, with or without a meaning beside them."""
+    listed = group.get("codes") if isinstance(group, YamlMapping) else group
+    items = listed.items if isinstance(listed, YamlSequence) else (listed,)
+    return tuple(item for item in items if isinstance(item, YamlScalar) and IDENTIFIER.fullmatch(item.text))
+
+
+def _know_code(reader: Reader, code: YamlScalar, group: str, owner: str, failures: Mapping[str, str]) -> None:
+    if code.text not in failures and code.text not in COMMON_CODES:
+        message = f"the group {group!r} has the code {code.text!r}, with which {owner} cannot fail"
+        valid = [*close_matches(code.text, failures), f"failures: {{{code.text}: what it means}}"]
+        reader.error(code.position, message, valid)
 
 
 def _deadline(reader: Reader, source: YamlNode | None) -> float:

@@ -58,6 +58,11 @@ class NodeOutcomes:
         """Whether it can fail."""
         return bool(self.codes)
 
+    @property
+    def ends(self) -> bool:
+        """Whether it can end in any way but by being stopped."""
+        return self.can_succeed or self.can_fail
+
 
 SUCCEEDS = NodeOutcomes(True, frozenset())
 _NO_CODES = frozenset[str]()
@@ -120,7 +125,8 @@ class MissionOutcomes:
         match node:
             case model.Sequence(children=children):
                 parts = [self._of(child, in_selector=False) for child in children]
-                return NodeOutcomes(all(part.can_succeed for part in parts), _codes(parts))
+                reached = _up_to(parts, lambda part: not part.can_succeed)
+                return NodeOutcomes(all(part.can_succeed for part in parts), _codes(reached))
             case model.Selector(children=children):
                 parts = [self._of(child, in_selector=True) for child in children]
                 return _selector(parts)
@@ -158,7 +164,7 @@ class MissionOutcomes:
     def _wrapper(self, node: model.Wrapper, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
         match node:
             case model.Succeed():
-                return SUCCEEDS
+                return NodeOutcomes(child.can_succeed or child.can_fail, _NO_CODES)
             case model.Invert():
                 own = frozenset({node.own_failure(UNEXPECTED_SUCCESS)})
                 return NodeOutcomes(child.can_fail, own if child.can_succeed else _NO_CODES)
@@ -197,7 +203,9 @@ class MissionOutcomes:
         if node.first_success:
             left |= child.codes - over if over else _NO_CODES
             return NodeOutcomes(child.can_succeed, left | {node.own_failure(NONE_WORKED)})
-        return NodeOutcomes(True, left | (child.codes - over))
+        goes_on = child.can_succeed or not over.isdisjoint(child.codes)
+        empty = not isinstance(items, ListItems) or not items.items
+        return NodeOutcomes(goes_on or empty, left | (child.codes - over))
 
     def _on_failure(self, node: model.OnFailure, child: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
         handlers = [(code.text, self._of(each, in_selector=in_selector)) for code, each in node.handlers]
@@ -280,8 +288,14 @@ def _codes(outcomes: Iterable[NodeOutcomes]) -> frozenset[str]:
     return _NO_CODES.union(*(each.codes for each in outcomes))
 
 
+def _up_to(parts: list[NodeOutcomes], is_last: Callable[[NodeOutcomes], bool]) -> list[NodeOutcomes]:
+    """Return the parts that are reached: those up to the first after which nothing follows."""
+    last = next((number for number, part in enumerate(parts) if is_last(part)), len(parts))
+    return parts[: last + 1]
+
+
 def _selector(parts: list[NodeOutcomes]) -> NodeOutcomes:
-    can_succeed = any(part.can_succeed for part in parts)
+    can_succeed = any(part.can_succeed for part in _up_to(parts, lambda part: not part.can_fail))
     if not parts or not all(part.can_fail for part in parts):
         return NodeOutcomes(can_succeed, _NO_CODES)
     # It fails as the last one did; one that was skipped may leave the word to those before it.

@@ -5,7 +5,7 @@ What is not known (a key that nothing writes) fits everywhere, so that one mista
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
@@ -98,6 +98,54 @@ def check_kinds(
         message = f"{syntax.print_term(expression.term)!r} is {_article(kind)}; {_article(wanted)} is needed"
         checker.add(syntax.start_of(expression.term), message, *_instead(expression.term, kind, wanted))
     return Checked(kind, tuple(checker.problems))
+
+
+_NEAR = {Kind.LENGTH: "0.1 m", Kind.ANGLE: "5 deg", Kind.SPEED: "0.05 m/s"}
+"""Measured quantity -> a difference that an author could mean by "the same"."""
+
+
+def exact_comparisons(
+    expression: syntax.Expression, kinds: Mapping[str, Kind | None], measured: Collection[str]
+) -> Iterator[KindProblem]:
+    """Yield where measured values are asked to be the same to the last digit, which they hardly ever are.
+
+    Args:
+        expression: The expression, whose kinds are right.
+        kinds: The kinds of the keys, as far as they are known.
+        measured: The keys that skills write.
+    """
+    checker = _Checker(kinds, expression.term)
+    for term in syntax.walk(expression.term):
+        if not isinstance(term, syntax.Binary) or term.operator not in ("==", "!=", "in"):
+            continue
+        kind = checker.kind(term.left) or checker.kind(term.right)
+        left, right = syntax.print_term(term.left), syntax.print_term(term.right)
+        near = "<" if term.operator == "==" else ">="
+        valid = [f"distance({left}, {right}) {near} {_NEAR[Kind.LENGTH]}"] if term.operator != "in" else []
+        if kind in _NEAR and term.operator != "in":
+            if not _is_measured(term, measured):
+                continue
+            difference = f"{left} - {right}" if not _is_zero(term.right) else left
+            valid = [f"abs({difference}) {near} {_NEAR[kind]}"]
+        elif kind is not Kind.POSE:
+            continue
+        message = (
+            f"{term.operator!r} is about the last digit, and two {_MEASURED[kind]} are hardly ever the same"
+        )
+        yield KindProblem(syntax.start_of(term), message, tuple(valid))
+
+
+_MEASURED = {Kind.POSE: "poses", **{kind: f"measured {kind.value}s" for kind in _NEAR}}
+
+
+def _is_measured(term: syntax.Term, measured: Collection[str]) -> bool:
+    """Tell whether a quantity comes from a pose or a skill, and not from what somebody wrote."""
+    return any(
+        isinstance(part, syntax.PosePart)
+        or (isinstance(part, syntax.Function) and part.name in _OF_POSES)
+        or (isinstance(part, syntax.Key) and part.key in measured)
+        for part in syntax.walk(term)
+    )
 
 
 class _Checker:

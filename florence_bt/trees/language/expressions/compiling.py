@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
 
 from florence_bt.behaviours.expressions import CompiledExpression, Evaluate, junction, operation, pose_part
@@ -70,11 +70,5 @@ def can_break(expression: syntax.Expression) -> bool:
         (isinstance(part, syntax.Function) and part.name != "count")
         or isinstance(part, syntax.Item)
         or (isinstance(part, syntax.Binary) and part.operator in _ARITHMETIC)
-        for part in _walk(expression.term)
+        for part in syntax.walk(expression.term)
     )
-
-
-def _walk(term: syntax.Term) -> Iterator[syntax.Term]:
-    yield term
-    for part in syntax.parts_of(term):
-        yield from _walk(part)

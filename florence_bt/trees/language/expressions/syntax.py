@@ -157,6 +157,13 @@ def parts_of(term: Term) -> tuple[Term, ...]:
     return ()
 
 
+def walk(term: Term) -> Iterator[Term]:
+    """Yield a term with everything below it."""
+    yield term
+    for part in parts_of(term):
+        yield from walk(part)
+
+
 def replaced(term: Term, old: Term, new: Term) -> Term:
     """Return a term with another one in place of one of its parts."""
     if term is old:
