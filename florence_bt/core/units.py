@@ -54,6 +54,14 @@ _OTHER_UNITS: dict[Kind, dict[str, tuple[float, str]]] = {
 """Kind -> unit as people also write it, in lower case -> how many of which of :data:`UNITS` it is."""
 
 
+def unit_size(unit: str, kind: Kind) -> float | None:
+    """Return the size of a unit in the SI unit of a kind, also of one that is written out; None of others."""
+    if unit in UNITS.get(kind, {}):
+        return UNITS[kind][unit]
+    count, name = _OTHER_UNITS.get(kind, {}).get(unit, (0.0, ""))
+    return count * UNITS[kind][name] if name else None
+
+
 def quantity_meant(number: str, unit: str, kind: Kind) -> str | None:
     """Write a quantity whose unit is not one of :data:`UNITS` as it would have worked: ``90 min``.
 

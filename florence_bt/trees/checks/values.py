@@ -13,7 +13,7 @@ from florence_bt.trees.language.expressions.checking import check_kinds, exact_c
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.quantities import format_value, out_of_range, with_article
-from florence_bt.trees.language.values import as_expression, fits, kind_of, port_value, tree_value
+from florence_bt.trees.language.values import as_expression, fits, is_said, kind_of, port_value, tree_value
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
 _JOINED = re.compile(r";|\||\band\b|\bor\b")
@@ -35,12 +35,7 @@ class ValueChecks:
         self._mission = mission
         self._findings = findings
         self._kinds = analysis.of(mission).kinds
-        self._measured = frozenset(
-            key.text
-            for node in analysis.of(mission).all
-            if isinstance(node, model.RunSkill | model.CallMission)
-            for _, key in node.outputs
-        )
+        self._measured = analysis.measured(mission)
 
     def check(self, value: model.Value, port: Port | None, what: str) -> None:
         """Check one value.
@@ -52,7 +47,8 @@ class ValueChecks:
         """
         match value:
             case model.Expression():
-                if self.expression(value, port.kind if port is not None else None, what):
+                said = port is not None and is_said(self.kind(value), port)
+                if self.expression(value, port.kind if port is not None and not said else None, what):
                     self._computed(value, port, what)
             case model.Reference() if port is not None:
                 self._reference(value, port, what)
@@ -173,7 +169,7 @@ class ValueChecks:
 
     def _reference(self, value: model.Reference, port: Port, what: str) -> None:
         given = kind_of(value, self._kinds)
-        if given is None:
+        if given is None or is_said(given, port):
             return
         if not fits(given, port.kind):
             valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]

@@ -588,8 +588,7 @@ class _TreeBuilder:
                 code = node.own_failure(CONDITION_FALSE)
                 return Condition(name, context, self._condition(condition), code)
             case model.Fail(reason=reason):
-                kind = None if isinstance(reason, Expression) else Kind.TEXT
-                return Fail(name, context, self._value(reason, kind), node.own_failure(FAILED))
+                return Fail(name, context, self._text(reason), node.own_failure(FAILED))
             case model.Wait(duration=duration):
                 seconds = self._value(duration, Kind.DURATION)
                 return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
@@ -614,7 +613,12 @@ class _TreeBuilder:
         kind = self._kinds.get(key.text)
         if kind is not None and kind.item is not None:
             return self._value(value, kind.item)
-        return self.parts.get(value, "added", lambda: self._placed(value, template_of))
+        return self._text(value)
+
+    def _text(self, value: Value) -> TextTemplate:
+        """Return a text, with the values of keys as people write them."""
+        make = partial(template_of, kinds=self._kinds_for(value))
+        return self.parts.get(value, "text", lambda: self._placed(value, make))
 
     def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
         inputs, outputs = self.parts.get(node, "ports", partial(self._ports, node))
@@ -682,7 +686,8 @@ class _TreeBuilder:
             port = ports.get(name.text)
             if port is None:
                 raise self._error(name.position, f"{problem} {name.text!r}", closest_first(name.text, ports))
-            read = partial(port_value, port=port, kinds=self._kinds_for(value))
+            said = port.kind is Kind.TEXT and isinstance(value, model.Reference)
+            read = partial(port_value, port=port, kinds=self._kinds if said else self._kinds_for(value))
             inputs[name.text] = self._placed(value, read)
         return inputs
 

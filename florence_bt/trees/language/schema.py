@@ -16,7 +16,13 @@ from florence_bt.core.units import UNITS
 from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.code_groups import ANY, groups_of
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.quantities import NUMERIC_KINDS, example_of, format_value, with_article
+from florence_bt.trees.language.quantities import (
+    COMPOUND,
+    NUMERIC_KINDS,
+    example_of,
+    format_value,
+    with_article,
+)
 
 Schema = dict[str, Any]
 
@@ -85,7 +91,8 @@ def _quantity(kind: Kind, *others: str) -> Schema:
     """
     units = "|".join(re.escape(unit) for unit in UNITS[kind])
     message = f"{with_article(kind)} is a number with its unit ({', '.join(UNITS[kind])}): {example_of(kind)}"
-    patterns = "|".join((rf"{_NUMBER}\s*({units})", *others))
+    compound = (COMPOUND,) if kind is Kind.DURATION else ()
+    patterns = "|".join((rf"{_NUMBER}\s*({units})", *compound, *others))
     written = {
         "type": "string",
         "pattern": f"^({patterns})$",

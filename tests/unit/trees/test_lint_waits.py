@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from florence_bt.core.declaration import CodeGroup
+from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.trees.language.declared_skills import read_skills_file
 
 N = "keys: {n: {type: integer, default: 0}}\n"
@@ -71,6 +71,37 @@ ENDLESS = "repeat: forever, do: {wait: 1 s}"
 def test_what_never_ends(workshop, text, line):
     found = [each for each in workshop.lines(f"{text}\n") if "nothing reads" not in each]
     assert any(line in each for each in found) if line else found == [], found
+
+
+@pytest.mark.parametrize(
+    ("tree", "threshold"),
+    [
+        ("if: {full: {charge: 0.3}}, then: {wait: 1 s}, memory: false", "full"),
+        ("if: {full: {charge: 0.3}}, then: {wait: 1 s}, else: {wait: 2 s}", ""),
+        (
+            "if: {sequence: [{is_charged: }, {invert: {full: {charge: 0.3}}}]}, then: {wait: 1 s}, memory: false",
+            "full",
+        ),
+        ("if: $d < 1 m, then: {wait: 1 s}, memory: false", "$d < 1 m"),
+        ("if: not ($n > 3 or $p.x >= 2 m), then: {wait: 1 s}, memory: false", "not ($n > 3 or $p.x >= 2 m)"),
+        ("if: $n > 3, then: {wait: 1 s}, memory: false", ""),
+        ("if: {is_charged: }, then: {wait: 1 s}, memory: false", ""),
+        ("selector: [{full: {charge: 0.3}}, {wait: 1 s}], memory: false", "full"),
+        ("selector: [{condition: $d < 1 m}, {wait: 1 s}], memory: false", "$d < 1 m"),
+        ("selector: [{is_charged: }, {full: {charge: 0.3}}], memory: false", ""),
+        ("sequence: [{full: {charge: 0.3}}, {wait: 1 s}], memory: false", ""),
+        ("repeat: forever, do: {wait: 1 s}, until: {full: {charge: 0.3}}", ""),
+    ],
+)
+def test_a_threshold_by_which_branches_take_over_from_each_other(workshop, tree, threshold):
+    full = SkillDeclaration("full", "Ask", {"charge": Port(Kind.NUMBER, "")}, {}, {"low": "no"}, instant=True)
+    workshop.declarations = {**workshop.declarations, "full": full}
+    head = f"{N}tree: {{sequence: [{{look_for_user: , out: {{user: p, distance: d}}}}, "
+    found = workshop.lines(f"{head}{{{tree}}}]}}\n")
+    found = [each for each in found if "is a threshold" in each]
+    assert (len(found) == 1 and f"'{threshold}' is a threshold" in found[0]) if threshold else found == [], (
+        found
+    )
 
 
 LOOK = "{look_for_user: , out: {user: p, distance: d}}, {get_hotspot: {label: x}, out: {pose: q}}"

@@ -123,7 +123,7 @@ def exact_comparisons(
         near = "<" if term.operator == "==" else ">="
         valid = [f"distance({left}, {right}) {near} {_NEAR[Kind.LENGTH]}"] if term.operator != "in" else []
         if kind in _NEAR and term.operator != "in":
-            if not _is_measured(term, measured):
+            if not is_measured(term, measured):
                 continue
             difference = f"{left} - {right}" if not _is_zero(term.right) else left
             valid = [f"abs({difference}) {near} {_NEAR[kind]}"]
@@ -135,10 +135,25 @@ def exact_comparisons(
         yield KindProblem(syntax.start_of(term), message, tuple(valid))
 
 
+def has_threshold(expression: syntax.Expression, measured: Collection[str]) -> bool:
+    """Tell whether an expression asks on which side of a value something measured is.
+
+    Args:
+        expression: The expression.
+        measured: The keys that skills write.
+    """
+    ordered = (
+        term
+        for term in syntax.walk(expression.term)
+        if isinstance(term, syntax.Binary) and term.operator in ("<", "<=", ">", ">=")
+    )
+    return any(is_measured(term, measured) for term in ordered)
+
+
 _MEASURED = {Kind.POSE: "poses", **{kind: f"measured {kind.value}s" for kind in _NEAR}}
 
 
-def _is_measured(term: syntax.Term, measured: Collection[str]) -> bool:
+def is_measured(term: syntax.Term, measured: Collection[str]) -> bool:
     """Tell whether a quantity comes from a pose or a skill, and not from what somebody wrote."""
     return any(
         isinstance(part, syntax.PosePart)

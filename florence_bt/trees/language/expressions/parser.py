@@ -344,7 +344,7 @@ class _ExpressionParser:
         token = self._take()
         match token.kind:
             case "quantity":
-                return _quantity(token)
+                return _quantity(self._with_parts(token))
             case "text":
                 return Constant(token.text[1:-1], Kind.TEXT, token.text[1:-1], token.position)
             case "key":
@@ -356,6 +356,16 @@ class _ExpressionParser:
             self._expect(")", token)
             return term
         raise self._no_value(token)
+
+    def _with_parts(self, token: Token) -> Token:
+        """Return a quantity with the parts that follow it: ``1 h 30 min``."""
+        while self._now.kind == "quantity":
+            whole = f"{token.text} {self._now.text}"
+            if guess_value(whole)[0] is not Kind.DURATION:
+                break
+            self._take()
+            token = Token("quantity", whole, token.position)
+        return token
 
     def _word(self, token: Token) -> Term:
         if token.text in ("true", "false"):
