@@ -26,8 +26,7 @@ from florence_bt.mission_testing.mocks.board import MockError, check_outputs
 from florence_bt.mission_testing.mocks.scripts import (
     MockReply,
     Script,
-    ScriptError,
-    parse_script,
+    read_script,
     reply_per_call,
     to_step,
 )
@@ -468,14 +467,12 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
     if not isinstance(source, YamlScalar) or source.empty:
         reader.error(source.position, "a script must be text", _SCRIPTS)
         return ()
-    try:
-        replies = parse_script(source.text)
-    except ScriptError as error:
+    replies, mistakes = read_script(source.text)
+    for mistake in mistakes:
         position = source.position
         if source.first_column is not None:
-            position = replace(position, column=source.first_column + error.offset)
-        reader.wrong(position, error)
-        return ()
+            position = replace(position, column=source.first_column + mistake.offset)
+        reader.wrong(position, mistake)
     problems: dict[str, ConfigError] = {}
     for reply in replies:
         for declaration, node in users:
@@ -487,7 +484,7 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
                 problems.setdefault(error.problem, error)
     for problem, found in problems.items():
         reader.wrong(_quoted_position(source, problem), found)
-    return () if problems else replies
+    return () if mistakes or problems else replies
 
 
 def _quoted_position(source: YamlScalar, problem: str) -> Position:

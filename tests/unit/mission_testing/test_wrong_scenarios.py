@@ -149,3 +149,25 @@ def test_a_wrong_scenario_behind_many_others_is_not_played(read):
 def test_files_that_are_no_scenarios(read, text):
     found = read(text, "")
     assert found.findings and not found.scenarios
+
+
+def test_everything_that_is_wrong_with_a_script_is_told_at_once(read):
+    script = (
+        "runing 3 s, then SUCESS twice, then FAILURE nope, then running 5, then FAILURE 0 times, then SUCCESS"
+    )
+    found = read(
+        f'- {{name: x, given: {{skills: {{navigate_to: "{script}"}}}}, then: {{code: ok}}}}'
+    ).findings
+    told = {each.column: each.message for each in found}
+    begin = min(told)
+    wrong = ("runing", "SUCESS", "nope", "5, then FAILURE", "0 times")
+    assert sorted(told) == [begin + script.index(word) for word in wrong], told
+    assert all(word in told[begin + script.index(word)] for word in wrong[:3])
+
+
+def test_all_outputs_of_a_script_that_are_wrong_are_told(read):
+    outputs = "SUCCESS (pose=far, place=kitchen)"
+    (finding,) = read(
+        f'- {{name: x, given: {{skills: {{get_hotspot: "{outputs}"}}}}, then: {{code: ok}}}}'
+    ).findings
+    assert "has no output 'place'" in finding.message and "the output 'pose'" in finding.message

@@ -128,7 +128,7 @@ def test_one_of_two_ways_gives_way_to_the_other(play):
         goto_room="running 60 s, then SUCCESS",
         say="running 2 s, then SUCCESS",
     )
-    played.assert_succeeded().assert_duration("7 s").assert_called("say", 1)
+    played.assert_succeeded().assert_duration("7 s").assert_called("say", times=1)
 
 
 def test_the_way_home_stands_though_the_battery_reads_more(play):
@@ -138,7 +138,7 @@ def test_the_way_home_stands_though_the_battery_reads_more(play):
         goto_room="running 60 s, then SUCCESS",
         go_home="running 10 s, then SUCCESS",
     )
-    played.assert_succeeded().assert_duration("15 s").assert_called("goto_room", 1)
+    played.assert_succeeded().assert_duration("15 s").assert_called("goto_room", times=1)
 
 
 def test_it_picks_up_where_it_left_off(play):
