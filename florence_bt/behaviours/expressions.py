@@ -214,6 +214,7 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "count": lambda items: len(_items(items)),
     "in": lambda value, items: any(_is_item(value, item) for item in _items(items)),
     "item": item_of,
+    "list": lambda *items: items,
     "distance": distance,
     "bearing": bearing,
 }

@@ -31,7 +31,8 @@ from florence_bt.trees.language.values import term_of
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
-_TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
+_TIME_OF_DAY = re.compile(r"(?P<time>\d{1,2}:\d{2})(?: or (?P<sooner>.+))?")
+"""A time of day, perhaps with what ends the waiting sooner: ``22:00``, ``22:00 or $done``."""
 _TIME_MEANT = re.compile(
     r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
     r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
@@ -588,31 +589,56 @@ class _MissionParser(Reader):
 
     def _wait_until(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         fields = self._fields(key, mapping)
-        if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
-            return self._wait_for_time(value.text.strip(), value.position, fields)
+        given = value.get("time") if isinstance(value, YamlMapping) and len(value.entries) == 1 else None
+        if given is not None:
+            time = self.value(given, "time")
+            return self._wait_for_time(time, None, given.position, fields) if time is not None else None
+        written = _TIME_OF_DAY.fullmatch(value.text.strip()) if isinstance(value, YamlScalar) else None
+        if isinstance(value, YamlScalar) and written is not None:
+            sooner = self._sooner(value, written) if written["sooner"] else None
+            literal = model.Literal(written["time"], True, value.position)
+            return self._wait_for_time(literal, sooner, value.position, fields)
         goal = self._question(value, "wait_until")
         return model.WaitUntil(goal=goal, **fields) if goal is not None else None
 
-    def _wait_for_time(self, time: str, place: Position, fields: _Fields) -> model.Node:
-        """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
-        hours, minutes = map(int, time.split(":"))
-        if hours > 23 or minutes > 59:
-            self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
-        name = f"{HIDDEN}time_{time.replace(':', '_')}"
-        text, date = model.Literal(time, True, place), model.Literal(name, True, place)
+    def _sooner(self, value: YamlScalar, written: re.Match[str]) -> model.Node | None:
+        """Read the expression behind a time of day and ``or``."""
+        start = value.text.index(written["sooner"])
+        column = None if value.first_column is None else value.first_column + start
+        place = value.position if column is None else Position(value.position.line, column)
+        return self._question(YamlScalar(written["sooner"], False, place, column), "wait_until")
+
+    def _wait_for_time(
+        self, time: model.Value, sooner: model.Node | None, place: Position, fields: _Fields
+    ) -> model.Node:
+        """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for.
+
+        Args:
+            time: Hours and minutes, written out or in a key.
+            sooner: What ends the waiting, too, if anything does.
+            place: Where it stands.
+            fields: What every node has.
+        """
+        shown = model.show(time)
+        if isinstance(time, model.Literal) and _time_meant(shown) != f"{shown:0>5}":
+            self.error(place, f"wait_until: {shown!r} is no time of day", ["22:00"])
+        written = shown.replace(":", "_") if isinstance(time, model.Literal) else f"of_line_{place.line}"
+        name = f"{HIDDEN}time_{written}"
         look_up = model.RunSkill(
             skill="look_up_time",
-            inputs=((model.Literal("time", True, place), text),),
-            outputs=((model.Literal("date", True, place), date),),
+            inputs=((model.Literal("time", True, place), time),),
+            outputs=((model.Literal("date", True, place), model.Literal(name, True, place)),),
             position=place,
         )
-        asked = model.RunSkill(
+        asked: model.Node = model.RunSkill(
             skill="time_reached",
             inputs=((model.Literal("date", True, place), model.Reference(name, place)),),
             position=place,
         )
+        if sooner is not None:
+            asked = model.Selector(children=(asked, sooner), position=place)
         wait = model.WaitUntil(goal=asked, position=place)
-        fields["name"] = fields.get("name") or f"wait until {time}"
+        fields["name"] = fields.get("name") or f"wait until {shown}"
         return model.Sequence(children=(look_up, wait), **fields)
 
     # ---- leaves ---------------------------------------------------------------------------------------

@@ -216,6 +216,12 @@ NODE: Schema = {"$ref": "#/definitions/node"}
 _NODES: Schema = {"type": "array", "items": NODE, "minItems": 1}
 _COUNT: Schema = {"anyOf": [{"type": "integer", "minimum": 1}, REFERENCE]}
 _PAUSE = given(Kind.DURATION)
+_TIME: Schema = {
+    "type": "object",
+    "properties": {"time": TEXT},
+    "required": ["time"],
+    "additionalProperties": False,
+}
 _A_KEY: Schema = {"patternProperties": {f"^{vocabulary.IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
 
 KIND_VALUES: dict[str, Schema] = {
@@ -236,7 +242,7 @@ KIND_VALUES: dict[str, Schema] = {
     "condition": EXPRESSION,
     "fail": TEXT,
     "wait": _PAUSE,
-    "wait_until": {"anyOf": [EXPRESSION, NODE]},
+    "wait_until": {"anyOf": [EXPRESSION, _TIME, NODE]},
     "set": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
 }
 """Kind key -> what stands behind it; ``run`` depends on the missions."""

@@ -82,8 +82,8 @@ NEVER_INPUTS = (
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
-RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
-"""Names that no skill can have."""
+RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS, "time"))
+"""Names that no skill can have; ``time`` stands under ``wait_until``."""
 
 MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
 INPUT_KEYS = ("type", "default", "min", "max", "description")

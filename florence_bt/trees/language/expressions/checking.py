@@ -190,6 +190,8 @@ class _Checker:
             case syntax.Item(items=items, index=index):
                 self._need(index, Kind.INTEGER, "[ ]")
                 return self._list(items, "[ ]")
+            case syntax.Listed(items=items):
+                return self._listed(items)
             case syntax.Binary(operator="in", left=left, right=right):
                 self._contained(term, left, right)
                 return Kind.BOOLEAN
@@ -340,6 +342,22 @@ class _Checker:
             message = f"{what!r} needs a list, but {syntax.print_term(term)!r} is {_article(kind)}"
             self.add(syntax.start_of(term), message)
         return kind.item if kind is not None else None
+
+    def _listed(self, items: tuple[syntax.Term, ...]) -> Kind | None:
+        """Return the kind of a list that is written out; its items are of one kind."""
+        common: Kind | None = None
+        for item in items:
+            kind = self.kind(item)
+            if kind is not None and kind.item is not None:
+                message = f"a list has no lists in it, but {syntax.print_term(item)!r} is {_article(kind)}"
+                self.add(syntax.start_of(item), message)
+                return None
+            together, fit = _common(items[0], common, item, kind)
+            if not fit:
+                self._unlike(item, "[ ]", items[0], common, item, kind)
+                return None
+            common = together
+        return common.list if common is not None else None
 
     def _contained(self, term: syntax.Binary, left: syntax.Term, right: syntax.Term) -> None:
         kind, item = self.kind(left), self._list(right, "in")

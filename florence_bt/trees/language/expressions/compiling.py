@@ -37,6 +37,8 @@ def _compiled(term: syntax.Term) -> Evaluate:
             return pose_part(_compiled(pose), part)
         case syntax.Item(items=items, index=index):
             return operation("item", _compiled(items), _compiled(index))
+        case syntax.Listed(items=listed):
+            return operation("list", *map(_compiled, listed))
         case syntax.Unary(operator=sign, operand=operand):
             return operation("not" if sign == "not" else "negate", _compiled(operand))
         case syntax.Binary(operator=("and" | "or") as word, left=left, right=right):

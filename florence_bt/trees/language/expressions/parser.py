@@ -10,7 +10,8 @@ The grammar, loosest first; ``=`` here means "is"::
     product    = minus {("*" | "/") minus}
     minus      = "-" minus | part
     part       = value {"." ("x" | "y" | "yaw") | "[" or "]"}
-    value      = number [unit] | text | "true" | "false" | "$" key | function "(" or {"," or} ")" | "(" or ")"
+    value      = number [unit] {number unit} | text | "true" | "false" | "$" key | "(" or ")"
+               | function "(" or {"," or} ")" | "[" [or {"," or}] "]"
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from florence_bt.trees.language.expressions.syntax import (
     Function,
     Item,
     Key,
+    Listed,
     PosePart,
     Term,
     Unary,
@@ -143,7 +145,7 @@ def problem_at(position: Position, problem: str, *valid: str) -> ConfigError:
 def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> None:
     """Refuse a word right after a number that is no unit."""
     match = _WORD.match(text, end)
-    if match is None or match[1] in ("and", "or"):
+    if match is None or match[1] in ("and", "or", "in"):
         return
     position = positions.at(match.start(1))
     if not number[-1].isdigit() and number[-1] != ".":
@@ -355,7 +357,18 @@ class _ExpressionParser:
             term = self._nested(token.position, self._or)
             self._expect(")", token)
             return term
+        if token.text == "[":
+            return Listed(self._items(token, "]"), token.position)
         raise self._no_value(token)
+
+    def _items(self, opened: Token, closing: str) -> tuple[Term, ...]:
+        """Read what stands between commas, up to the closing sign."""
+        items = [] if self._is(closing) else [self._nested(opened.position, self._or)]
+        while self._is(","):
+            self._take()
+            items.append(self._nested(opened.position, self._or))
+        self._expect(closing, opened)
+        return tuple(items)
 
     def _with_parts(self, token: Token) -> Token:
         """Return a quantity with the parts that follow it: ``1 h 30 min``."""
@@ -380,17 +393,12 @@ class _ExpressionParser:
             names = (other,) if other is not None else closest_first(name.text, FUNCTIONS)
             valid = [f"{known}(...)" if known in FUNCTIONS else known for known in names]
             raise problem_at(name.position, f"there is no function {name.text!r}", *valid)
-        opened = self._take()
-        arguments = [] if self._is(")") else [self._nested(name.position, self._or)]
-        while self._is(","):
-            self._take()
-            arguments.append(self._nested(name.position, self._or))
-        self._expect(")", opened)
+        arguments = self._items(self._take(), ")")
         wanted = FUNCTIONS[name.text]
         if len(arguments) != wanted:
             problem = f"{name.text} needs {wanted} value{'s' if wanted > 1 else ''}, not {len(arguments)}"
             raise problem_at(name.position, problem, f"{name.text}({', '.join(('$a', '$b')[:wanted])})")
-        return Function(name.text, tuple(arguments), name.position)
+        return Function(name.text, arguments, name.position)
 
     # ---- errors ---------------------------------------------------------------------------------------
 
@@ -398,9 +406,6 @@ class _ExpressionParser:
         if token.kind == "end":
             before = self._tokens[-2].text
             return problem_at(token.position, f"a value is missing after {before!r}", "$key", "1.5 m")
-        if token.text == "[":
-            problem = "an expression has no list of its own"
-            return problem_at(token.position, problem, '$a == "x" or $a == "y"', "a key with the list")
         return problem_at(token.position, f"a value is needed before {token.text!r}", "$key", "1.5 m")
 
     def _bare_word(self, token: Token) -> ConfigError:

@@ -117,7 +117,20 @@ class Function:
     position: Position
 
 
-Term = Constant | Key | PosePart | Item | Unary | Binary | Function
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """``["yes", $other]``: a list that is written out.
+
+    Attributes:
+        items: Its items.
+        position: Where the bracket stands.
+    """
+
+    items: tuple[Term, ...]
+    position: Position
+
+
+Term = Constant | Key | PosePart | Item | Unary | Binary | Function | Listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +167,8 @@ def parts_of(term: Term) -> tuple[Term, ...]:
             return (left, right)
         case Function(arguments=arguments):
             return arguments
+        case Listed(items=items):
+            return items
     return ()
 
 
@@ -179,6 +194,8 @@ def replaced(term: Term, old: Term, new: Term) -> Term:
             return replace(term, left=replaced(left, old, new), right=replaced(right, old, new))
         case Function(arguments=arguments):
             return replace(term, arguments=tuple(replaced(each, old, new) for each in arguments))
+        case Listed(items=items):
+            return replace(term, items=tuple(replaced(each, old, new) for each in items))
     return term
 
 
@@ -239,6 +256,8 @@ def _print(term: Term) -> tuple[str, int]:
             return f"-{_at_least(operand, _MINUS)}", _MINUS
         case Function(name=name, arguments=arguments):
             return f"{name}({', '.join(print_term(argument) for argument in arguments)})", _TIGHT
+        case Listed(items=items):
+            return f"[{', '.join(map(print_term, items))}]", _TIGHT
         case Binary(operator=operator, left=left, right=right):
             own = _LOOSENESS.get(operator, _COMPARISON)
             # Chains lean to the left; comparisons make no chains.
