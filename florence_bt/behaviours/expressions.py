@@ -125,11 +125,10 @@ class CompiledExpression:
             f"{key} is {self._show(key, value)}" for key, value in zip(self.keys, values, strict=True)
         )
 
-    def denial(self, keys: KeyStore, *, wanted: bool = True) -> str:
-        """Write a sentence that says that the condition is not as wanted, with the values behind it."""
+    def denial(self, keys: KeyStore) -> str:
+        """Write a sentence that says that the condition does not hold, with the values behind it."""
         values = self.with_values(keys)
-        verb = "does not hold" if wanted else "holds"
-        return f"{self.text} {verb}{f' ({values})' if values else ''}"
+        return f"{self.text} does not hold{f' ({values})' if values else ''}"
 
     def _show(self, key: str, value: Any) -> str:
         return "not known" if value is NOTHING else self.shown.get(key, readable)(value)

@@ -119,7 +119,7 @@ class NameChecks:
         self._findings.error(items.position, message, valid)
 
     def _check_conditions(self, node: Node) -> None:
-        named = (("when", node.when), ("unless", node.unless), ("while", node.holds))
+        named = (("when", node.when), ("while", node.holds))
         for what, expression in named:
             if expression is not None:
                 self._values.condition(expression, what)

@@ -51,7 +51,7 @@ def possible_outcomes(
                 success=_can_succeed(node, analysis.of(node).outcomes),
                 failure=bool(analysis.of(node).outcomes.codes - MISTAKES),
                 stopped=analysis.of(node).lasting,
-                skipped=node.when is not None or node.unless is not None,
+                skipped=node.when is not None,
             ),
         )
         for node in mission.nodes()

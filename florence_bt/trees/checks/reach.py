@@ -342,7 +342,7 @@ class ReachChecks:
     # ---- what every node may have ---------------------------------------------------------------------
 
     def _check_guards(self, node: Node) -> None:
-        for expression, what in ((node.when, "when"), (node.unless, "unless"), (node.holds, "while")):
+        for expression, what in ((node.when, "when"), (node.holds, "while")):
             if expression is not None:
                 self._check_constant(expression, what)
 

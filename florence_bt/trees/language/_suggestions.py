@@ -28,7 +28,6 @@ _BESIDE_A_KIND = (
     "finally",
     "because",
     "when",
-    "unless",
     "while",
     "until",
     "on_failure",
@@ -301,7 +300,6 @@ def for_duration(what: str, text: str) -> str:
         "wait_until": f"wait: {text}",
         "condition": f"wait: {text}",
         "when": f"sequence: [{{wait: {text}}}, the node]",
-        "unless": f"sequence: [{{wait: {text}}}, the node]",
         "if": f"sequence: [{{wait: {text}}}, what is under then]",
     }
     return instead.get(what, f"until: {{wait: {text}}}")
@@ -332,7 +330,6 @@ def for_condition(what: str, source: YamlNode) -> tuple[str, ...]:
     instead = {
         "condition": f"{skill} itself, in place of condition",
         "while": f"memory: false, with sequence: [{{{skill}: ...}}, the node]",
-        "unless": f"if: {{invert: {{{skill}: ...}}}}, with the node under then",
     }
     return (instead.get(what, f"if: {{{skill}: ...}}, with the node under then"),)
 

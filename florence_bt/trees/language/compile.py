@@ -123,7 +123,7 @@ def compile_mission(
         library: Where called missions are found.
         inputs: Every input in SI units, as ``parse_inputs`` returns them.
         context: What the tree's nodes share; its keys are set to the inputs.
-        as_reached: Whether called missions, and what stands behind `when` and `unless`, are built when they
+        as_reached: Whether called missions, and what stands behind `when`, are built when they
             are first reached. Until then nodes with the same names and ids stand in for them, which many runs
             share. What is asked as a condition again and again, and clean-ups, are built at once.
 
@@ -223,7 +223,7 @@ class _Start:
 
     Attributes:
         name: The name of the guard.
-        conditions: By ``unless``, ``when`` and ``while``.
+        conditions: By ``when`` and ``while``.
     """
 
     name: str
@@ -314,7 +314,7 @@ class _TreeBuilder:
         """Return what is made of a node once."""
         # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
         holds = node.holds if node.cleanup is not None else None
-        asked = {"unless": node.unless, "when": node.when, "while": holds}
+        asked = {"when": node.when, "while": holds}
         guards = {word: guard for word, guard in asked.items() if guard is not None}
         start = None
         if guards:
@@ -369,7 +369,6 @@ class _TreeBuilder:
             self._branch(path, guarded),
             self.context,
             conditions.get("when"),
-            conditions.get("unless"),
             conditions.get("while"),
             code=node.own_failure(GUARD_FAILED),
             skipped_fails=skipped_fails,

@@ -111,11 +111,11 @@ class MissionOutcomes:
 
     def _guarded(self, node: Node, outcomes: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
         codes = outcomes.codes.union(*(self._of_expression(guard) for guard in node.guards))
-        never = constant_of(node.when) is False or constant_of(node.unless) is True
+        never = constant_of(node.when) is False
         can_succeed = outcomes.can_succeed and not never and constant_of(node.holds) is not False
         if constant_of(node.holds) is not True and node.holds is not None:
             codes |= {node.own_failure(GUARD_FAILED)}
-        if node.when is None and node.unless is None:
+        if node.when is None:
             return NodeOutcomes(can_succeed, codes)
         if in_selector:
             return NodeOutcomes(can_succeed, codes | {"skipped"}, skip_succeeds=False)

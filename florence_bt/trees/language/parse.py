@@ -21,6 +21,7 @@ from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model, vocabulary
+from florence_bt.trees.language.expressions.parser import negated
 from florence_bt.trees.language.expressions.syntax import Binary, Key, print_term
 from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.ports import read_ports
@@ -165,6 +166,7 @@ class _MissionParser(Reader):
         if not isinstance(source, YamlMapping):
             self.error(source.position, *suggestions.for_not_a_node(source))
             return None
+        source = self._without_unless(source)
         kinds = [(key, value) for key, value in source.entries if key.text not in _ALL_MODIFIERS]
         if source.get("wait_until") is not None and source.get("timeout") is not None:
             return self._wait_in_time(source)
@@ -185,6 +187,18 @@ class _MissionParser(Reader):
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
+
+    def _without_unless(self, source: YamlMapping) -> YamlMapping:
+        """Refuse ``unless``, which was another word for ``when: not``."""
+        key, value, when = source.key("unless"), source.get("unless"), source.get("when")
+        if key is None:
+            return source
+        wanted = negated(value.text if isinstance(value, YamlScalar) else "")
+        if isinstance(when, YamlScalar):
+            wanted = f"({when.text}) and {wanted}"
+        self.error(key.position, "there is no 'unless' any more: 'when' says it", [f"when: {wanted}"])
+        entries = tuple(entry for entry in source.entries if entry[0] is not key)
+        return YamlMapping(entries, source.position)
 
     def _unknown_kind(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
         """Report what looks like a kind of node and is none; what stands below it is parsed all the same."""
@@ -338,8 +352,8 @@ class _MissionParser(Reader):
                     fields["reasons"] = self._reasons(source)
                 case "finally":
                     fields["cleanup"] = self.node(source)
-                case "when" | "unless":
-                    fields[modifier.text] = self.expression(source, modifier.text)
+                case "when":
+                    fields["when"] = self.expression(source, "when")
                 case "while":
                     fields["holds"] = self.expression(source, "while")
         return fields

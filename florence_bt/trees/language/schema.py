@@ -250,7 +250,6 @@ KIND_VALUES: dict[str, Schema] = {
 MODIFIER_TEXTS: dict[str, str] = {
     "name": "shown instead of the name that the kind gives",
     "when": "must hold before the node starts; the node is skipped otherwise",
-    "unless": "must not hold before the node starts; the node is skipped otherwise",
     "while": "must hold all along; the node is stopped and fails otherwise",
     "until": "what ends the node: a node that succeeds, or an expression that holds",
     "on_failure": "what is done about failures: codes, groups of codes or any, each with a node",
@@ -360,7 +359,6 @@ class NodeSchemas:
         values: dict[str, Schema] = {
             "name": TEXT,
             "when": EXPRESSION,
-            "unless": EXPRESSION,
             "while": EXPRESSION,
             "because": {
                 "anyOf": [

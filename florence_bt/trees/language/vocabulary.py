@@ -29,10 +29,10 @@ NODE_KINDS: dict[str, str] = {
 }
 """Kind key -> what the node does."""
 
-GUARDS = ("when", "unless", "while")
+GUARDS = ("when", "while")
 """Modifiers that say when a node may start and go on; their values are expressions."""
 
-OUTSIDE = ("name", "when", "unless", "because", "finally")
+OUTSIDE = ("name", "when", "because", "finally")
 """Modifiers that are about a node together with what its `until` and `on_failure` do."""
 
 ANYWHERE = ("name", *GUARDS, "until", "on_failure", "because", "finally")
@@ -70,7 +70,6 @@ NEVER_INPUTS = (
     "do",
     "with",
     "when",
-    "unless",
     "while",
     "until",
     "on_failure",
@@ -130,7 +129,7 @@ TREE_CODES: dict[str, str] = {
     "timed_out": "a time-out or a deadline passed",
     "cancelled": "a skill was cancelled by its server",
     "unexpected_success": "what was inverted succeeded",
-    "skipped": "`when` or `unless` kept a node of a selector from starting",
+    "skipped": "`when` kept a node of a selector from starting",
     "guard_failed": "`while` did not hold",
     "until_not_met": "a node was done before what its `until` waits for",
     "condition_false": "the expression of a `condition` does not hold",

@@ -248,17 +248,20 @@ MISTAKES = {
         "3:3 there is no skill and no kind of node 'fallback' | selector",
     ),
     "minutes and seconds": (
-        HEAD + "  wait: 1 min 30 s\n",
-        "3:9 wait: a duration is needed, not '1 min 30 s' | 90 s",
+        HEAD + "  wait: 1 minute 30 seconds\n",
+        "3:9 wait: a duration is needed, not '1 minute 30 seconds' | 90 s",
     ),
     "an hour and a half": (
-        HEAD + "  wait: 1h30min\n",
-        "3:9 wait: a duration is needed, not '1h30min' | 5400 s",
+        HEAD + "  wait: 1h 30\n",
+        "3:9 wait: a duration is needed, not '1h 30' | 90 min",
     ),
-    "the time of a clock": (HEAD + "  wait: 12:30\n", "3:9 wait: a duration is needed, not '12:30' | 750 s"),
+    "the time of a clock": (
+        HEAD + "  wait: 12:30\n",
+        "3:9 wait: a duration is needed, not '12:30' | 12 min 30 s",
+    ),
     "a clock with hours": (
         HEAD + "  wait: 01:00:05\n",
-        "3:9 wait: a duration is needed, not '01:00:05' | 3605 s",
+        "3:9 wait: a duration is needed, not '01:00:05' | 1 h 5 s",
     ),
     "a printed minus": (
         HEAD + "  turn: {angle: \N{MINUS SIGN}45 deg}\n",
@@ -520,7 +523,11 @@ REMEDIES = {
     "a sum without its braces": (COUNTED + "  set: {n: $n + 1}\n", "4:12", '"${$n + 1}"'),
     "one more": (COUNTED + "  set: {n: $n++}\n", "4:12", '"${$n + 1}"'),
     "a sum of a program": (COUNTED + "  set: n = n + 1\n", "4:8", 'set: {n: "${$n + 1}"}'),
-    "a number that is said": (COUNTED + "  say: {text: $n}\n", "4:15", 'a text with it: "n: $n"'),
+    "a number that names a place": (
+        COUNTED + "  get_hotspot: {label: $n}\n",
+        "4:24",
+        'a text with it: "n: $n"',
+    ),
     "a length of a list": (LISTED + "  condition: len($seen) > 1\n", "4:14", "count(...)"),
     "a function with a dollar": (LISTED + "  condition: $count(seen) > 1\n", "4:14", "count($seen)"),
     "not in": (LISTED + "  condition: $seen not in $seen\n", "4:20", "not $item in $list"),
@@ -566,8 +573,8 @@ REMEDIES = {
     "a unit behind a key": (COUNTED + "  wait: $n min\n", "4:9", '"${$n * 1 min}"'),
     "a list in an expression": (
         ANSWERED + "    - condition: $a in [yes, ja]\n",
-        "6:24",
-        '$a == "x" or $a == "y"',
+        "6:25",
+        '$yes, "yes"',
     ),
     "a case for two values": (
         ANSWERED + "    - switch: $a\n      cases:\n        yes, ja: {wait: 1 s}\n",
@@ -670,6 +677,17 @@ REMEDIES = {
         "repeat: forever, with until: {wait: 5 min}",
     ),
     "no time-out": (HEAD + "  timeout: never\n  do: {run: patrol}\n", "3:12", "the node without it"),
+    "unless, which is when not": (
+        COUNTED + "  wait: 1 s\n  unless: $n > 2 or $n == 1\n",
+        "5:3",
+        "when: not ($n > 2 or $n == 1)",
+    ),
+    "unless not": (COUNTED + "  wait: 1 s\n  unless: not $n > 2\n", "5:3", "when: $n > 2"),
+    "unless beside when": (
+        COUNTED + "  wait: 1 s\n  when: $n < 9\n  unless: $n == 1\n",
+        "6:3",
+        "when: ($n < 9) and not $n == 1",
+    ),
     "a sum of another language": (HEAD + "  increment: n\n", "3:3", "add: {key: 1}"),
     "a difference of another language": (HEAD + "  decrement: {n: 1}\n", "3:3", "add: {key: -1}"),
     "add without a number": (

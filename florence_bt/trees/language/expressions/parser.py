@@ -240,6 +240,17 @@ def parse_expression(text: str, position: Position | None = None, *, exact: bool
     return Expression(print_term(term) if "\n" in text.strip() else text.strip(), term, begin)
 
 
+def negated(text: str) -> str:
+    """Write the opposite of a condition; ``not (...)`` round one that cannot be read."""
+    try:
+        term = parse_expression(text).term
+    except ConfigError:
+        return f"not ({text or '...'})"
+    if isinstance(term, Unary) and term.operator == "not":
+        return print_term(term.operand)
+    return print_term(Unary("not", term, Position()))
+
+
 class _ExpressionParser:
     def __init__(self, tokens: list[Token]) -> None:
         self._tokens = tokens

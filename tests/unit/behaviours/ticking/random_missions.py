@@ -145,7 +145,7 @@ class Author:
         )
 
     def guarded(self, node: Node) -> Node:
-        for modifier, chance in (("when", 0.1), ("unless", 0.06), ("while", 0.12)):
+        for modifier, chance in (("when", 0.16), ("while", 0.12)):
             if self.random.random() < chance:
                 node[modifier] = self.formula()
         if self.random.random() < 0.1:
