@@ -25,7 +25,7 @@ _UNIT = re.compile(
 )
 """What an author may have written behind a value."""
 HIDDEN = "_"
-"""How a key begins that no author has written, and none can write; nobody is told of it."""
+"""How a key begins that no author has written, and none can write: nobody is offered it."""
 NOTHING = object()
 """Stands for the value of a key that has none."""
 

@@ -141,7 +141,7 @@ class KeyChecks:
         return sorted({written.position.line for _, written in self._written if written.text == key})[:1]
 
     def _names(self, keys: int) -> list[str]:
-        return [name for name, bit in self._bits.items() if keys & bit]
+        return [name for name, bit in self._bits.items() if keys & bit and not name.startswith(HIDDEN)]
 
     def _check_outputs(self, end: State) -> None:
         if end is None:

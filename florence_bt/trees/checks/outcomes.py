@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
@@ -93,6 +94,8 @@ def mission_outcomes(
     outcomes = known.root.outcomes if known.root is not None else SUCCEEDS
     return PossibleOutcomes(
         kinds=known.kinds,
-        keys=frozenset({*mission.inputs, *mission.keys, *written}),
+        keys=frozenset(
+            key for key in (*mission.inputs, *mission.keys, *written) if not key.startswith(HIDDEN)
+        ),
         codes=outcomes.codes | MISTAKES,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language import model
@@ -172,7 +173,8 @@ class ValueChecks:
         if given is None or is_said(given, port):
             return
         if not fits(given, port.kind):
-            valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]
+            written = {key: kind for key, kind in self._kinds.items() if not key.startswith(HIDDEN)}
+            valid = [f"${key}" for key, kind in written.items() if fits(kind, port.kind)]
             if port.kind is Kind.TEXT:
                 valid.insert(0, f'a text with it: "{value.key.replace("_", " ")}: ${value.key}"')
             message = (

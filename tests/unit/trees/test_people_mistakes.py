@@ -978,3 +978,6 @@ def test_the_key_behind_a_time_of_day_is_offered_to_nobody(tmp_path: Path) -> No
         HEAD + '  sequence:\n    - wait_until: "22:00"\n    - set: {time_22_00: 1}\n    - fail: $time_22_00\n'
     )
     assert "no problem found" in check_files([file])[0]
+    text = '  sequence:\n    - wait_until: "22:00"\n    - set: {room: kitchen, share: 0.5}\n'
+    file.write_text(HEAD + text + "    - battery_above: {charge: $room}\n    - fail: $share\n")
+    assert "would have worked: $share\n" in check_files([file])[0]
