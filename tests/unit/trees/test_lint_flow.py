@@ -130,7 +130,7 @@ def test_what_nobody_reads(workshop):
         (
             "{look_for_user: {window: $long}}",
             "$long",
-            "window: the default of $long does not fit: 60 s is above",
+            "window: the default of $long does not fit: 1 min is above",
         ),
         (
             "{retry: $zero, do: {turn: {angle: 5 deg}}}",
