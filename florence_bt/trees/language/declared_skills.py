@@ -123,8 +123,8 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
     templates = reader.mapping(source.get("templates"), "templates")
     for key, item in templates.entries if templates is not None else ():
         _extended(reader, key.text, item, above)
-    for key, written in skills.entries:
-        item = _extended(reader, key.text, written, above)
+    for key, item in skills.entries:
+        item = _extended(reader, key.text, item, above)
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
             message = f"a skill cannot be called {name.text!r}: that is a word of the language"
@@ -135,8 +135,7 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
             if mapping is not None:
                 declared[name.text] = mapping.declaration
                 mappings[name.text] = mapping
-            _check_own_groups(reader, declared[name.text], written)
-    _check_shared_groups(reader, source, declared)
+    _check_groups(reader, source, skills, declared)
     # What several skills have of one place of the file is read for each of them.
     return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings, positions)
 
@@ -336,22 +335,22 @@ def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:
     return tuple(groups)
 
 
-def _check_own_groups(reader: Reader, skill: SkillDeclaration, source: YamlNode) -> None:
-    """Report a code in a group that is written at a skill, when the skill cannot fail with it."""
-    groups = source.get("groups") if isinstance(source, YamlMapping) else None
-    for key, item in groups.entries if isinstance(groups, YamlMapping) else ():
+def _check_groups(
+    reader: Reader, file: YamlMapping, skills: YamlMapping, declared: Mapping[str, SkillDeclaration]
+) -> None:
+    """Report a code in a group with which no skill of the file can fail."""
+    tables = [file.get("groups")]
+    tables += [item.get("groups") for _, item in skills.entries if isinstance(item, YamlMapping)]
+    groups = [entry for table in tables if isinstance(table, YamlMapping) for entry in table.entries]
+    known = {code: meaning for skill in declared.values() for code, meaning in skill.failures.items()}
+    for key, item in groups:
         for code in _codes_in(item):
-            _know_code(reader, code, key.text, skill.name, skill.failures)
-
-
-def _check_shared_groups(reader: Reader, file: YamlMapping, declared: Mapping[str, SkillDeclaration]) -> None:
-    """Report a code in a group of the whole file, when no skill with this group can fail with it."""
-    groups = file.get("groups")
-    for key, item in groups.entries if isinstance(groups, YamlMapping) else ():
-        members = [skill for skill in declared.values() if key.text in {group.name for group in skill.groups}]
-        known = {code: meaning for skill in members for code, meaning in skill.failures.items()}
-        for code in _codes_in(item) if members else ():
-            _know_code(reader, code, key.text, " or ".join(skill.name for skill in members), known)
+            if code.text not in known and code.text not in COMMON_CODES:
+                message = (
+                    f"no skill of this file can fail with {code.text!r}, a code of the group {key.text!r}"
+                )
+                valid = [*close_matches(code.text, known), f"failures: {{{code.text}: what it means}}"]
+                reader.error(code.position, message, valid)
 
 
 def _codes_in(group: YamlNode) -> tuple[YamlScalar, ...]:
@@ -359,13 +358,6 @@ def _codes_in(group: YamlNode) -> tuple[YamlScalar, ...]:
     listed = group.get("codes") if isinstance(group, YamlMapping) else group
     items = listed.items if isinstance(listed, YamlSequence) else (listed,)
     return tuple(item for item in items if isinstance(item, YamlScalar) and IDENTIFIER.fullmatch(item.text))
-
-
-def _know_code(reader: Reader, code: YamlScalar, group: str, owner: str, failures: Mapping[str, str]) -> None:
-    if code.text not in failures and code.text not in COMMON_CODES:
-        message = f"the group {group!r} has the code {code.text!r}, with which {owner} cannot fail"
-        valid = [*close_matches(code.text, failures), f"failures: {{{code.text}: what it means}}"]
-        reader.error(code.position, message, valid)
 
 
 def _deadline(reader: Reader, source: YamlNode | None) -> float:

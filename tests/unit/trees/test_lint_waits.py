@@ -176,10 +176,10 @@ skills:
     ("before", "after", "says"),
     [
         ("", "", ""),
-        ("{broken: [stuck]}", "{broken: [stuk]}", "6:23 the group 'broken' has the code 'stuk', with which close cannot fail | stuck"),
-        ("{broken: [stuck]}", "{broken: {codes: [stuck, lost]}}", "6:38 the group 'broken' has the code 'lost'"),
+        ("{broken: [stuck]}", "{broken: [stuk]}", "6:23 no skill of this file can fail with 'stuk', a code of the group 'broken' | stuck"),
+        ("{broken: [stuck]}", "{broken: {codes: [stuck, lost]}}", "6:38 no skill of this file can fail with 'lost'"),
         ("{broken: [stuck]}", "{broken: [stuck, timed_out]}", ""),
-        ("hard: [stuck, jammed]", "hard: [stuck, jamed]", "2:17 the group 'hard' has the code 'jamed', with which open or shut cannot fail | jammed"),
+        ("hard: [stuck, jammed]", "hard: [stuck, jamed]", "2:17 no skill of this file can fail with 'jamed'"),
     ],
 )  # fmt: skip
 def test_a_group_has_only_codes_that_its_skills_have(tmp_path, before, after, says):
