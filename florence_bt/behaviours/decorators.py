@@ -205,15 +205,14 @@ GUARD_FAILED = "guard_failed"
 class StartGuard(PreparedDecorator):
     """Looks at conditions before its child starts, and at nothing afterwards.
 
-    ``unless`` and ``when`` come first: when one of them is not met the child is skipped, which counts as
-    success or as failure (:mod:`.skipping`). ``while`` comes last: when it does not hold the node fails.
+    ``when`` comes first: when it does not hold the child is skipped, which counts as success or as failure
+    (:mod:`.skipping`). ``while`` comes last: when it does not hold the node fails.
 
     Args:
         name: The name of the node in dumps.
         child: What is guarded, or what builds it.
         context: What the tree shares.
         when: What must hold, or None.
-        unless: What must not hold, or None.
         holds: What must hold here too and is watched further down, or None.
         code: The code of the failure when that does not hold.
         skipped_fails: Whether a skipped child counts as failure (where another one is tried) or as success.
@@ -225,7 +224,6 @@ class StartGuard(PreparedDecorator):
         child: Behaviour | Branch,
         context: TreeContext,
         when: CompiledExpression | None = None,
-        unless: CompiledExpression | None = None,
         holds: CompiledExpression | None = None,
         *,
         code: str = GUARD_FAILED,
@@ -234,7 +232,6 @@ class StartGuard(PreparedDecorator):
         super().__init__(name, child)
         self._context = context
         self._when = when
-        self._unless = unless
         self._holds = holds
         self._code = code
         self._skipped_fails = skipped_fails
@@ -249,8 +246,6 @@ class StartGuard(PreparedDecorator):
         """Look at the conditions."""
         self._skips = False
         keys = self._context.keys
-        if self._unless is not None and self._unless.holds(keys):
-            return self._skipped(self._unless.denial(keys, wanted=False))
         if self._when is not None and not self._when.holds(keys):
             return self._skipped(self._when.denial(keys))
         if self._holds is not None and not self._holds.holds(keys):

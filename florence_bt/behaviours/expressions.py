@@ -127,8 +127,8 @@ class CompiledExpression:
             f"{key} is {self._show(key, value)}" for key, value in zip(self.keys, values, strict=True)
         )
 
-    def denial(self, keys: KeyStore, *, wanted: bool = True) -> str:
-        """Write a sentence that says that the condition is not as wanted, with the values behind it.
+    def denial(self, keys: KeyStore) -> str:
+        """Write a sentence that says that the condition does not hold, with the values behind it.
 
         Of poses that something was measured between only that is told.
         """
@@ -139,8 +139,7 @@ class CompiledExpression:
             for text, value in known
             if not (measured and isinstance(value, Pose2))
         )
-        verb = "does not hold" if wanted else "holds"
-        return f"{self.text} {verb}{f' ({values})' if values else ''}"
+        return f"{self.text} does not hold{f' ({values})' if values else ''}"
 
     def _show(self, key: str, value: Any) -> str:
         return "not known" if value is NOTHING else self.shown.get(key, readable)(value)
@@ -232,6 +231,7 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "count": lambda items: len(_items(items)),
     "in": lambda value, items: any(_is_item(value, item) for item in _items(items)),
     "item": item_of,
+    "list": lambda *items: items,
     "distance": distance,
     "bearing": bearing,
 }

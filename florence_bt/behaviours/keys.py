@@ -12,14 +12,20 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port
+from florence_bt.core.declaration import SHOWN_UNITS, Kind, Port, quantity_text
 from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure
+from florence_bt.core.units import unit_size
 
 _STORABLE = (str, bool, int, float, Pose2)
-_UNIT = re.compile(r" ?(?:[cmk]?m|c?m/s|km/h|m?s|min|h|deg|rad|°|metres?|meters?|seconds?|degrees?)(?!\w)")
+_UNIT = re.compile(
+    r" ?(?:[cmk]?m|c?m/s|km/h|m?s|min|h|deg|rad|°"
+    r"|(?:centi|kilo)?met(?:er|re)s?|seconds?|minutes?|hours?|degrees?)(?!\w)"
+)
 """What an author may have written behind a value."""
+HIDDEN = "_"
+"""How a key begins that no author has written, and none can write: nobody is offered it."""
 NOTHING = object()
 """Stands for the value of a key that has none."""
 
@@ -47,8 +53,8 @@ class MissingKey(ValueProblem):
 
     def __init__(self, key: str, known: Mapping[str, Any]) -> None:
         self.key = key
-        self.known = tuple(sorted(known))
-        has = ", ".join(closest_first(key, known)) if known else "none at all"
+        self.known = tuple(sorted(name for name in known if not name.startswith(HIDDEN)))
+        has = ", ".join(closest_first(key, self.known)) if self.known else "none at all"
         super().__init__(f"the key {key!r} has no value yet (keys with a value: {has})")
 
 
@@ -92,9 +98,19 @@ class KeyStore:
         self._declared = dict(ports)
         self._kinds = kinds
 
-    def shown(self, key: str, value: Any) -> str:
-        """Return a value for people, with the unit of the key that holds it."""
-        return readable(value, self._kinds().get(key) if self._kinds is not None else None)
+    def shown(self, key: str, value: Any, unit: str = "") -> str:
+        """Return a value for people, with the unit of the key that holds it.
+
+        Args:
+            key: The key.
+            value: Its value.
+            unit: A unit that is written behind the value: then it is the number of them alone.
+        """
+        kind = self._kinds().get(key) if self._kinds is not None else None
+        if not unit or isinstance(value, bool) or not isinstance(value, (int, float)):
+            return readable(value, kind)
+        size = unit_size(unit, kind) if kind is not None else None
+        return readable(value / size if size is not None else value)
 
     def reset(self, values: Mapping[str, Any]) -> None:
         """Forget everything and begin with these values, and with the defaults of declared keys."""
@@ -304,6 +320,23 @@ class KeyReference:
 
 
 @dataclass(frozen=True, slots=True)
+class ValueInWords:
+    """The value of an expression as people write it.
+
+    Attributes:
+        value: Where to find it.
+        kind: What it is; None when that is not known.
+    """
+
+    value: ValueSource
+    kind: Kind | None
+
+    def resolve(self, keys: KeyStore) -> str:
+        """Return it with its unit."""
+        return readable(self.value.resolve(keys), self.kind)
+
+
+@dataclass(frozen=True, slots=True)
 class TextTemplate:
     """A text with keys in it, whose values stand there as people write them: ``0.3 m/s``, ``90 deg``.
 
@@ -325,16 +358,13 @@ class TextTemplate:
 
 def _in_text(part: ValueSource, keys: KeyStore, behind: str | ValueSource) -> str:
     value = part.resolve(keys)
-    shown = keys.shown(part.key, value) if isinstance(part, KeyReference) else readable(value)
     if isinstance(value, tuple):
+        shown = keys.shown(part.key, value) if isinstance(part, KeyReference) else readable(value)
         return shown[1:-1]  # "kitchen, hall" is said, and not its brackets
     if not isinstance(part, KeyReference):
-        return shown
+        return readable(value)
     written = _UNIT.match(behind) if isinstance(behind, str) else None
-    if written is None:
-        return shown
-    number, _, unit = shown.rpartition(" ")
-    return number if unit == written[0].strip() else readable(value)
+    return keys.shown(part.key, value, written[0].strip() if written is not None else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -391,8 +421,7 @@ def readable(value: Any, kind: Kind | None = None) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)) and kind is not None and kind in SHOWN_UNITS:
-        unit, size = SHOWN_UNITS[kind]
-        return f"{value * size:.4g} {unit}"
+        return quantity_text(value, kind, 4)
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, Pose2):

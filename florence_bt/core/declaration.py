@@ -83,12 +83,55 @@ SHOWN_UNITS: Mapping[Kind, tuple[str, float]] = {
     Kind.SPEED: ("m/s", 1.0),
 }
 """Kind -> the unit in which people read it, and how many of them are one SI unit."""
+_SCALES: Mapping[Kind, tuple[tuple[float, str, float], ...]] = {
+    Kind.LENGTH: ((0.01, "mm", 1000.0), (0.1, "cm", 100.0), (1000.0, "m", 1.0), (math.inf, "km", 0.001)),
+    Kind.DURATION: ((0.1, "ms", 1000.0), (math.inf, "s", 1.0)),
+}
+"""Kind -> up to what (SI units) people read it in which unit, and how many of them are one SI unit."""
+
+
+_TOO_LONG_S = 1e6
+"""From here on nobody counts a duration in hours."""
+
+
+def quantity_text(value: float, kind: Kind, digits: int) -> str:
+    """Write a quantity for people in the unit that they would take.
+
+    An hour and a half is ``90 min`` and not 5400 s, half an hour and ten seconds are ``30 min 10 s``, and
+    one and a half kilometres are not 1500 m.
+
+    Args:
+        value: In SI units.
+        kind: What it is, one of :data:`SHOWN_UNITS`.
+        digits: How many digits are shown of what is no whole number of minutes or hours.
+    """
+    whole = abs(value - round(value)) <= 1e-9 * abs(value)
+    if kind is Kind.DURATION and whole and 60.0 <= abs(value) < _TOO_LONG_S:
+        return _in_minutes(round(value))
+    unit, size = SHOWN_UNITS[kind]
+    for most, smaller, count in _SCALES.get(kind, ()) if value else ():
+        if abs(value) < most:
+            unit, size = smaller, count
+            break
+    return f"{value * size:.{digits}g} {unit}"
+
+
+def _in_minutes(seconds: int) -> str:
+    """Write a minute or more: ``90 s``, ``90 min``, ``2 h``, ``2 h 30 min``, ``30 min 10 s``."""
+    if seconds < 0:  # written in one unit, as it is read
+        size, unit = next(each for each in ((3600, "h"), (60, "min"), (1, "s")) if seconds % each[0] == 0)
+        return f"{seconds // size} {unit}"
+    minutes, rest = divmod(seconds, 60)
+    if rest and minutes < 2:
+        return f"{seconds} s"
+    hours = minutes // 60 if rest or minutes >= 120 or minutes == 60 else 0
+    parts = ((hours, "h"), (minutes - 60 * hours, "min"), (rest, "s"))
+    return " ".join(f"{count} {unit}" for count, unit in parts if count)
 
 
 def number_text(value: float, kind: Kind) -> str:
-    """Write a number (SI units) for people: ``600 s``, short and the same every time."""
-    unit, size = SHOWN_UNITS.get(kind, ("", 1.0))
-    return f"{value * size:.6g} {unit}".rstrip()
+    """Write a number (SI units) for people: ``10 min``, short and the same every time."""
+    return quantity_text(value, kind, 6) if kind in SHOWN_UNITS else f"{value:.6g}"
 
 
 MAGNITUDES: Mapping[Kind, float] = {

@@ -74,7 +74,7 @@ MUTANTS = [
     ),
     (
         "detect_user",
-        "            unless: $look_first and $look == 1\n",
+        "            when: not ($look_first and $look == 1)\n",
         "",
         "detect_user took ",
     ),
@@ -82,7 +82,7 @@ MUTANTS = [
     ("detect_user", "-($turned + 1) * $step", "-$turned * $step", "'turn' with angle=-1.571"),
     ("detect_user", 'way: "${-$step}"', "way: $step", "'turn' with angle=-0.7854"),
     ("detect_user", "                  when: $way == $step\n", "", "'turn' with angle=-0.785"),
-    ("detect_user", "unless: $look_first and", "unless: true and", "detect_user took "),
+    ("detect_user", "when: not ($look_first and", "when: not (true and", "detect_user took "),
     ("detect_user", "$look_first and $look == 1", "$look_first", "'turn' was started"),
     ("detect_user", "$look == 1", "$look == 2", "detect_user took "),
     ("detect_user", "$look == 1", "$look <= 2", "detect_user took "),
@@ -145,8 +145,8 @@ MUTANTS = [
     ),
     (
         "goto_user",
-        'reached: "${$reached + 1}"',
-        "reached: $reached",
+        "add: {reached: 1}",
+        "add: {reached: 0}",
         "2 of 2 places",
         "nobody is in the room",
     ),

@@ -221,20 +221,24 @@ def read_outputs(outputs: Mapping[str, Any], declaration: SkillDeclaration) -> d
     """Read the outputs of a success.
 
     Raises:
-        ConfigError: One is not declared, or its value does not fit.
+        ConfigError: Everything that is wrong: outputs that are not declared, and values that do not fit.
     """
-    values = {}
+    values: dict[str, Any] = {}
+    wrong: list[ConfigError] = []
     for name, value in outputs.items():
         port = declaration.outputs.get(name)
         if port is None:
             valid = closest_first(name, declaration.outputs) or ("no outputs",)
-            raise ConfigError(f"{declaration.name} has no output {name!r}", valid=valid)
+            wrong.append(ConfigError(f"{declaration.name} has no output {name!r}", valid=valid))
+            continue
         try:
             values[name] = read_port(value, port)
         except ConfigError as error:
-            raise ConfigError(
-                f"the output {name!r} of {declaration.name}: {error.problem}", valid=error.valid
-            ) from error
+            problem = f"the output {name!r} of {declaration.name}: {error.problem}"
+            wrong.append(ConfigError(problem, valid=error.valid))
+    if wrong:
+        remedies = dict.fromkeys(remedy for error in wrong for remedy in error.valid)
+        raise ConfigError("; ".join(error.problem for error in wrong), valid=tuple(remedies))
     return values
 
 
@@ -258,7 +262,12 @@ _COUNT = rf"(?:(?P<word>once|twice|always)|(?P<number>\d+)\s+times){_END_OF_WORD
 _CODE = rf"(?!(?:then|for|once|twice|always|\d+\s+times){_END_OF_WORD}){_WORD}"
 _DURATION = r"[+-]?\.?\d[\d.]*(?:\s*(?!(?:then|saying)\b)[^\W\d_]+)?"
 _QUOTED = r""""[^"]*"|'[^']*'"""
+_NEXT_CLAUSE = re.compile(rf"[,\n]|(?<!\S)then{_END_OF_WORD}", re.IGNORECASE)
 _SEPARATORS = re.compile(rf"(?:[\s,]|then{_END_OF_WORD})*", re.IGNORECASE)
+
+
+_NO_STEP = MockReply(Ending.SUCCESS)
+"""A step of which nothing is known yet."""
 
 
 class ScriptError(ConfigError):
@@ -273,59 +282,87 @@ class ScriptError(ConfigError):
         super().__init__(problem, valid=valid)
 
 
-@lru_cache(maxsize=4096)
 def parse_script(text: str) -> tuple[MockReply, ...]:
     """Read a script.
 
     Raises:
         ScriptError: The text is not a script; the error says where and what would have worked.
     """
-    return _ScriptParser(text).script()
+    replies, problems = read_script(text)
+    if problems:
+        raise problems[0]
+    return replies
+
+
+@lru_cache(maxsize=4096)
+def read_script(text: str) -> tuple[tuple[MockReply, ...], tuple[ScriptError, ...]]:
+    """Return the steps of a script that can be read, and everything that is wrong with it, in order."""
+    parser = _ScriptParser(text)
+    replies = parser.script()
+    return replies, tuple(parser.problems)
 
 
 class _ScriptParser:
     def __init__(self, text: str) -> None:
+        self.problems: list[ScriptError] = []
         self._text = text
         self._at = 0
+        self._replies: list[MockReply] = []
+        self._step = _NO_STEP
 
     def script(self) -> tuple[MockReply, ...]:
-        replies: list[MockReply] = []
-        empty = reply = MockReply(Ending.SUCCESS)
+        """Read all clauses; what is wrong with one is noted, and the next one is read."""
         self._skip_separators()
         while self._at < len(self._text):
-            start = self._at
-            if self._take_word("again"):
-                return self._again(replies, start)
-            if replies and replies[-1].times == ALWAYS:
-                raise ScriptError("nothing can follow a step that lasts for ever", start)
-            if self._take_word("running"):
-                reply = replace(reply, phases=(*reply.phases, self._phase()))
-            elif self._take_word(r"accepted\s+after"):
-                reply = replace(reply, accept_after=self._duration())
-            elif self._take_word(r"cancel\s+takes"):
-                reply = replace(reply, cancel_takes=self._duration())
-            else:
-                replies.append(self._count(self._ending(reply)))
-                reply = empty
-            self._end_clause()
-        if reply != empty:
+            try:
+                if self._take_word("again"):
+                    return self._again()
+                self._clause()
+                self._end_clause()
+            except ScriptError as error:
+                self.problems.append(error)
+                self._skip_clause(error.offset)
+        if not self.problems and self._step != _NO_STEP:
             problem = "the script stops before it says how the skill ends"
-            raise ScriptError(problem, len(self._text), (_EXAMPLE,))
-        if not replies:
-            raise ScriptError("the script is empty", 0, (_EXAMPLE, "SUCCESS"))
-        return tuple(replies)
+            self.problems.append(ScriptError(problem, len(self._text), (_EXAMPLE,)))
+        if not self.problems and not self._replies:
+            self.problems.append(ScriptError("the script is empty", 0, (_EXAMPLE, "SUCCESS")))
+        return tuple(self._replies)
 
-    def _again(self, replies: list[MockReply], start: int) -> tuple[MockReply, ...]:
-        """Read ``again`` at the end: the script starts from the beginning."""
-        if not replies or replies[-1].times == ALWAYS:
+    def _clause(self) -> None:
+        if self._replies and self._replies[-1].times == ALWAYS:
+            raise ScriptError("nothing can follow a step that lasts for ever", self._at)
+        step = self._step
+        if self._take_word("running"):
+            self._step = replace(step, phases=(*step.phases, self._phase()))
+        elif self._take_word(r"accepted\s+after"):
+            self._step = replace(step, accept_after=self._duration())
+        elif self._take_word(r"cancel\s+takes"):
+            self._step = replace(step, cancel_takes=self._duration())
+        else:
+            self._replies.append(self._count(self._ending(step)))
+            self._step = _NO_STEP
+
+    def _again(self) -> tuple[MockReply, ...]:
+        """Read what follows ``again`` at the end: the script starts from the beginning."""
+        start, replies = self._at - len("again"), self._replies
+        if not self.problems and (not replies or replies[-1].times == ALWAYS):
             raise ScriptError("'again' needs steps before it that come to an end", start, (_LOOP,))
         self._skip_separators()
         if self._at < len(self._text):
             raise ScriptError("nothing can follow 'again'", self._at, (_LOOP,))
+        if not replies:
+            return ()
         *before, last = replies
         if last.times is not None and last.times > 1:
             before.append(replace(last, times=last.times - 1))
         return (*before, replace(last, times=AGAIN))
+
+    def _skip_clause(self, wrong: int) -> None:
+        """Go on after the next comma, ``then`` or line end behind a mistake."""
+        following = _NEXT_CLAUSE.search(self._text, max(self._at, wrong))
+        self._at = following.end() if following is not None else len(self._text)
+        self._skip_separators()
 
     def _take(self, pattern: str) -> re.Match[str] | None:
         """Take what matches here, after spaces."""

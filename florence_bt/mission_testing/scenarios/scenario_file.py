@@ -26,8 +26,7 @@ from florence_bt.mission_testing.mocks.board import MockError, check_outputs
 from florence_bt.mission_testing.mocks.scripts import (
     MockReply,
     Script,
-    ScriptError,
-    parse_script,
+    read_script,
     reply_per_call,
     to_step,
 )
@@ -59,6 +58,7 @@ from florence_bt.trees.language.findings import Finding, finding_from_error, lim
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.reader import WordReader
+from florence_bt.trees.language.vocabulary import by_spelling
 
 TRIGGER_KEYS = ("policy", "priority", "caller", "refused")
 FILE_KEYS = ("mission", "missions", "given", "scenarios")
@@ -77,6 +77,17 @@ WHEN_KEYS: dict[str, tuple[str, ...]] = {
     "expect": (),
 }
 """What can happen -> the further keys of that table. ``at`` may stand with each, and alone."""
+_OTHER_EVENTS = by_spelling(
+    {
+        "advance": ("wait", "sleep", "after", "delay", "for", "passes", "time"),
+        "until": ("wait_until", "wait_for", "reach"),
+        "stop": ("cancel", "abort", "kill", "end"),
+        "resume": ("continue", "go_on", "unpause"),
+        "start": ("run", "trigger", "call"),
+        "expect": ("assert", "check", "then"),
+    }
+)
+"""What people call the things that can happen."""
 THEN_KEYS = (
     *("status", "code", "reason", "leaf", "outputs", "keys", "duration", "within", "calls", "only_calls"),
     *("called", "not_called", "nodes", "trace", "tree"),
@@ -456,14 +467,12 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
     if not isinstance(source, YamlScalar) or source.empty:
         reader.error(source.position, "a script must be text", _SCRIPTS)
         return ()
-    try:
-        replies = parse_script(source.text)
-    except ScriptError as error:
+    replies, mistakes = read_script(source.text)
+    for mistake in mistakes:
         position = source.position
         if source.first_column is not None:
-            position = replace(position, column=source.first_column + error.offset)
-        reader.wrong(position, error)
-        return ()
+            position = replace(position, column=source.first_column + mistake.offset)
+        reader.wrong(position, mistake)
     problems: dict[str, ConfigError] = {}
     for reply in replies:
         for declaration, node in users:
@@ -475,7 +484,7 @@ def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[
                 problems.setdefault(error.problem, error)
     for problem, found in problems.items():
         reader.wrong(_quoted_position(source, problem), found)
-    return () if problems else replies
+    return () if mistakes or problems else replies
 
 
 def _quoted_position(source: YamlScalar, problem: str) -> Position:
@@ -574,10 +583,12 @@ class WhenReader:
         else:
             self._unknown(item.position, f"{word} {rest}".strip())
 
-    def _unknown(self, position: Position, name: str) -> None:
+    def _unknown(self, position: Position, name: str, value: str = "") -> None:
+        """Note an event that there is not; ``value`` is what stands behind its colon."""
         word, _, rest = name.partition(" ")
         known = (*WHEN_KEYS, "at")
-        valid = (f"{word}: {rest}",) if word in known and rest else closest_first(name, known)
+        meant = word if word in known and rest else _OTHER_EVENTS.get(word.lower())
+        valid = (f"{meant}: {rest or value}".strip(),) if meant else closest_first(name, known)
         self._reader.error(position, f"there is no event {name!r}", valid)
 
     def _kind(self, table: YamlMapping) -> str | None:
@@ -592,7 +603,9 @@ class WhenReader:
             return kinds[0].text
         unknown = next((key for key, _ in table.entries if key.text != "at"), None)
         if unknown is not None:
-            self._unknown(unknown.position, unknown.text)
+            value = table.get(unknown.text)
+            given = value.text if isinstance(value, YamlScalar) else "..."
+            self._unknown(unknown.position, unknown.text, given)
         elif not table.entries:
             self._reader.error(table.position, "nothing happens here", list(WHEN_KEYS))
         return "at" if table.entries and unknown is None else None

@@ -117,7 +117,7 @@ class KeyFlow:
             cleaned = self.follow(node.cleanup, Written(touched, before.surely), observer).touched
             touched |= cleaned
             success, failure = _also_maybe(success, cleaned), _also_maybe(failure, cleaned)
-        if node.when is not None or node.unless is not None:
+        if node.when is not None:
             if outcomes.skip_succeeds:
                 success = join(success, before)
             else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import close_matches, closest_first
 from florence_bt.core.plain_yaml import Position
@@ -77,11 +78,16 @@ class KeyChecks:
         for reference in unknown:
             if self._findings.full:
                 break
-            valid = self._taken(reference.key)
-            valid = valid or [f"${name}" for name in closest_first(reference.key, self._bits)]
-            valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
+            valid = self._taken(reference.key) or self._instead_of(reference.key)
             self._findings.error(reference.position, f"no node writes a key {reference.key!r}", valid)
         return not unknown
+
+    def _instead_of(self, key: str) -> list[str]:
+        """Suggest the keys that look like one that nothing writes; else where it could come from, too."""
+        names = [name for name in self._bits if not name.startswith(HIDDEN)]
+        valid = [f"${name}" for name in closest_first(key, names)]
+        elsewhere = [f"{key} under inputs:", f"set: {{{key}: ...}} before it"]
+        return valid if close_matches(key, names) else [*elsewhere, *valid]
 
     def _taken(self, key: str) -> list[str]:
         """Suggest the ``out`` by which a key gets the output of its name, if a skill or mission has one."""
@@ -135,11 +141,14 @@ class KeyChecks:
         return sorted({written.position.line for _, written in self._written if written.text == key})[:1]
 
     def _names(self, keys: int) -> list[str]:
-        return [name for name, bit in self._bits.items() if keys & bit]
+        return [name for name, bit in self._bits.items() if keys & bit and not name.startswith(HIDDEN)]
 
     def _check_outputs(self, end: State) -> None:
         if end is None:
-            return  # the mission never succeeds, so it gives nothing
+            for name in self._mission.outputs:
+                message = f"the output {name!r} is never given: the mission never succeeds"
+                self._findings.in_vain(self._declared_at(name), message)
+            return
         for name, port in self._mission.outputs.items():
             position = self._declared_at(name)
             bit = self._bits.get(name, 0)

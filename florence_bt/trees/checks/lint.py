@@ -15,6 +15,7 @@ from florence_bt.trees.checks.places import KnownPlaces, check_places, labels_in
 from florence_bt.trees.checks.races import check_races
 from florence_bt.trees.checks.reach import ReachChecks
 from florence_bt.trees.checks.structure import check_structure
+from florence_bt.trees.checks.waits import WaitChecks
 from florence_bt.trees.checks.watches import WatchChecks
 from florence_bt.trees.language.analysis import Analysis, callers_among, reachable
 from florence_bt.trees.language.findings import (
@@ -134,6 +135,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
         ReachChecks(mission, analysis, notes).check()
         WatchChecks(mission, analysis, notes).check()
         check_races(mission, analysis, notes)
+        WaitChecks(mission, analysis, notes).check()
         keys.check()
     return [*mission.findings, *notes.findings]
 

@@ -104,7 +104,7 @@ class NameChecks:
             message = f"append: ${key.text} is {what}, and only a text or a list can be added to"
             valid = [f'keys: {{{key.text}: {{type: text, default: ""}}}}', f"set: {{{key.text}: ...}}"]
             if kind in NUMERIC_KINDS:
-                valid.insert(0, f'set: {{{key.text}: "${{${key.text} + {model.show(value)}}}"}}')
+                valid.insert(0, f"add: {{{key.text}: {model.show(value)}}}")
             self._findings.error(key.position, message, valid)
 
     def _check_list(self, items: model.Value) -> None:
@@ -119,7 +119,7 @@ class NameChecks:
         self._findings.error(items.position, message, valid)
 
     def _check_conditions(self, node: Node) -> None:
-        named = (("when", node.when), ("unless", node.unless), ("while", node.holds))
+        named = (("when", node.when), ("while", node.holds))
         for what, expression in named:
             if expression is not None:
                 self._values.condition(expression, what)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
@@ -51,7 +52,7 @@ def possible_outcomes(
                 success=_can_succeed(node, analysis.of(node).outcomes),
                 failure=bool(analysis.of(node).outcomes.codes - MISTAKES),
                 stopped=analysis.of(node).lasting,
-                skipped=node.when is not None or node.unless is not None,
+                skipped=node.when is not None,
             ),
         )
         for node in mission.nodes()
@@ -93,6 +94,8 @@ def mission_outcomes(
     outcomes = known.root.outcomes if known.root is not None else SUCCEEDS
     return PossibleOutcomes(
         kinds=known.kinds,
-        keys=frozenset({*mission.inputs, *mission.keys, *written}),
+        keys=frozenset(
+            key for key in (*mission.inputs, *mission.keys, *written) if not key.startswith(HIDDEN)
+        ),
         codes=outcomes.codes | MISTAKES,
     )

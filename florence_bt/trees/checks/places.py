@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from typing import TypeGuard
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
-from florence_bt.trees.language.expressions.syntax import Binary, Constant, Expression, Key, Term, parts_of
+from florence_bt.trees.language.expressions.syntax import (
+    Binary,
+    Constant,
+    Expression,
+    Key,
+    Listed,
+    Term,
+    parts_of,
+)
 from florence_bt.trees.language.findings import ERROR, FindingList
 from florence_bt.trees.language.model import Literal, Mission, Node, PoseParts, Value, default_of
 from florence_bt.trees.language.values import literal_value, tree_value
@@ -94,17 +103,30 @@ def _meets_key(node: Node) -> Iterator[tuple[Literal, str]]:
 
 
 def _compared(term: Term, names: dict[str, str] | Collection[str]) -> Iterator[tuple[str, Position, str]]:
+    """Yield the texts with which keys that name a place are compared."""
+    key, texts = _held_against(term)
+    if isinstance(names, dict) and key in names:
+        yield from ((text.value, text.position, names[key]) for text in texts if text.value)
+    for part in parts_of(term):
+        yield from _compared(part, names)
+
+
+def _held_against(term: Term) -> tuple[str, list[Constant]]:
+    """Return the key of a comparison and the texts with which it is compared; no key when it is none."""
     match term:
-        case Binary(operator="==" | "!=", left=Key(key=key), right=Constant(value=str() as text) as constant):
+        case Binary(operator="==" | "!=", left=Key(key=key), right=other):
             pass
-        case Binary(operator="==" | "!=", left=Constant(value=str() as text) as constant, right=Key(key=key)):
+        case Binary(operator="==" | "!=" | "in", left=other, right=Key(key=key)):
             pass
+        case Binary(operator="in", left=Key(key=key), right=Listed(items=items)):
+            return key, [item for item in items if _is_text(item)]
         case _:
-            for part in parts_of(term):
-                yield from _compared(part, names)
-            return
-    if isinstance(names, dict) and key in names and text:
-        yield text, constant.position, names[key]
+            return "", []
+    return key, [other] if _is_text(other) else []
+
+
+def _is_text(term: Term) -> TypeGuard[Constant]:
+    return isinstance(term, Constant) and isinstance(term.value, str)
 
 
 def _check_label(

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.code_groups import ANY, codes_named
@@ -16,7 +17,7 @@ from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKi
 from florence_bt.trees.language.outcomes import PAUSE
 from florence_bt.trees.language.quantities import example_of, format_value, guess_value
 from florence_bt.trees.language.values import port_value
-from florence_bt.trees.language.vocabulary import IDENTIFIER, MAX_QUICK_ROUNDS
+from florence_bt.trees.language.vocabulary import FOREVER, IDENTIFIER, MAX_QUICK_ROUNDS
 
 MAX_DIGITS = 12
 """As many digits of a number of rounds are read; more are too many anyway."""
@@ -87,6 +88,35 @@ class ReachChecks:
     def _can_be(self, word: str, codes: frozenset[str]) -> bool:
         """Tell whether a code, or one of a group, is among some codes."""
         return not codes_named(word, self._groups).isdisjoint(codes)
+
+    def _check_code(
+        self, code: model.Literal, what: str, codes: frozenset[str], *others: str, sure: bool = True
+    ) -> None:
+        """Check that a failure that is named is possible: a code, or one of a group's own.
+
+        Args:
+            code: The code or group.
+            what: What would fail.
+            codes: The codes that it can fail with.
+            others: What else would have worked.
+            sure: Whether naming it in vain is an error.
+        """
+        valid = (*self._most_likely(code.text, codes), *others)
+        if not self._can_be(code.text, codes):
+            report = self._findings.in_vain if sure else self._findings.warning
+            report(code.position, f"{what} cannot fail with {self._in_words(code.text)}", valid)
+        elif everyones := self._everyones(code.text, codes):
+            names = " and ".join(everyones)
+            message = f"{what} has of the group {code.text!r} only {names}, as every skill has"
+            self._findings.warning(code.position, message, (*everyones, *others))
+
+    def _everyones(self, word: str, codes: frozenset[str]) -> list[str]:
+        """Return what can be of a group, if that is only what any skill may fail with; else nothing."""
+        group = self._groups[word].codes if word in self._groups else frozenset()
+        possible = group & codes
+        return (
+            sorted(possible) if possible <= COMMON_CODES.keys() and not group <= COMMON_CODES.keys() else []
+        )
 
     def _in_words(self, word: str) -> str:
         return f"any code of the group {word!r}" if word in self._groups else repr(word)
@@ -182,12 +212,11 @@ class ReachChecks:
             message = f"the retry has no effect: {title!r} never fails"
             self._findings.in_vain(node.position, message, [f"{title} without retry"])
             return
+        if not self._known.of(node).outcomes.ends:
+            message = f"the retry never ends: {title!r} never succeeds"
+            self._findings.in_vain(node.position, message, ["a number of attempts", f"repeat: {FOREVER}"])
         for code in node.on:
-            if not self._can_be(code.text, below.outcomes.codes):
-                message = f"what is retried cannot fail with {self._in_words(code.text)}"
-                self._findings.in_vain(
-                    code.position, message, self._most_likely(code.text, below.outcomes.codes)
-                )
+            self._check_code(code, "what is retried", below.outcomes.codes)
         if node.between is not None and not self._can_succeed(node.between):
             message = f"there is never a second attempt: {node.between.title!r} between two never succeeds"
             self._findings.in_vain(node.between.position, message, [f"finally: {node.between.title}"])
@@ -225,12 +254,12 @@ class ReachChecks:
             self._findings.error(node.code.position, message, ["first_success: true"])
         if not below.known:
             return
+        if not below.outcomes.ends:
+            self._findings.warning(
+                node.position, f"there is never a second item: {node.child.title!r} never ends"
+            )
         for code in node.goes_on_over:
-            if not self._can_be(code.text, below.outcomes.codes):
-                message = f"go_on_over: {node.child.title!r} cannot fail with {self._in_words(code.text)}"
-                self._findings.in_vain(
-                    code.position, message, self._most_likely(code.text, below.outcomes.codes)
-                )
+            self._check_code(code, f"go_on_over: {node.child.title!r}", below.outcomes.codes)
 
     def _check_on_failure(self, node: model.OnFailure) -> None:
         below, title = self._known.of(node.child), node.child.title
@@ -244,12 +273,11 @@ class ReachChecks:
             if code.text in self._declarations:
                 message = f"on_failure: {code.text!r} is a skill, and the code is missing"
                 self._findings.error(code.position, message, [f"any: {{{code.text}: ...}}"])
-            elif code.text != ANY and not self._can_be(code.text, below.outcomes.codes):
-                message = f"on_failure: {title!r} cannot fail with {self._in_words(code.text)}"
-                valid = (*self._most_likely(code.text, below.outcomes.codes), ANY)
-                if code.text in _OTHERS:
-                    valid = (ANY,)
-                self._findings.in_vain(code.position, message, valid)
+            elif code.text in _OTHERS and not self._can_be(code.text, below.outcomes.codes):
+                message = f"on_failure: {title!r} cannot fail with {code.text!r}"
+                self._findings.in_vain(code.position, message, [ANY])
+            elif code.text != ANY:
+                self._check_code(code, f"on_failure: {title!r}", below.outcomes.codes, ANY)
 
     def _check_until(self, node: model.Until) -> None:
         goal = self._known.of(node.goal)
@@ -314,7 +342,7 @@ class ReachChecks:
     # ---- what every node may have ---------------------------------------------------------------------
 
     def _check_guards(self, node: Node) -> None:
-        for expression, what in ((node.when, "when"), (node.unless, "unless"), (node.holds, "while")):
+        for expression, what in ((node.when, "when"), (node.holds, "while")):
             if expression is not None:
                 self._check_constant(expression, what)
 
@@ -330,14 +358,15 @@ class ReachChecks:
             return
         codes = self._known.of(node).outcomes.codes
         for code in node.reasons.by_code:
-            if not self._can_be(code, codes):
-                message = f"because: {node.title!r} cannot fail with {self._in_words(code)}"
-                place = node.reasons.places.get(code, node.reasons.position)
-                self._findings.warning(place, message, self._most_likely(code, codes))
+            place = node.reasons.places.get(code, node.reasons.position)
+            self._check_code(model.Literal(code, True, place), f"because: {node.title!r}", codes, sure=False)
 
     def _check_cleanup(self, node: Node) -> None:
         cleanup = node.cleanup
-        if cleanup is not None and not self._can_succeed(cleanup):
+        if cleanup is not None and not self._known.of(cleanup).outcomes.ends:
+            message = f"finally: {cleanup.title!r} never ends, and the mission is over only when it has"
+            self._findings.in_vain(cleanup.position, message, [f"timeout: 1 min, with do: {cleanup.title}"])
+        elif cleanup is not None and not self._can_succeed(cleanup):
             message = f"finally: {cleanup.title!r} never succeeds, and how a clean-up ends changes nothing"
             self._findings.warning(cleanup.position, message, ["a node that puts something in order"])
 

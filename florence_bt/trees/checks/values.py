@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
-from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.checking import check_kinds, exact_comparisons
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.quantities import format_value, out_of_range, with_article
-from florence_bt.trees.language.values import as_expression, fits, kind_of, port_value, tree_value
+from florence_bt.trees.language.values import as_expression, fits, is_said, kind_of, port_value, tree_value
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
 _JOINED = re.compile(r";|\||\band\b|\bor\b")
@@ -35,6 +36,7 @@ class ValueChecks:
         self._mission = mission
         self._findings = findings
         self._kinds = analysis.of(mission).kinds
+        self._measured = analysis.measured(mission)
 
     def check(self, value: model.Value, port: Port | None, what: str) -> None:
         """Check one value.
@@ -46,7 +48,8 @@ class ValueChecks:
         """
         match value:
             case model.Expression():
-                if self.expression(value, port.kind if port is not None else None, what):
+                said = port is not None and is_said(self.kind(value), port)
+                if self.expression(value, port.kind if port is not None and not said else None, what):
                     self._computed(value, port, what)
             case model.Reference() if port is not None:
                 self._reference(value, port, what)
@@ -80,6 +83,8 @@ class ValueChecks:
         problems = check_kinds(expression, self._kinds, wanted).problems
         for problem in problems:
             self._findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
+        for problem in () if problems else exact_comparisons(expression, self._kinds, self._measured):
+            self._findings.warning(problem.position, f"{what}: {problem.message}", problem.valid)
         return not problems
 
     def _computed(self, expression: model.Expression, port: Port | None, what: str) -> None:
@@ -167,10 +172,11 @@ class ValueChecks:
 
     def _reference(self, value: model.Reference, port: Port, what: str) -> None:
         given = kind_of(value, self._kinds)
-        if given is None:
+        if given is None or is_said(given, port):
             return
         if not fits(given, port.kind):
-            valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]
+            written = {key: kind for key, kind in self._kinds.items() if not key.startswith(HIDDEN)}
+            valid = [f"${key}" for key, kind in written.items() if fits(kind, port.kind)]
             if port.kind is Kind.TEXT:
                 valid.insert(0, f'a text with it: "{value.key.replace("_", " ")}: ${value.key}"')
             message = (

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from florence_bt.core.declaration import Kind
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.expressions.checking import has_threshold
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Mission, Node
+from florence_bt.trees.language.quantities import NUMERIC_KINDS
 from florence_bt.trees.language.watching import asked_first, guards_of, is_condition, unwatched
+
+_LIMITS = NUMERIC_KINDS - {Kind.INTEGER}
+"""Kinds of inputs with which a condition is told its limit."""
 
 
 class WatchChecks:
@@ -24,6 +31,7 @@ class WatchChecks:
         self._skills = analysis.declarations
         self._findings = findings
         self._told: set[Node] = set()
+        self._measured = analysis.measured(mission)
 
     def check(self) -> None:
         """Check all nodes."""
@@ -31,6 +39,7 @@ class WatchChecks:
             for guard in guards_of(node):
                 self._check_can_be_watched(guard)
                 self._check_asked_once(guard)
+            self._check_thresholds(node)
             if isinstance(node, model.Until | model.WaitUntil) and not self._known.of(node.goal).acts:
                 self._check_can_be_watched(node.goal)
         self._check_every()
@@ -65,6 +74,38 @@ class WatchChecks:
             inside = cause.child.title if isinstance(cause, model.Wrapper) else title
             valid = [f"{inside} without once", f"{inside} in a sequence before this node"]
         self._findings.error(place, message, valid)
+
+    def _check_thresholds(self, node: Node) -> None:
+        """Warn of a watched threshold by which one branch takes over from another, and gives it back."""
+        match node:
+            case model.If(memory=False, condition=model.Expression() as asked) if self._wavers(asked):
+                self._warn_of_threshold(asked.text, asked.position)
+            case model.If(memory=False) | model.Selector(memory=False):
+                below = (each for guard in guards_of(node) for each in model.walk(guard))
+                for leaf in below:
+                    if self._is_threshold(leaf):
+                        self._warn_of_threshold(leaf.title, leaf.position)
+
+    def _warn_of_threshold(self, title: str, place: Position) -> None:
+        message = f"{title!r} is a threshold: when the reading wavers, the branches take over from each other"
+        failure = "on_failure: with what is done instead, which then stands"
+        valid = [f"memory: false, with sequence: [{title}, what it allows], and {failure}"]
+        self._findings.warning(place, message, valid)
+
+    def _wavers(self, expression: model.Expression) -> bool:
+        return has_threshold(expression, self._measured)
+
+    def _is_threshold(self, node: Node) -> bool:
+        """Tell whether a node asks on which side of a value something measured is."""
+        if isinstance(node, model.Condition):
+            return self._wavers(node.condition)
+        declaration = self._skills.get(node.skill) if isinstance(node, model.RunSkill) else None
+        return (
+            declaration is not None
+            and declaration.instant
+            and not declaration.outputs
+            and any(port.kind in _LIMITS for port in declaration.inputs.values())
+        )
 
     def _check_asked_once(self, guard: Node) -> None:
         """Warn of what takes time, as it is done once and not asked again."""

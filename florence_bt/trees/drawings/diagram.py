@@ -117,7 +117,7 @@ def _edges(node: Node) -> list[str]:
 
 
 def _guards(node: Node) -> Iterator[str]:
-    for word, guard in (("when", node.when), ("unless", node.unless), ("while", node.holds)):
+    for word, guard in (("when", node.when), ("while", node.holds)):
         if guard is not None:
             yield f"{word} {guard.text}"
 

@@ -18,6 +18,7 @@ SYMBOLS = {
     "switch": "◈",
     "condition": "◇",
     "for_each": "↻",
+    "add": "+",
     "append": "+",
     "retry": "↻",
     "repeat": "↻",

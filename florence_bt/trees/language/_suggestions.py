@@ -28,7 +28,6 @@ _BESIDE_A_KIND = (
     "finally",
     "because",
     "when",
-    "unless",
     "while",
     "until",
     "on_failure",
@@ -93,6 +92,8 @@ OTHER_KINDS = by_spelling(
         "run": ("call", "subtree", "do_mission"),
         "switch": ("match",),
         "condition": ("check", "assert"),
+        "add: {key: 1}": ("increment", "increase", "inc", "count", "count_up", "plus"),
+        "add: {key: -1}": ("decrement", "decrease", "dec", "count_down", "subtract", "minus"),
         "fail": ("abort",),
         "parallel": ("at_once",),
         "$near and not $done, as the expression itself": ("and", "or", "all", "any"),
@@ -283,9 +284,27 @@ def for_rounds(kind: str, text: str) -> str | None:
     """
     if kind not in ("retry", "repeat"):
         return None
+    if is_duration(text) and kind == "repeat":
+        return f"repeat: {FOREVER}, with until: {{wait: {text}}}"
     if is_duration(text):
         return f"timeout: {text}, with do: {{{kind}: forever, do: ...}}"
     return FOREVER if text.lower() in _ENDLESS or text.startswith("until ") else None
+
+
+def for_duration(what: str, text: str) -> str:
+    """Suggest what would have worked where a time that passes stands in place of an expression.
+
+    Args:
+        what: The modifier or kind that has it.
+        text: The time.
+    """
+    instead = {
+        "wait_until": f"wait: {text}",
+        "condition": f"wait: {text}",
+        "when": f"sequence: [{{wait: {text}}}, the node]",
+        "if": f"sequence: [{{wait: {text}}}, what is under then]",
+    }
+    return instead.get(what, f"until: {{wait: {text}}}")
 
 
 def as_value(text: str) -> str:
@@ -313,7 +332,6 @@ def for_condition(what: str, source: YamlNode) -> tuple[str, ...]:
     instead = {
         "condition": f"{skill} itself, in place of condition",
         "while": f"memory: false, with sequence: [{{{skill}: ...}}, the node]",
-        "unless": f"if: {{invert: {{{skill}: ...}}}}, with the node under then",
     }
     return (instead.get(what, f"if: {{{skill}: ...}}, with the node under then"),)
 
@@ -347,7 +365,7 @@ def written_keys(source: YamlNode | None) -> Iterator[str]:
                     item.text.removeprefix("$") for _, item in value.entries if isinstance(item, YamlScalar)
                 ]
                 yield from filter(IDENTIFIER.fullmatch, targets)
-            elif key.text in ("set", "append"):
+            elif key.text in ("set", "add", "append"):
                 yield from named_in(value)
             elif (
                 key.text in ("attempt", "as", "index")

@@ -183,6 +183,16 @@ class Analysis:
                 for key_name in model.FAILURE_KEYS:
                     yield Literal(key_name, True, code.position), Kind.TEXT
 
+    def measured(self, mission: Mission) -> frozenset[str]:
+        """Return the keys to which skills and called missions of a mission give what is no whole number."""
+        return frozenset(
+            key.text
+            for node in self.of(mission).all
+            if isinstance(node, model.RunSkill | model.CallMission)
+            for output, key in node.outputs
+            if self.output_kinds(node).get(output.text) is not Kind.INTEGER
+        )
+
     def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
         """Return the kinds of a mission's inputs and keys: as declared, else as the first writer has it.
 

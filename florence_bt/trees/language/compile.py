@@ -124,7 +124,7 @@ def compile_mission(
         library: Where called missions are found.
         inputs: Every input in SI units, as ``parse_inputs`` returns them.
         context: What the tree's nodes share; its keys are set to the inputs.
-        as_reached: Whether called missions, and what stands behind `when` and `unless`, are built when they
+        as_reached: Whether called missions, and what stands behind `when`, are built when they
             are first reached. Until then nodes with the same names and ids stand in for them, which many runs
             share. What is asked as a condition again and again, and clean-ups, are built at once.
 
@@ -224,7 +224,7 @@ class _Start:
 
     Attributes:
         name: The name of the guard.
-        conditions: By ``unless``, ``when`` and ``while``.
+        conditions: By ``when`` and ``while``.
     """
 
     name: str
@@ -316,7 +316,7 @@ class _TreeBuilder:
         """Return what is made of a node once."""
         # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
         holds = node.holds if node.cleanup is not None else None
-        asked = {"unless": node.unless, "when": node.when, "while": holds}
+        asked = {"when": node.when, "while": holds}
         guards = {word: guard for word, guard in asked.items() if guard is not None}
         start = None
         if guards:
@@ -371,7 +371,6 @@ class _TreeBuilder:
             self._branch(path, guarded),
             self.context,
             conditions.get("when"),
-            conditions.get("unless"),
             conditions.get("while"),
             code=node.own_failure(GUARD_FAILED),
             skipped_fails=skipped_fails,
@@ -602,8 +601,7 @@ class _TreeBuilder:
                 code = node.own_failure(CONDITION_FALSE)
                 return Condition(name, context, self._condition(condition), code)
             case model.Fail(reason=reason):
-                kind = None if isinstance(reason, Expression) else Kind.TEXT
-                return Fail(name, context, self._value(reason, kind), node.own_failure(FAILED))
+                return Fail(name, context, self._text(reason), node.own_failure(FAILED))
             case model.Wait(duration=duration):
                 seconds = self._value(duration, Kind.DURATION)
                 return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
@@ -628,7 +626,12 @@ class _TreeBuilder:
         kind = self._kinds.get(key.text)
         if kind is not None and kind.item is not None:
             return self._value(value, kind.item)
-        return self.parts.get(value, "added", lambda: self._placed(value, template_of))
+        return self._text(value)
+
+    def _text(self, value: Value) -> TextTemplate:
+        """Return a text, with the values of keys as people write them."""
+        make = partial(template_of, kinds=self._kinds_for(value))
+        return self.parts.get(value, "text", lambda: self._placed(value, make))
 
     def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
         inputs, outputs = self.parts.get(node, "ports", partial(self._ports, node))
@@ -696,7 +699,8 @@ class _TreeBuilder:
             port = ports.get(name.text)
             if port is None:
                 raise self._error(name.position, f"{problem} {name.text!r}", closest_first(name.text, ports))
-            read = partial(port_value, port=port, kinds=self._kinds_for(value))
+            said = port.kind is Kind.TEXT and isinstance(value, model.Reference)
+            read = partial(port_value, port=port, kinds=self._kinds if said else self._kinds_for(value))
             inputs[name.text] = self._placed(value, read)
         return inputs
 

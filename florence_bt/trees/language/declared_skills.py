@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, close_matches, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.core.plain_yaml import (
     Position,
     YamlMapping,
@@ -39,7 +40,7 @@ from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.third_party import installed
-from florence_bt.trees.language.vocabulary import RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
+from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
@@ -135,6 +136,7 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
             if mapping is not None:
                 declared[name.text] = mapping.declaration
                 mappings[name.text] = mapping
+    _check_groups(reader, source, skills, declared)
     # What several skills have of one place of the file is read for each of them.
     return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings, positions)
 
@@ -360,6 +362,31 @@ def _groups(reader: Reader, source: YamlNode | None) -> tuple[CodeGroup, ...]:
         if name is not None:
             groups.append(CodeGroup(name.text, frozenset(code.text for code in codes), text))
     return tuple(groups)
+
+
+def _check_groups(
+    reader: Reader, file: YamlMapping, skills: YamlMapping, declared: Mapping[str, SkillDeclaration]
+) -> None:
+    """Report a code in a group with which no skill of the file can fail."""
+    tables = [file.get("groups")]
+    tables += [item.get("groups") for _, item in skills.entries if isinstance(item, YamlMapping)]
+    groups = [entry for table in tables if isinstance(table, YamlMapping) for entry in table.entries]
+    known = {code: meaning for skill in declared.values() for code, meaning in skill.failures.items()}
+    for key, item in groups:
+        for code in _codes_in(item):
+            if code.text not in known and code.text not in COMMON_CODES:
+                message = (
+                    f"no skill of this file can fail with {code.text!r}, a code of the group {key.text!r}"
+                )
+                valid = [*close_matches(code.text, known), f"failures: {{{code.text}: what it means}}"]
+                reader.error(code.position, message, valid)
+
+
+def _codes_in(group: YamlNode) -> tuple[YamlScalar, ...]:
+    """Return the codes that are written in a group, with or without a meaning beside them."""
+    listed = group.get("codes") if isinstance(group, YamlMapping) else group
+    items = listed.items if isinstance(listed, YamlSequence) else (listed,)
+    return tuple(item for item in items if isinstance(item, YamlScalar) and IDENTIFIER.fullmatch(item.text))
 
 
 def _deadline(reader: Reader, source: YamlNode | None) -> float:

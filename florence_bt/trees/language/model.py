@@ -155,7 +155,6 @@ class Node:
         reasons: ``because``, or None.
         cleanup: ``finally``, or None.
         when: ``when``: what must hold before the node starts, or None; the node is skipped otherwise.
-        unless: ``unless``: what must not hold before the node starts, or None.
         holds: ``while``: what must hold all along, or None; the node fails otherwise.
     """
 
@@ -165,7 +164,6 @@ class Node:
     reasons: Reasons | None = None
     cleanup: Node | None = None
     when: Expression | None = None
-    unless: Expression | None = None
     holds: Expression | None = None
 
     @property
@@ -194,8 +192,8 @@ class Node:
 
     @property
     def guards(self) -> tuple[Expression, ...]:
-        """``when``, ``unless`` and ``while``, those that are there."""
-        return tuple(guard for guard in (self.when, self.unless, self.holds) if guard is not None)
+        """``when`` and ``while``, those that are there."""
+        return tuple(guard for guard in (self.when, self.holds) if guard is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -290,6 +288,16 @@ class Set(Node):
     def default_title(self) -> str:
         """Such as ``set goal``."""
         return "set " + ", ".join(key.text for key, _ in self.values)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Add(Set):
+    """``add``: writes sums of keys and what is added to them."""
+
+    @property
+    def default_title(self) -> str:
+        """Such as ``add to rounds``."""
+        return "add to " + ", ".join(key.text for key, _ in self.values)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

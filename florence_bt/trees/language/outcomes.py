@@ -60,6 +60,11 @@ class NodeOutcomes:
         """Whether it can fail."""
         return bool(self.codes)
 
+    @property
+    def ends(self) -> bool:
+        """Whether it can end in any way but by being stopped."""
+        return self.can_succeed or self.can_fail
+
 
 SUCCEEDS = NodeOutcomes(True, frozenset())
 _NO_CODES = frozenset[str]()
@@ -108,11 +113,11 @@ class MissionOutcomes:
 
     def _guarded(self, node: Node, outcomes: NodeOutcomes, skip_fails: bool) -> NodeOutcomes:
         codes = outcomes.codes.union(*(self._of_expression(guard) for guard in node.guards))
-        never = constant_of(node.when) is False or constant_of(node.unless) is True
+        never = constant_of(node.when) is False
         can_succeed = outcomes.can_succeed and not never and constant_of(node.holds) is not False
         if constant_of(node.holds) is not True and node.holds is not None:
             codes |= {node.own_failure(GUARD_FAILED)}
-        if node.when is None and node.unless is None:
+        if node.when is None:
             return NodeOutcomes(can_succeed, codes, can_skip=outcomes.can_skip)
         if skip_fails:
             return NodeOutcomes(can_succeed, codes | {"skipped"}, skip_succeeds=False, can_skip=True)
@@ -122,7 +127,8 @@ class MissionOutcomes:
         match node:
             case model.Sequence(children=children):
                 parts = [self._of(child, skip_fails=False) for child in children]
-                return NodeOutcomes(all(part.can_succeed for part in parts), _codes(parts))
+                reached = _up_to(parts, lambda part: not part.can_succeed)
+                return NodeOutcomes(all(part.can_succeed for part in parts), _codes(reached))
             case model.Selector(children=children):
                 parts = [self._of(child, skip_fails=True) for child in children]
                 return _selector(parts)
@@ -164,7 +170,7 @@ class MissionOutcomes:
     def _wrapper(self, node: model.Wrapper, child: NodeOutcomes, skip_fails: bool) -> NodeOutcomes:
         match node:
             case model.Succeed():
-                return SUCCEEDS
+                return NodeOutcomes(child.can_succeed or child.can_fail, _NO_CODES)
             case model.Invert():
                 own = frozenset({node.own_failure(UNEXPECTED_SUCCESS)})
                 return NodeOutcomes(child.can_fail, own if child.can_succeed else _NO_CODES)
@@ -203,7 +209,9 @@ class MissionOutcomes:
         if node.first_success:
             left |= child.codes - over if over else _NO_CODES
             return NodeOutcomes(child.can_succeed, left | {node.own_failure(NONE_WORKED)})
-        return NodeOutcomes(True, left | (child.codes - over))
+        goes_on = child.can_succeed or not over.isdisjoint(child.codes)
+        empty = not isinstance(items, ListItems) or not items.items
+        return NodeOutcomes(goes_on or empty, left | (child.codes - over))
 
     def _on_failure(self, node: model.OnFailure, child: NodeOutcomes) -> NodeOutcomes:
         handlers = [(code.text, self._of(each, skip_fails=True)) for code, each in node.handlers]
@@ -312,8 +320,14 @@ def _codes(outcomes: Iterable[NodeOutcomes]) -> frozenset[str]:
     return _NO_CODES.union(*(each.codes for each in outcomes))
 
 
+def _up_to(parts: list[NodeOutcomes], is_last: Callable[[NodeOutcomes], bool]) -> list[NodeOutcomes]:
+    """Return the parts that are reached: those up to the first after which nothing follows."""
+    last = next((number for number, part in enumerate(parts) if is_last(part)), len(parts))
+    return parts[: last + 1]
+
+
 def _selector(parts: list[NodeOutcomes]) -> NodeOutcomes:
-    can_succeed = any(part.can_succeed for part in parts)
+    can_succeed = any(part.can_succeed for part in _up_to(parts, lambda part: not part.can_fail))
     if not parts or not all(part.can_fail for part in parts):
         return NodeOutcomes(can_succeed, _NO_CODES)
     # It fails as the last one did; one that was skipped may leave the word to those before it.

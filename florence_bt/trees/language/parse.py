@@ -13,6 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, close_matches
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
@@ -20,15 +21,19 @@ from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model, vocabulary
+from florence_bt.trees.language.expressions.parser import negated
+from florence_bt.trees.language.expressions.syntax import Binary, Key, print_term
 from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import read_value, with_article
 from florence_bt.trees.language.reader import Reader, without_dollar
+from florence_bt.trees.language.values import term_of
 
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
-_TIME_OF_DAY = re.compile(r"\d{1,2}:\d{2}")
+_TIME_OF_DAY = re.compile(r"(?P<time>\d{1,2}:\d{2})(?: or (?P<sooner>.+))?")
+"""A time of day, perhaps with what ends the waiting sooner: ``22:00``, ``22:00 or $done``."""
 _TIME_MEANT = re.compile(
     r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
     r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
@@ -161,6 +166,7 @@ class _MissionParser(Reader):
         if not isinstance(source, YamlMapping):
             self.error(source.position, *suggestions.for_not_a_node(source))
             return None
+        source = self._without_unless(source)
         kinds = [(key, value) for key, value in source.entries if key.text not in _ALL_MODIFIERS]
         if source.get("wait_until") is not None and source.get("timeout") is not None:
             return self._wait_in_time(source)
@@ -210,6 +216,18 @@ class _MissionParser(Reader):
         if until is None and handlers is None:
             return self._of_kind(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
+
+    def _without_unless(self, source: YamlMapping) -> YamlMapping:
+        """Refuse ``unless``, which was another word for ``when: not``."""
+        key, value, when = source.key("unless"), source.get("unless"), source.get("when")
+        if key is None:
+            return source
+        wanted = negated(value.text if isinstance(value, YamlScalar) else "")
+        if isinstance(when, YamlScalar):
+            wanted = f"({when.text}) and {wanted}"
+        self.error(key.position, "there is no 'unless' any more: 'when' says it", [f"when: {wanted}"])
+        entries = tuple(entry for entry in source.entries if entry[0] is not key)
+        return YamlMapping(entries, source.position)
 
     def _unknown_kind(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
         """Report what looks like a kind of node and is none; what stands below it is parsed all the same."""
@@ -338,6 +356,8 @@ class _MissionParser(Reader):
                 return self._wait_until(key, value, mapping)
             case "set":
                 return self._set(key, value, mapping)
+            case "add":
+                return self._sums(value, self._fields(key, mapping))
             case "append":
                 values, fields = self.values(value, "append"), self._fields(key, mapping)
                 if not isinstance(value, YamlMapping) or not value.entries:
@@ -361,8 +381,8 @@ class _MissionParser(Reader):
                     fields["reasons"] = self._reasons(source)
                 case "finally":
                     fields["cleanup"] = self.node(source)
-                case "when" | "unless":
-                    fields[modifier.text] = self.expression(source, modifier.text)
+                case "when":
+                    fields["when"] = self.expression(source, "when")
                 case "while":
                     fields["holds"] = self.expression(source, "while")
         return fields
@@ -610,35 +630,56 @@ class _MissionParser(Reader):
 
     def _wait_until(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         fields = self._fields(key, mapping)
-        if isinstance(value, YamlScalar) and _TIME_OF_DAY.fullmatch(value.text.strip()):
-            return self._wait_for_time(value.text.strip(), value.position, fields)
-        if isinstance(value, YamlScalar) and suggestions.is_duration(value.text):
-            message = f"wait_until: {value.text!r} is a time that passes, and no condition"
-            self.error(value.position, message, [f"wait: {value.text}"])
-            return None
+        given = value.get("time") if isinstance(value, YamlMapping) and len(value.entries) == 1 else None
+        if given is not None:
+            time = self.value(given, "time")
+            return self._wait_for_time(time, None, given.position, fields) if time is not None else None
+        written = _TIME_OF_DAY.fullmatch(value.text.strip()) if isinstance(value, YamlScalar) else None
+        if isinstance(value, YamlScalar) and written is not None:
+            sooner = self._sooner(value, written) if written["sooner"] else None
+            literal = model.Literal(written["time"], True, value.position)
+            return self._wait_for_time(literal, sooner, value.position, fields)
         goal = self._question(value, "wait_until")
         return model.WaitUntil(goal=goal, **fields) if goal is not None else None
 
-    def _wait_for_time(self, time: str, place: Position, fields: _Fields) -> model.Node:
-        """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for."""
-        hours, minutes = map(int, time.split(":"))
-        if hours > 23 or minutes > 59:
-            self.error(place, f"wait_until: {time!r} is no time of day", ["22:00"])
-        name = f"time_{time.replace(':', '_')}"
-        text, date = model.Literal(time, True, place), model.Literal(name, True, place)
+    def _sooner(self, value: YamlScalar, written: re.Match[str]) -> model.Node | None:
+        """Read the expression behind a time of day and ``or``."""
+        start = value.text.index(written["sooner"])
+        column = None if value.first_column is None else value.first_column + start
+        place = value.position if column is None else Position(value.position.line, column)
+        return self._question(YamlScalar(written["sooner"], False, place, column), "wait_until")
+
+    def _wait_for_time(
+        self, time: model.Value, sooner: model.Node | None, place: Position, fields: _Fields
+    ) -> model.Node:
+        """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for.
+
+        Args:
+            time: Hours and minutes, written out or in a key.
+            sooner: What ends the waiting, too, if anything does.
+            place: Where it stands.
+            fields: What every node has.
+        """
+        shown = model.show(time)
+        if isinstance(time, model.Literal) and _time_meant(shown) != f"{shown:0>5}":
+            self.error(place, f"wait_until: {shown!r} is no time of day", ["22:00"])
+        written = shown.replace(":", "_") if isinstance(time, model.Literal) else f"of_line_{place.line}"
+        name = f"{HIDDEN}time_{written}"
         look_up = model.RunSkill(
             skill="look_up_time",
-            inputs=((model.Literal("time", True, place), text),),
-            outputs=((model.Literal("date", True, place), date),),
+            inputs=((model.Literal("time", True, place), time),),
+            outputs=((model.Literal("date", True, place), model.Literal(name, True, place)),),
             position=place,
         )
-        asked = model.RunSkill(
+        asked: model.Node = model.RunSkill(
             skill="time_reached",
             inputs=((model.Literal("date", True, place), model.Reference(name, place)),),
             position=place,
         )
+        if sooner is not None:
+            asked = model.Selector(children=(asked, sooner), position=place)
         wait = model.WaitUntil(goal=asked, position=place)
-        fields["name"] = fields.get("name") or f"wait until {time}"
+        fields["name"] = fields.get("name") or f"wait until {shown}"
         return model.Sequence(children=(look_up, wait), **fields)
 
     # ---- leaves ---------------------------------------------------------------------------------------
@@ -653,6 +694,25 @@ class _MissionParser(Reader):
         if empty or (isinstance(value, YamlMapping) and not value.entries):
             self.error(value.position, "set needs keys and values", ["set: {key: value}"])
         return model.Set(values=values, **fields)
+
+    def _sums(self, value: YamlNode, fields: _Fields) -> model.Node:
+        """Read ``add: {n: 1}``, which is short for ``set: {n: "${$n + 1}"}``."""
+        if not isinstance(value, YamlMapping) or not value.entries:
+            written = value.text.removeprefix("$") if isinstance(value, YamlScalar) else ""
+            meant = written if vocabulary.IDENTIFIER.fullmatch(written) else "key"
+            self.error(value.position, "add needs keys and values", [f"add: {{{meant}: 1}}"])
+            return model.Add(values=(), **fields)
+        values = self.values(value, "add")
+        sums = []
+        for name, given in values:
+            if (term := term_of(given)) is not None:
+                total = Binary("+", Key(name.text, name.position), term, given.position)
+                sums.append((name, model.Expression(print_term(total), total, given.position)))
+                continue
+            message = f"add: {model.show(given)!r} is no number and no quantity"
+            valid = [f"append: {{{name.text}: {model.show(given)}}}, to a text or a list"]
+            self.error(given.position, message, valid)
+        return model.Add(values=tuple(sums), **fields)
 
     def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         fields = self._fields(key, mapping)

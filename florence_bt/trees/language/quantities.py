@@ -7,10 +7,10 @@ import re
 from functools import lru_cache
 from typing import Any
 
-from florence_bt.core.declaration import MAGNITUDES, Kind, Port
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.declaration import MAGNITUDES, Kind, Port, number_text
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.units import QUANTITY, UNITS
+from florence_bt.core.units import QUANTITY, UNITS, quantity_meant, unit_size
 
 NUMERIC_KINDS = frozenset(UNITS) | {Kind.NUMBER, Kind.INTEGER}
 
@@ -26,6 +26,9 @@ _EXAMPLES = {
     Kind.POSE: "{x: 1 m, y: 2 m, yaw: 90 deg}",
 }
 _PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
+COMPOUND = r"(?=\d+\s*[a-z]+\s*\d)(?:(\d+)\s*h)?(?:\s*(\d+)\s*min)?(?:\s*(\d+(?:\.\d+)?)\s*s)?"
+"""A duration of several parts, ``1 h 30 min`` or ``30 min 10 s``."""
+_COMPOUND = re.compile(COMPOUND)
 _COMMENT = re.compile("#|//")
 """The beginning of a comment without the space that it needs, or of another language."""
 _HOURS = re.compile(r"(\d{1,2}) ?h ?(\d{1,2})")
@@ -86,6 +89,8 @@ def guess_value(text: str) -> tuple[Kind, Any]:
         match = QUANTITY.fullmatch(text)
         if match and (match[2] in UNITS.get(kind, {}) or (kind is Kind.NUMBER and not match[2])):
             return kind, _read_quantity(text, kind)
+    if _COMPOUND.fullmatch(text):
+        return Kind.DURATION, _read_quantity(text, Kind.DURATION)
     return Kind.TEXT, text
 
 
@@ -109,12 +114,8 @@ def format_value(value: Any, kind: Kind) -> str:
     match kind:
         case Kind.BOOLEAN:
             return "true" if value else "false"
-        case Kind.LENGTH | Kind.DURATION | Kind.SPEED:
-            return f"{value:g} {next(iter(UNITS[kind]))}"
-        case Kind.ANGLE:
-            return f"{math.degrees(value):g} deg"
-        case Kind.NUMBER:
-            return f"{value:g}"
+        case Kind.LENGTH | Kind.DURATION | Kind.SPEED | Kind.ANGLE | Kind.NUMBER:
+            return number_text(value, kind)
         case Kind.POSE if isinstance(value, Pose2):
             return f"{{x: {value.x:g} m, y: {value.y:g} m, yaw: {math.degrees(value.yaw):g} deg}}"
         case _:
@@ -162,8 +163,11 @@ def _suggestion(text: str, kind: Kind) -> str:
         return f"{match[1]} {match[2]}".strip()
     parts = _PART.findall(text)
     whole = "".join("".join(part) for part in parts) == re.sub(r"\s|and", "", text)
-    if len(parts) > 1 and whole and all(unit in units for _, unit in parts):
-        return format_value(sum(float(number) * units[unit] for number, unit in parts), kind)
+    sizes = [unit_size(unit.lower(), kind) for _, unit in parts]
+    if len(parts) > 1 and whole and None not in sizes:
+        return format_value(
+            sum(float(part[0]) * (size or 0.0) for part, size in zip(parts, sizes, strict=True)), kind
+        )
     long = _HOURS.fullmatch(text)
     if long and kind is Kind.DURATION:
         return f"{int(long[1]) * 60 + int(long[2])} min"
@@ -192,6 +196,9 @@ def _within_magnitude(text: str, value: float, kind: Kind) -> float:
 
 
 def _read_quantity(text: str, kind: Kind) -> float:
+    if kind is Kind.DURATION and (parts := _COMPOUND.fullmatch(text)):
+        hours, minutes, seconds = (float(part or 0.0) for part in parts.groups())
+        return _within_magnitude(text, 3600.0 * hours + 60.0 * minutes + seconds, kind)
     match = QUANTITY.fullmatch(text)
     units = UNITS.get(kind, {})
     what = with_article(kind)
@@ -209,6 +216,6 @@ def _read_quantity(text: str, kind: Kind) -> float:
     if kind is Kind.NUMBER:
         plain = f"{number / 100:g}" if unit == "%" else match[1]
         raise ConfigError(f"a plain number is needed, not {text!r}", valid=[plain])
-    close = closest_first(unit, units)
-    names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
-    raise ConfigError(f"{unit!r} is not a unit of {what}", valid=[f"{match[1]} {name}" for name in names])
+    meant = quantity_meant(match[1], unit, kind)
+    valid = [meant] if meant is not None else [f"{match[1]} {name}" for name in units]
+    raise ConfigError(f"{unit!r} is not a unit of {what}", valid=valid)

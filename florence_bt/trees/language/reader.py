@@ -211,6 +211,10 @@ class Reader(WordReader):
             message = f"{what}: {text!r} is neither a key nor a node"
             self.error(source.position, message, (f"${text}", f"{{{text}: }}, if it is a skill"))
             return None
+        if suggestions.is_duration(text):
+            message = f"{what}: {text.strip()!r} is a time that passes, and no condition"
+            self.error(source.position, message, [suggestions.for_duration(what, text.strip())])
+            return None
         start = len(text) - len(text.lstrip())
         if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
             inside = text[start + 2 : -1]

@@ -16,7 +16,13 @@ from florence_bt.core.units import UNITS
 from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.code_groups import ANY, groups_of
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.quantities import NUMERIC_KINDS, example_of, format_value, with_article
+from florence_bt.trees.language.quantities import (
+    COMPOUND,
+    NUMERIC_KINDS,
+    example_of,
+    format_value,
+    with_article,
+)
 
 Schema = dict[str, Any]
 
@@ -85,7 +91,8 @@ def _quantity(kind: Kind, *others: str) -> Schema:
     """
     units = "|".join(re.escape(unit) for unit in UNITS[kind])
     message = f"{with_article(kind)} is a number with its unit ({', '.join(UNITS[kind])}): {example_of(kind)}"
-    patterns = "|".join((rf"{_NUMBER}\s*({units})", *others))
+    compound = (COMPOUND,) if kind is Kind.DURATION else ()
+    patterns = "|".join((rf"{_NUMBER}\s*({units})", *compound, *others))
     written = {
         "type": "string",
         "pattern": f"^({patterns})$",
@@ -210,6 +217,12 @@ NODE: Schema = {"$ref": "#/definitions/node"}
 _NODES: Schema = {"type": "array", "items": NODE, "minItems": 1}
 _COUNT: Schema = {"anyOf": [{"type": "integer", "minimum": 1}, REFERENCE]}
 _PAUSE = given(Kind.DURATION)
+_TIME: Schema = {
+    "type": "object",
+    "properties": {"time": TEXT},
+    "required": ["time"],
+    "additionalProperties": False,
+}
 _A_KEY: Schema = {"patternProperties": {f"^{vocabulary.IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
 
 KIND_VALUES: dict[str, Schema] = {
@@ -219,6 +232,7 @@ KIND_VALUES: dict[str, Schema] = {
     "if": {"anyOf": [EXPRESSION, NODE]},
     "switch": {"$ref": "#/definitions/any"},
     "for_each": {"anyOf": [{"type": "array"}, REFERENCE]},
+    "add": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
     "append": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
     "retry": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
     "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
@@ -229,7 +243,7 @@ KIND_VALUES: dict[str, Schema] = {
     "condition": EXPRESSION,
     "fail": TEXT,
     "wait": _PAUSE,
-    "wait_until": {"anyOf": [EXPRESSION, NODE]},
+    "wait_until": {"anyOf": [EXPRESSION, _TIME, NODE]},
     "set": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
 }
 """Kind key -> what stands behind it; ``run`` depends on the missions."""
@@ -237,7 +251,6 @@ KIND_VALUES: dict[str, Schema] = {
 MODIFIER_TEXTS: dict[str, str] = {
     "name": "shown instead of the name that the kind gives",
     "when": "must hold before the node starts; the node is skipped otherwise",
-    "unless": "must not hold before the node starts; the node is skipped otherwise",
     "while": "must hold all along; the node is stopped and fails otherwise",
     "until": "what ends the node: a node that succeeds, or an expression that holds",
     "on_failure": "what is done about failures: codes, groups of codes or any, each with a node",
@@ -349,7 +362,6 @@ class NodeSchemas:
         values: dict[str, Schema] = {
             "name": TEXT,
             "when": EXPRESSION,
-            "unless": EXPRESSION,
             "while": EXPRESSION,
             "ensure": EXPRESSION,
             "because": {

@@ -12,6 +12,7 @@ from florence_bt.behaviours.keys import (
     ListFromItems,
     PoseFromParts,
     TextTemplate,
+    ValueInWords,
     ValueProblem,
     is_source,
     readable,
@@ -26,6 +27,7 @@ from florence_bt.trees.language import quantities
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.syntax import Constant, Key, Term
 from florence_bt.trees.language.model import (
     Expression,
     ListItems,
@@ -127,15 +129,24 @@ def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
 def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
     """Convert as :func:`tree_value` does, and what needs no keys is held against the port's limits.
 
+    Where any text will do, a number is given as people write it.
+
     Raises:
         ConfigError: The value is of another kind or outside the limits; placed as by :func:`tree_value`.
     """
+    if isinstance(value, Reference | Expression) and is_said(kind_of(value, kinds or {}), port):
+        return template_of(value, kinds)
     result = tree_value(value, port.kind, kinds)
     if isinstance(result, (int, float, str, tuple)) and not isinstance(result, bool):
         problem = quantities.out_of_range(result, port)
         if problem:
             raise ConfigError(problem, valid=quantities.range_of(port))
     return result
+
+
+def is_said(kind: Kind | None, port: Port) -> bool:
+    """Tell whether values of a kind can be given as texts: numbers, where no place is named."""
+    return port.kind is Kind.TEXT and not port.names and kind in (*quantities.NUMERIC_KINDS, Kind.BOOLEAN)
 
 
 def literal_value(literal: Literal, kind: Kind | None) -> Any:
@@ -145,12 +156,34 @@ def literal_value(literal: Literal, kind: Kind | None) -> Any:
     return quantities.read_value(literal.text, kind)
 
 
-def template_of(value: Value) -> TextTemplate:
-    """Make a template of a text with or without keys; an expression may be of any kind."""
-    source = tree_value(value, None if isinstance(value, Expression) else Kind.TEXT)
-    if isinstance(source, TextTemplate):
-        return source
-    return TextTemplate((source if is_source(source) else readable(source),))
+def term_of(value: Value) -> Term | None:
+    """Return a number, quantity, key or expression as a term of an expression; None for anything else."""
+    match value:
+        case Expression(term=term):
+            return term
+        case Reference(key=key):
+            return Key(key, value.position)
+        case Literal(text=text, quoted=False):
+            kind, number = quantities.guess_value(text)
+            return Constant(number, kind, text, value.position) if kind in quantities.NUMERIC_KINDS else None
+    return None
+
+
+def template_of(value: Value, kinds: Kinds | None = None) -> TextTemplate:
+    """Make a template of a text with or without keys; an expression may be of any kind.
+
+    Args:
+        value: The value.
+        kinds: The kinds of the keys: they say the unit of an expression.
+    """
+    if isinstance(value, Expression):
+        source = tree_value(value, None, kinds)
+        kind = kind_of(value, kinds or {})
+        if not is_source(source):
+            return TextTemplate((readable(source, kind),))
+        return TextTemplate((ValueInWords(source, kind),))
+    source = tree_value(value, Kind.TEXT, kinds)
+    return source if isinstance(source, TextTemplate) else TextTemplate((source,))
 
 
 def as_expression(value: Template) -> tuple[str, ...]:
@@ -170,7 +203,7 @@ def _written(kind: Kind) -> tuple[str, ...]:
     return (quantities.example_of(kind), "$key")
 
 
-def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
+def kind_of(value: Value, kinds: Kinds) -> Kind | None:
     """Return the kind of a value where nothing says what it must be; None when it is not known.
 
     Args:

@@ -23,15 +23,16 @@ NODE_KINDS: dict[str, str] = {
     "wait": "pauses",
     "wait_until": "pauses until something is so",
     "set": "writes keys",
+    "add": "adds to numbers and quantities",
     "append": "adds to a text or a list",
     "run": "runs another mission with keys of its own",
 }
 """Kind key -> what the node does."""
 
-GUARDS = ("when", "unless", "while")
+GUARDS = ("when", "while")
 """Modifiers that say when a node may start and go on; their values are expressions."""
 
-OUTSIDE = ("name", "when", "unless", "because", "finally")
+OUTSIDE = ("name", "when", "because", "finally")
 """Modifiers that are about a node together with what its `until`, `on_failure` and `ensure` do."""
 
 ANYWHERE = ("name", *GUARDS, "until", "on_failure", "ensure", "because", "finally")
@@ -70,7 +71,6 @@ NEVER_INPUTS = (
     "do",
     "with",
     "when",
-    "unless",
     "while",
     "until",
     "on_failure",
@@ -84,8 +84,8 @@ NEVER_INPUTS = (
 )
 """Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
-RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
-"""Names that no skill can have."""
+RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS, "time"))
+"""Names that no skill can have; ``time`` stands under ``wait_until``."""
 
 MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
 INPUT_KEYS = ("type", "default", "min", "max", "description")
@@ -132,7 +132,7 @@ TREE_CODES: dict[str, str] = {
     "timed_out": "a time-out or a deadline passed",
     "cancelled": "a skill was cancelled by its server",
     "unexpected_success": "what was inverted succeeded",
-    "skipped": "`when` or `unless` kept a node of a selector from starting",
+    "skipped": "`when` kept a node of a selector from starting",
     "guard_failed": "`while` did not hold",
     "until_not_met": "a node was done before what its `until` waits for",
     "not_ensured": "a node succeeded, and its `ensure` does not hold",

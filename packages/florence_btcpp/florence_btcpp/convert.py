@@ -12,7 +12,7 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import port_document
-from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.parser import negated, parse_expression
 from florence_bt.trees.language.vocabulary import BESIDE, FOREVER, MODIFIERS, OUTSIDE
 from florence_btcpp.custom_nodes import CustomNode, CustomNodes
 from florence_btcpp.data_flow import DataFlow, TreeFlow
@@ -21,7 +21,7 @@ from florence_btcpp.mission_text import Quoted, read_flow
 from florence_btcpp.names import identifier
 from florence_btcpp.node_models import NAV2_ERROR_PORTS, nav2_nodes
 from florence_btcpp.notes import LossNotes
-from florence_btcpp.round_trip import matching_cases, matching_expression, matching_guards, matching_values
+from florence_btcpp.round_trip import matching_cases, matching_expression, matching_guard, matching_values
 from florence_btcpp.script import (
     AssignmentExpr,
     BooleanExpr,
@@ -90,19 +90,20 @@ def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
         slot = "do" if "do" in node else next(iter(node))
         below = node[slot]
         if element.tag == "ForceFailure" and _is_guarded(element.children[0], below[0]):
-            bare, guards = _lift(below[0])
-            return {slot: [bare, *below[1:]], **guards}, ""
+            bare, when = _lift(below[0])
+            return {slot: [bare, *below[1:]], "when": when}, ""
         if isinstance(below, dict) and _is_guarded(element.children[0], below):
-            bare, guards = _lift(below)
+            bare, when = _lift(below)
             different = _UNEVEN if any(map(_can_skip, _inside(element.children[0]))) else ""
-            return {**node, slot: bare if element.tag in TURNING else below, **guards}, different
+            return {**node, slot: bare if element.tag in TURNING else below, "when": when}, different
         if element.tag in TURNING and _can_skip(element.children[0]):
             return node, _UNEVEN
     if element.tag in GATHERING:
         nodes = next(node[kind] for kind in ("sequence", "selector", "parallel") if kind in node)
         if all(_is_guarded(child, below) for child, below in zip(element.children, nodes, strict=True)):
-            when = " or ".join(f"({_kept(below)})" for below in nodes)
-            return ({**node, "when": when}, "") if _is_short_enough(when) else (node, _UNEVEN)
+            any_of_them = " or ".join(f"({below['when']})" for below in nodes)
+            long = not _is_short_enough(any_of_them)
+            return (node, _UNEVEN) if long else ({**node, "when": any_of_them}, "")
         if all(map(_can_skip, element.children)):
             return node, _UNEVEN
     scripts = any(name in element.attributes for name in POST_CONDITIONS)
@@ -129,7 +130,7 @@ def _can_skip(element: Element) -> bool:
     while waiting:
         one = waiting.pop()
         if one.tag != "FlorenceGuard" and any(name in one.attributes for name in _SKIPS):
-            if matching_guards(one) is None:
+            if matching_guard(one) is None:
                 return True
         elif one.tag in GATHERING:
             if MARK not in one.attributes and all(map(_can_skip, one.children)):
@@ -141,21 +142,13 @@ def _can_skip(element: Element) -> bool:
 
 def _is_guarded(element: Element, node: Node) -> bool:
     """Tell whether a node can be skipped by a guard that is not one of our own exports."""
-    own = element.tag == "FlorenceGuard" or matching_guards(element) is not None
-    return not own and bool({"when", "unless"} & set(node))
+    own = element.tag == "FlorenceGuard" or matching_guard(element) is not None
+    return not own and "when" in node
 
 
-def _lift(guarded: Node) -> tuple[Node, dict[str, str]]:
-    """Split a node into the node without its guards, and the guards."""
-    guards: dict[str, str] = {name: guarded[name] for name in ("when", "unless") if name in guarded}
-    return {name: value for name, value in guarded.items() if name not in guards}, guards
-
-
-def _kept(node: Node) -> str:
-    """Return what holds when a node is not skipped by its guards."""
-    parts = [f"({node['when']})"] if "when" in node else []
-    parts += [f"not ({node['unless']})"] if "unless" in node else []
-    return " and ".join(parts)
+def _lift(guarded: Node) -> tuple[Node, str | None]:
+    """Split a node into the node without its ``when``, and that."""
+    return {name: value for name, value in guarded.items() if name != "when"}, guarded.get("when")
 
 
 Node = dict[str, Any]
@@ -388,7 +381,7 @@ class Converter:
         started = element.get("_onStart")
         if started:
             node = {"sequence": [*self.scripts(element, started), node]}
-        node, guards = _lift(node)  # a node that is skipped has no scripts done after it
+        node, when = _lift(node)  # a node that is skipped has no scripts done after it
         succeeds, fails = (self._asked(element, name) for name in ("_successIf", "_failureIf"))
         if succeeds is not None:
             node = {"if": succeeds, "then": dict(NOTHING), "else": node}
@@ -396,10 +389,9 @@ class Converter:
             node = {"if": fails, "then": {"fail": f"_failureIf: {fails}"}, "else": node}
         node = self._with_scripts(element, node)
         before = [asked for asked in (fails, succeeds) if asked is not None]
-        if before and guards:
-            guards = {"unless": _all([f"not ({_kept(guards)})", *_none_of(before)])}
-        for name, guard in guards.items():
-            node = put(node, name, guard)
+        if when is not None:
+            skipped = _all([f"not ({when})", *_none_of(before)])
+            node = put(node, "when", negated(skipped) if before else when)
         node = self._with_skip(element, node, before)
         return self._with_words(element, node)
 
@@ -412,12 +404,8 @@ class Converter:
 
     def _with_skip(self, element: Element, node: Node, before: list[str]) -> Node:
         if "_skipIf" in element.attributes:
-            own = matching_guards(element)
-            if own is not None:
-                for guard, text in own.items():
-                    node = put(node, guard, text)
-            else:
-                node = self._skipped(element, node, before)
+            own = matching_guard(element)
+            node = put(node, "when", own) if own is not None else self._skipped(element, node, before)
         if "_onlyIf" in element.attributes:
             node = self._only(node, self.condition(element, element.get("_onlyIf")), before)
         if "_while" in element.attributes:
@@ -432,7 +420,7 @@ class Converter:
         if needed is None:
             return node
         return (
-            put(node, "unless", _all([f"not ({needed})", *_none_of(before)]))
+            put(node, "when", negated(_all([f"not ({needed})", *_none_of(before)])))
             if before
             else put(node, "when", needed)
         )
@@ -443,11 +431,11 @@ class Converter:
         if text is None:
             return node
         if before:
-            return put(node, "unless", _all([f"({text})", *_none_of(before)]))
+            return put(node, "when", negated(_all([f"({text})", *_none_of(before)])))
         code = parse_condition(script)
         if isinstance(code, UnaryExpr) and code.operator == "!":
             return put(node, "when", condition_text(code.operand, self))
-        return put(node, "unless", text)
+        return put(node, "when", negated(text))
 
     def _with_scripts(self, element: Element, node: Node) -> Node:
         post, halted = element.get("_post"), element.get("_onHalted")
@@ -480,15 +468,15 @@ def put(node: Node, modifier: str, value: Any) -> Node:
     """Add a modifier; a second guard joins the first, what else is there twice stands round the node."""
     if modifier in node:
         if modifier in _JOINED:
-            return {**node, modifier: f"({node[modifier]}) {_JOINED[modifier]} ({value})"}
+            return {**node, modifier: f"({node[modifier]}) and ({value})"}
         node = {"sequence": [node]}
     return {**node, modifier: value}
 
 
 _NAMES_ITS_FAILURE = frozenset({*MODIFIERS["code"], *BESIDE["code"]})
 """Words of a node of which a failure can have a `code`."""
-_JOINED = {"when": "and", "while": "and", "unless": "or"}
-"""Guards -> what joins two of them."""
+_JOINED = ("when", "while")
+"""Guards, of which two are joined by ``and``."""
 
 
 def _none_of(conditions: list[str]) -> list[str]:
@@ -507,7 +495,7 @@ def arranged(node: Node) -> Node:
     return {**first, **{key: value for key, value in node.items() if key not in first}}
 
 
-_FIRST = ("name", "when", "unless", "while", "code", "because")
+_FIRST = ("name", "when", "while", "code", "because")
 
 
 def paced(node: Node) -> Node:
@@ -803,7 +791,7 @@ def sequence_with_memory(c: Converter, e: Element) -> Node:
     done = c.new_key("done", Kind.INTEGER, "0")
     nodes: list[Node] = []
     for number, child in enumerate(c.children(e), start=1):
-        step = {"sequence": [child, {"set": {done: str(number)}}], "unless": f"${done} >= {number}"}
+        step = {"sequence": [child, {"set": {done: str(number)}}], "when": f"${done} < {number}"}
         nodes.append(step)
     return {"sequence": [*nodes, {"set": {done: "0"}}]}
 
@@ -946,7 +934,7 @@ def finally_node(c: Converter, e: Element) -> Node:
     if "halt_timeout_msec" in e.attributes:
         c.lost(e, "halt_timeout_msec: a clean-up takes the time that it needs here")
     body, cleanup = c.children(e)
-    if {"when", "unless", "while"} & set(body):
+    if {"when", "while"} & set(body):
         body = {"sequence": [body]}  # a node that is skipped is not cleaned up after, and there it is
     return put(body, "finally", cleanup)
 
@@ -1311,7 +1299,7 @@ def florence_timeout(c: Converter, e: Element) -> Node:
 def florence_guard(c: Converter, e: Element) -> Node:
     """Convert ``FlorenceGuard``."""
     node = c.only_child(e)
-    for guard in ("when", "unless", "while"):
+    for guard in ("when", "while"):
         if e.get(guard):
             node = put(node, guard, e.get(guard))
-    return node
+    return put(node, "when", negated(e.get("unless"))) if e.get("unless") else node

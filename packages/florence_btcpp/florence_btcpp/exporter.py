@@ -73,7 +73,7 @@ def computed_inputs(mission: Mission) -> list[str]:
 
 
 def _computed_by(node: Node) -> Iterator[str]:
-    for guard in (node.when, node.unless, node.holds):
+    for guard in (node.when, node.holds):
         if guard is not None:
             yield from _computed(guard.term, is_condition=True)
     match node:
@@ -166,7 +166,7 @@ class NodeWriter:
             guards = self._native_guards(node)
         except Inexpressible as error:
             self._florence_node(node, "FlorenceGuard", error.problem)
-            texts = {"when": node.when, "unless": node.unless, "while": node.holds}
+            texts = {"when": node.when, "while": node.holds}
             given = {name: guard.text for name, guard in texts.items() if guard is not None}
             return _florence("Decorator", "FlorenceGuard", given, [element])
         if node.holds is not None:
@@ -176,17 +176,12 @@ class NodeWriter:
         return element
 
     def _native_guards(self, node: Node) -> dict[str, str]:
-        """Write ``when`` and ``unless`` as ``_skipIf``; ``while`` is only tried."""
+        """Write ``when`` as ``_skipIf``; ``while`` is only tried."""
         if node.holds is not None:
             script_of(node.holds.term)
-        if node.when is None and node.unless is None:
+        if node.when is None:
             return {}
-        when, unless = (guard.term if guard is not None else None for guard in (node.when, node.unless))
-        attributes = {"_skipIf": skip_script(when, unless)}
-        for name, guard in (("when", node.when), ("unless", node.unless)):
-            if guard is not None:
-                attributes[f"{MARK}_{name}"] = guard.text
-        return attributes
+        return {"_skipIf": skip_script(node.when.term), f"{MARK}_when": node.when.text}
 
     def _condition(self, expression: Expression) -> Element:
         attributes = {"code": script_of(expression.term)}
@@ -201,7 +196,7 @@ class NodeWriter:
             case model.Sequence(children=children, memory=memory):
                 return Element("Sequence" if memory else "ReactiveSequence", {}, children=self._all(children))
             case model.Selector(children=children, memory=memory):
-                if all(child.when is not None or child.unless is not None for child in children):
+                if all(child.when is not None for child in children):
                     self._differs(node, _SKIPPED)
                 return Element("Fallback" if memory else "ReactiveFallback", {}, children=self._all(children))
             case model.Parallel():
@@ -287,7 +282,7 @@ class NodeWriter:
 
     def _wrapper(self, node: model.Wrapper) -> Element:
         children = [self.node(node.child)]
-        if isinstance(node, _TURNING) and (node.child.when is not None or node.child.unless is not None):
+        if isinstance(node, _TURNING) and node.child.when is not None:
             self._differs(node, _SKIPPED)
         match node:
             case model.Invert():

@@ -186,7 +186,7 @@ def _florence(element: Element) -> Iterator[KeyUse]:
             written = _is_output(element.tag, name)
             number = written and name != "as"
             yield KeyUse(key, WRITE if written else READ, Kind.INTEGER if number else None, None, element)
-        elif name in ("when", "unless", "while", "code", "values") or value.startswith(PREFIX):
+        elif name in ("when", "while", "code", "values") or value.startswith(PREFIX):
             yield from own_references(value, element)
         if name == "values":
             yield from (KeyUse(key, WRITE, None, None, element) for key in _set_keys(value))

@@ -22,18 +22,14 @@ from florence_btcpp.vocabulary import MARK
 from florence_btcpp.xml_source import Element
 
 
-def skip_script(when: Term | None, unless: Term | None) -> str:
-    """Write ``when`` and ``unless`` as one ``_skipIf``.
+def skip_script(when: Term) -> str:
+    """Write ``when`` as a ``_skipIf``.
 
     Raises:
         Inexpressible: A part cannot be written in a script.
     """
-    parts = []
-    if unless is not None:
-        parts.append(script_of(unless))
-    if when is not None:
-        parts.append(script_of(Unary("not", when, Position())))
-    return parts[0] if len(parts) == 1 else " || ".join(f"({part})" for part in parts)
+    unless = when.operand if isinstance(when, Unary) and when.operator == "not" else None
+    return script_of(unless if unless is not None else Unary("not", when, Position()))
 
 
 def matching_expression(element: Element, mark: str, script: str) -> str | None:
@@ -43,16 +39,11 @@ def matching_expression(element: Element, mark: str, script: str) -> str | None:
     return text if term is not None and _matches(lambda: script_of(term), script) else None
 
 
-def matching_guards(element: Element) -> dict[str, str] | None:
-    """Return ``when`` and ``unless`` of the marks, None when they do not say what ``_skipIf`` says."""
-    texts = {
-        name: element.get(f"{MARK}_{name}") for name in ("when", "unless") if element.get(f"{MARK}_{name}")
-    }
-    terms = {name: _term(text) for name, text in texts.items()}
-    if not texts or None in terms.values():
-        return None
-    same = _matches(lambda: skip_script(terms.get("when"), terms.get("unless")), element.get("_skipIf"))
-    return texts if same else None
+def matching_guard(element: Element) -> str | None:
+    """Return ``when`` of the mark, None when it does not say what ``_skipIf`` says."""
+    text = element.get(f"{MARK}_when")
+    term = _term(text)
+    return text if term is not None and _matches(lambda: skip_script(term), element.get("_skipIf")) else None
 
 
 def _term(text: str) -> Term | None:

@@ -570,7 +570,7 @@ def script_of(term: Term) -> str:
         case syntax.Unary(operator=operator, operand=operand):
             sign = "!" if operator == "not" else "-"
             return f"{sign}{_operand(operand, atom=True)}"
-        case syntax.Item() | syntax.Binary(operator="in"):
+        case syntax.Item() | syntax.Listed() | syntax.Binary(operator="in"):
             raise Inexpressible("the scripts of BehaviorTree.CPP have no lists")
         case syntax.Binary(operator=operator, left=left, right=right):
             sign = {"and": "&&", "or": "||"}.get(operator, operator)

@@ -251,7 +251,7 @@ def test_a_value_that_is_handed_over_as_a_text_and_computed_with_is_named(export
 
 
 def test_what_would_be_skipped_there_is_named(exported):
-    text = "inputs: {n: {type: integer, default: 1}}\ntree: {sequence: [{invert: {beep: , when: $n > 1}}, {selector: [{beep: , when: $n > 1}, {boop: , unless: $n > 0}]}]}"
+    text = "inputs: {n: {type: integer, default: 1}}\ntree: {sequence: [{invert: {beep: , when: $n > 1}}, {selector: [{beep: , when: $n > 1}, {boop: , when: not $n > 0}]}]}"
     _, losses = exported(text)
     assert len(losses) == 2 and all("it is skipped when what is below is skipped" in each for each in losses)
 

@@ -29,12 +29,13 @@ class Peer:
         root = ET.fromstring(xml)
         self._factory = library.BehaviorTreeFactory()
         names = {model.get("ID") for model in root.findall("TreeNodesModel/*")}
+        controls = {model.get("ID") for model in root.findall("TreeNodesModel/Control")}
         for models in root.findall("TreeNodesModel"):
             for model in list(models):
                 self._register(model, models)
         for tree in root.findall("BehaviorTree"):
             for element in tree.iter():
-                _strip(element, names)
+                _strip(element, names, controls)
         self.tree = self._factory.create_tree_from_text(ET.tostring(root, encoding="unicode"))
 
     def run(self) -> str:
@@ -61,15 +62,15 @@ class Peer:
         return library.NodeStatus.FAILURE if name in self.fails else library.NodeStatus.SUCCESS
 
 
-def _strip(element: ET.Element, names: set[str]) -> None:
+def _strip(element: ET.Element, names: set[str], controls: set[str]) -> None:
     if element.tag not in ("Action", "Condition", "Decorator", "Control", *names):
         return
     for attribute in list(element.attrib):
         if attribute not in ("ID", "name") and not attribute.startswith("_"):
             del element.attrib[attribute]
-    if element.tag == "Control":
+    if element.tag == "Control" or element.tag in controls:
         element.tag = OWN_CONTROLS
-        del element.attrib["ID"]
+        element.attrib.pop("ID", None)
 
 
 @pytest.mark.parametrize("name", sorted(file.stem for file in BUILT_IN.glob("*.yaml")))

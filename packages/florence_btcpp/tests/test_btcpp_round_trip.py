@@ -119,7 +119,7 @@ NODES = [
     "{set: {far: '${max($far, 30 cm)}', found: true}}",
     "{sequence: [{where: , out: {pose: goal}}, {shift: {pose: $goal}, out: {pose: goal}}, {go: {goal: $goal}}]}",
     "{beep: , when: $far < 5 m}",
-    "{beep: , unless: $found, name: only when nobody was found}",
+    "{beep: , when: not $found, name: only when nobody was found}",
     "{look: , while: $number < 3, when: $far < 9 km}",
     "{sequence: [{beep: }, {look: }], finally: {turn: }, because: {nobody: 'nobody in $room', blocked: no}}",
     "{turn: {name_of: 'it''s {odd} $$5'}, finally: {beep: }, while: not $found}",

@@ -80,6 +80,32 @@ def test_a_text_has_values_as_people_write_them():
     assert resolve(smiles, keys) == "5 s smiles"
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (("wait ", KeyReference("long"), ", then ", KeyReference("pause")), "wait 90 min, then 30 min 10 s"),
+        ((KeyReference("long"), " min"), "90 min"),
+        ((KeyReference("long"), " minutes"), "90 minutes"),
+        ((KeyReference("long"), " s"), "5400 s"),
+        ((KeyReference("long"), " hours"), "1.5 hours"),
+        ((KeyReference("far"), "; ", KeyReference("far"), " m"), "1.5 km; 1500 m"),
+        ((KeyReference("far"), " km"), "1.5 km"),
+        ((KeyReference("near"), ", ", KeyReference("near"), " m"), "5 cm, 0.05 m"),
+        ((KeyReference("turn"), " rad"), "3.142 rad"),
+        ((KeyReference("far"), " s away"), "1500 s away"),
+        ((KeyReference("far"), " in front"), "1.5 km in front"),
+    ],
+)
+def test_a_text_has_values_in_the_unit_that_people_take_or_that_is_written(text, said):
+    keys = KeyStore({"long": 5400.0, "pause": 1810.0, "far": 1500.0, "near": 0.05, "turn": 3.1415926})
+    lengths, durations = (
+        dict.fromkeys(("far", "near"), Kind.LENGTH),
+        dict.fromkeys(("long", "pause"), Kind.DURATION),
+    )
+    keys.declare({}, lambda: {**lengths, **durations, "turn": Kind.ANGLE})
+    assert resolve(TextTemplate(text), keys) == said
+
+
 def test_a_list_in_a_text_has_no_brackets():
     keys = KeyStore({"rooms": ("kitchen", "hall"), "none": (), "far": (0.5, 2.0)})
     keys.declare({}, lambda: {"rooms": Kind.LIST_OF_TEXT, "far": Kind.LIST_OF_LENGTH})

@@ -38,7 +38,7 @@ def findings(tmp_path_factory):
         ('then: {trace: [@"0 s navigate_to: DONE"]}', "no status 'DONE'", "SUCCESS"),
         ('then: {trace: [@"navigate_to: SUCCESS"]}', "not a line of a trace", "4.2 s"),
         ('then: {trace: [@"0 s navigat_to: SUCCESS"]}', "matches no node", "navigate_to"),
-        ('then: {trace: [@"3 m navigate_to: SUCCESS"]}', "not a unit of a duration", "3 s"),
+        ('then: {trace: [@"3 m navigate_to: SUCCESS"]}', "not a unit of a duration", "3 min"),
         ("then: {trace: {of: @turn, lines: []}}", "goto_room does not use", ""),
         ("when: [{at: 1 s, expect: {code: @nothing}}], then: {status: SUCCEEDED}", "'nothing'", "no_path"),
     ],

@@ -61,6 +61,10 @@ WRONG = [
     ("{then: {calls: {navigate_to: @3}}}", "the inputs must be a table", "called: {navigate_to: 3}"),
     ("{mission: @nowhere/x.yaml}", "there is no file", ""),
     ("{when: [{at: 3 s, @stopp: x}]}", "there is no event 'stopp'", "stop"),
+    ("{when: [{@wait: 3 s}]}", "there is no event 'wait'", "advance: 3 s"),
+    ("{when: [@sleep 3 s]}", "there is no event 'sleep 3 s'", "advance: 3 s"),
+    ("{when: [{at: 3 s, @cancel: }]}", "there is no event 'cancel'", "stop:"),
+    ("{when: [{@run: goto_room, inputs: {room: x}}]}", "there is no event 'run'", "start: goto_room"),
     ("{when: [{stop: x, @pause: y}]}", "'pause' cannot be combined with 'stop'", "of its own"),
     ("{when: [advance: @4]}", "needs a unit", "4 s"),
     ("{when: [@{}]}", "nothing happens here", "stop"),
@@ -145,3 +149,25 @@ def test_a_wrong_scenario_behind_many_others_is_not_played(read):
 def test_files_that_are_no_scenarios(read, text):
     found = read(text, "")
     assert found.findings and not found.scenarios
+
+
+def test_everything_that_is_wrong_with_a_script_is_told_at_once(read):
+    script = (
+        "runing 3 s, then SUCESS twice, then FAILURE nope, then running 5, then FAILURE 0 times, then SUCCESS"
+    )
+    found = read(
+        f'- {{name: x, given: {{skills: {{navigate_to: "{script}"}}}}, then: {{code: ok}}}}'
+    ).findings
+    told = {each.column: each.message for each in found}
+    begin = min(told)
+    wrong = ("runing", "SUCESS", "nope", "5, then FAILURE", "0 times")
+    assert sorted(told) == [begin + script.index(word) for word in wrong], told
+    assert all(word in told[begin + script.index(word)] for word in wrong[:3])
+
+
+def test_all_outputs_of_a_script_that_are_wrong_are_told(read):
+    outputs = "SUCCESS (pose=far, place=kitchen)"
+    (finding,) = read(
+        f'- {{name: x, given: {{skills: {{get_hotspot: "{outputs}"}}}}, then: {{code: ok}}}}'
+    ).findings
+    assert "has no output 'place'" in finding.message and "the output 'pose'" in finding.message

@@ -30,9 +30,9 @@ tree:
 
 def test_inputs_and_keys_of_a_run(bench, tmp_path: Path) -> None:
     run = bench.run_text(MISSION)
-    assert details_line(run) == ("inputs patience=600 s angle=45 deg ways=[1.5 m, 2 m] times=3 who='Anna'")
+    assert details_line(run) == ("inputs patience=10 min angle=45 deg ways=[1.5 m, 2 m] times=3 who='Anna'")
     text = status_text(run, run.tree, bench.clock.now())
-    assert "far = 1.5 m, pause = 600 s, number = 3" in text
+    assert "far = 1.5 m, pause = 10 min, number = 3" in text
     assert "the value is 1.5 m; there are cases for: 2 m" in text
 
 
@@ -64,7 +64,7 @@ def test_poses() -> None:
 @pytest.mark.parametrize(
     ("port", "value", "problem"),
     [
-        (Port(Kind.DURATION, "", maximum=15.0), 60.0, "60 s is above the maximum of 15 s"),
+        (Port(Kind.DURATION, "", maximum=15.0), 60.0, "1 min is above the maximum of 15 s"),
         (Port(Kind.ANGLE, "", minimum=0.0), -1.5707963267948966, "-90 deg is below the minimum of 0 deg"),
         (Port(Kind.INTEGER, "", minimum=1), 0, "0 is below the minimum of 1"),
         (Port(Kind.DURATION, ""), 2e8, "2e+08 s is not between -1e+08 s and 1e+08 s"),

@@ -187,12 +187,12 @@ class Writer:
         return self.modified(node, depth)
 
     def modified(self, node: Node, depth: int) -> Node:
-        for guard, percent in (("when", 10), ("unless", 8), ("while", 10)):
+        for guard, percent in (("when", 15), ("while", 10), ("ensure", 8)):
             if self.chance(percent):
                 node[guard] = self.formula()
         if self.chance(10):
             node["until"] = self.formula() if self.chance(50) else self.task()
-        if {"while", "until"} & set(node):
+        if {"while", "until", "ensure"} & set(node):
             node.pop("code", None)  # it would not be clear whose it is
         if self.chance(12):
             words = ("broken", "out_of_order", "guard_failed", "timed_out", "skipped", "any")

@@ -141,8 +141,6 @@ class World:
     # ---- a node with its modifiers --------------------------------------------------------------------
 
     def node(self, node: Node, scope: Scope) -> Run:
-        if "unless" in node and holds(node["unless"], scope):
-            return SKIPPED
         if "when" in node and not holds(node["when"], scope):
             return SKIPPED
         return (yield from self.layer(node, scope, len(LAYERS)))
@@ -202,6 +200,12 @@ class World:
             self._again = self._again or rested == self.now
             while self.now < rested or self.step == last:
                 yield
+
+    def ensured(self, node: Node, scope: Scope, body: Run) -> Run:
+        result = yield from body
+        if isinstance(result, Failed) or holds(node["ensure"], scope):
+            return result if isinstance(result, Failed) else OK
+        return Failed(node.get("code", "not_ensured"))
 
     def handled(self, node: Node, scope: Scope, body: Run) -> Run:
         result = yield from body
@@ -478,10 +482,11 @@ LAYERS = (
     ("while", "held"),
     ("until", "ended"),
     ("on_failure", "handled"),
+    ("ensure", "ensured"),
     ("finally", "cleaned"),
 )
-"""Modifiers and their methods, from the inside to the outside; `unless` and `when` come before them."""
-MODIFIERS = ("name", "when", "unless", *(modifier for modifier, _ in LAYERS), "because")
+"""Modifiers and their methods, from the inside to the outside; `when` comes before them."""
+MODIFIERS = ("name", "when", *(modifier for modifier, _ in LAYERS), "because")
 """What every node can have."""
 _OF_KINDS = (
     *(

@@ -1,4 +1,4 @@
-"""Called missions, and what stands behind `when` and `unless`, are built when a run reaches them."""
+"""Called missions, and what stands behind `when`, are built when a run reaches them."""
 
 import pytest
 from py_trees.behaviour import Behaviour

@@ -132,5 +132,7 @@ def test_a_file_of_skills_declares_groups(tmp_path):
     (lift,) = read_skills_file(file).declarations.values()
     assert lift.groups == (CodeGroup("unreachable", frozenset({"stuck"})),)
     assert skills_document([lift])["skills"]["lift"]["groups"] == {"unreachable": ["stuck"]}
-    file.write_text("skills:\n  lift:\n    groups: {Far: [stuck], near: [Odd One]}\n")
+    file.write_text(
+        "skills:\n  lift:\n    failures: {stuck: it hangs}\n    groups: {Far: [stuck], near: [Odd One]}\n"
+    )
     assert len(read_skills_file(file).findings) == 2

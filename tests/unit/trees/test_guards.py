@@ -1,4 +1,4 @@
-"""``when``, ``unless`` and ``while``: what is started, what is stopped, and what that counts as."""
+"""``when`` and ``while``: what is started, what is stopped, and what that counts as."""
 
 import pytest
 from py_trees.common import Status
@@ -68,8 +68,8 @@ SKILL = "{work: {}, when: $n < 3}"
             "success",
             ["work"],
         ),
-        ("{selector: [{work: , unless: $n == 5}, other: ]}", "success", ["other"]),
-        ("{selector: [{work: , when: $n == 5, unless: $n > 9}, other: ]}", "success", ["work"]),
+        ("{selector: [{work: , when: not $n == 5}, other: ]}", "success", ["other"]),
+        ("{selector: [{work: , when: $n == 5 and not $n > 9}, other: ]}", "success", ["work"]),
         ("{selector: [{sequence: [work: ], when: $n < 3}, other: ]}", "success", ["other"]),
     ],
 )
@@ -99,7 +99,7 @@ def test_a_called_mission_decides_for_itself(tmp_path):
     ("guard", "reason"),
     [
         ("when: $n < 3", "skipped: $n < 3 does not hold (n is 5)"),
-        ("unless: $d > 1 m and $n == 5", "skipped: $d > 1 m and $n == 5 holds (d is 2.5 m, n is 5)"),
+        ("when: $d < 1 m or $n != 5", "skipped: $d < 1 m or $n != 5 does not hold (d is 2.5 m, n is 5)"),
         ("when: false", "skipped: false does not hold"),
     ],
 )
@@ -200,7 +200,7 @@ def test_a_node_that_goes_on_after_it_has_ended_its_own_condition_fails_at_once(
         ("when: $n == 0", takes(1.0), "success", 1.0),
         ("when: $n == 0", takes(1.0, BROKEN), "broken", 1.0),
         ("when: $n == 1", takes(1.0), "success", None),
-        ("unless: $n == 0", takes(1.0), "success", None),
+        ("when: not $n == 0", takes(1.0), "success", None),
         ("while: $n == 1", takes(1.0), "guard_failed", None),
         ("while: $n == 0", takes(1.0), "success", 1.0),
         ("while: $n == 0", ENDLESS, "guard_failed", 2.0),
@@ -229,7 +229,7 @@ def test_a_stop_cleans_up_behind_guards(tmp_path):
 
 
 def test_a_guard_whose_key_has_no_value_fails(tmp_path):
-    for guard in ("when", "unless", "while"):
+    for guard in ("when", "while"):
         tree = (
             f"{{sequence: [{{succeed: {{measure: , out: {{distance: d}}}}}}, {{work: , {guard}: $d > 1 m}}]}}"
         )

@@ -124,11 +124,21 @@ def test_only_once(play):
 def test_one_of_two_ways_gives_way_to_the_other(play):
     played = play(
         "One of two ways",
-        battery_above="SUCCESS for 5 s, then FAILURE battery_low",
-        patrol="running 60 s, then SUCCESS (report=nobody)",
+        robot_in_room="FAILURE elsewhere for 4.5 s, then SUCCESS",
+        goto_room="running 60 s, then SUCCESS",
+        say="running 2 s, then SUCCESS",
+    )
+    played.assert_succeeded().assert_duration("7 s").assert_called("say", times=1)
+
+
+def test_the_way_home_stands_though_the_battery_reads_more(play):
+    played = play(
+        "Go home when the battery gets low",
+        battery_above="SUCCESS for 5 s, then FAILURE battery_low for 3 s, then SUCCESS",
+        goto_room="running 60 s, then SUCCESS",
         go_home="running 10 s, then SUCCESS",
     )
-    played.assert_succeeded().assert_duration("15 s")
+    played.assert_succeeded().assert_duration("15 s").assert_called("goto_room", times=1)
 
 
 def test_it_picks_up_where_it_left_off(play):

@@ -99,7 +99,7 @@ def test_a_mission_without_inputs():
 
 @pytest.mark.parametrize("far", ["1e308 m", "11 km", 1e17, -1e308])
 def test_a_length_that_nobody_can_mean_is_refused(far):
-    with pytest.raises(ConfigError, match=r"far: .*(too large|not between -10000 m and 10000 m)"):
+    with pytest.raises(ConfigError, match=r"far: .*(too large|not between -10 km and 10 km)"):
         parse_inputs(MISSION, {"who": "", "far": far})
 
 

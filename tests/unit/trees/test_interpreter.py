@@ -53,7 +53,7 @@ KINDS: dict[str, tuple[Node, Node]] = {
 GENERAL: dict[str, list[object]] = {
     "name": ["a name"],
     "when": ["$a == 1", "$a == 2"],
-    "unless": ["$a == 1"],
+    "ensure": ["$a == 2"],
     "while": ["$a < 2", "$a < 1"],
     "until": ["$a == 2", {"task": {"name": "goal"}}],
     "on_failure": [
@@ -93,7 +93,7 @@ def is_refused(node: Node) -> bool:
     """Whether it is not clear, or not so, that the node has a failure of its own that ``code`` names."""
     if "code" not in node:
         return False
-    guards = [word for word in ("while", "until") if word in node]
+    guards = [word for word in ("while", "until", "ensure") if word in node]
     owns = any(kind in node for kind in OWNS_CODE)
     if "for_each" in node and guards and "first_success" not in node:
         owns = False  # it has none: the code is that of the guard

@@ -23,7 +23,8 @@ def lines(workshop, text, places=PLACES):
         ("{sequence: [{set: {r: hall}}, {get_hotspot: {label: $r}}, {set: {r: kichen}}]}", "kichen"),
         ("{switch: $room, cases: {hall: {wait: 1 s}, kichen: {run: goto, with: {room: $room}}}}", "kichen"),
         ('{if: $room == "kichen", then: {get_hotspot: {label: $room}}}', '"kichen"'),
-        ('{get_hotspot: {label: $room}, while: not ("kichen" != $room)}', '"kichen"'),
+        ('{if: \'$room in ["hall", "kichen"]\', then: {get_hotspot: {label: $room}}}', '"kichen"'),
+        ('{get_hotspot: {label: $room}, when: not ("kichen" != $room)}', '"kichen"'),
     ],
 )
 def test_labels_are_followed_to_where_they_are_used(workshop, tree, at):

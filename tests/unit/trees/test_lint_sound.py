@@ -100,7 +100,7 @@ def larger(nodes):
         st.builds("{{invert: {}}}".format, nodes),
         st.builds("{{succeed: {}}}".format, nodes),
     )
-    guard = st.builds(", {}: {}".format, st.sampled_from(["when", "unless", "while"]), EXPRESSIONS)
+    guard = st.builds(", {}: {}".format, st.sampled_from(["when", "while"]), EXPRESSIONS)
     cleanup = st.builds(", finally: {}".format, nodes)
     until = st.builds(", until: {}".format, st.one_of(EXPRESSIONS, nodes))
     codes = st.sampled_from(["any", "broken", "timed_out", "failed"])

@@ -33,7 +33,7 @@ tree:
     - set: {goal: {x: "${$limit / 2}", y: 1 m, yaw: "${-90 deg}"}, tries: "${$tries + 1}"}
       when: $tries < 3 and not ($mode == "slow")
     - if: distance($goal, $goal) <= $limit
-      then: {turn: {angle: 45 deg}, unless: $tries == 2}
+      then: {turn: {angle: 45 deg}, when: $tries != 2}
       else: {fail: "too far: $limit", code: too_far}
       memory: false
     - switch: $mode

@@ -97,9 +97,9 @@ def test_policies(policy, kind, text, needed):
 
 
 def test_guards_stand_on_every_node():
-    found = node("{sequence: [{work: , when: $a, unless: $b, while: not $c}], while: $d == 1}")
+    found = node("{sequence: [{work: , when: $a, while: not $c}], while: $d == 1}")
     assert isinstance(found, Sequence) and found.holds.text == "$d == 1"
-    assert [guard.text for guard in found.children[0].guards] == ["$a", "$b", "not $c"]
+    assert [guard.text for guard in found.children[0].guards] == ["$a", "not $c"]
 
 
 def test_declared_keys():

@@ -248,17 +248,20 @@ MISTAKES = {
         "3:3 there is no skill and no kind of node 'fallback' | selector",
     ),
     "minutes and seconds": (
-        HEAD + "  wait: 1 min 30 s\n",
-        "3:9 wait: a duration is needed, not '1 min 30 s' | 90 s",
+        HEAD + "  wait: 1 minute 30 seconds\n",
+        "3:9 wait: a duration is needed, not '1 minute 30 seconds' | 90 s",
     ),
     "an hour and a half": (
-        HEAD + "  wait: 1h30min\n",
-        "3:9 wait: a duration is needed, not '1h30min' | 5400 s",
+        HEAD + "  wait: 1h 30\n",
+        "3:9 wait: a duration is needed, not '1h 30' | 90 min",
     ),
-    "the time of a clock": (HEAD + "  wait: 12:30\n", "3:9 wait: a duration is needed, not '12:30' | 750 s"),
+    "the time of a clock": (
+        HEAD + "  wait: 12:30\n",
+        "3:9 wait: a duration is needed, not '12:30' | 12 min 30 s",
+    ),
     "a clock with hours": (
         HEAD + "  wait: 01:00:05\n",
-        "3:9 wait: a duration is needed, not '01:00:05' | 3605 s",
+        "3:9 wait: a duration is needed, not '01:00:05' | 1 h 5 s",
     ),
     "a printed minus": (
         HEAD + "  turn: {angle: \N{MINUS SIGN}45 deg}\n",
@@ -520,7 +523,11 @@ REMEDIES = {
     "a sum without its braces": (COUNTED + "  set: {n: $n + 1}\n", "4:12", '"${$n + 1}"'),
     "one more": (COUNTED + "  set: {n: $n++}\n", "4:12", '"${$n + 1}"'),
     "a sum of a program": (COUNTED + "  set: n = n + 1\n", "4:8", 'set: {n: "${$n + 1}"}'),
-    "a number that is said": (COUNTED + "  say: {text: $n}\n", "4:15", 'a text with it: "n: $n"'),
+    "a number that names a place": (
+        COUNTED + "  get_hotspot: {label: $n}\n",
+        "4:24",
+        'a text with it: "n: $n"',
+    ),
     "a length of a list": (LISTED + "  condition: len($seen) > 1\n", "4:14", "count(...)"),
     "a function with a dollar": (LISTED + "  condition: $count(seen) > 1\n", "4:14", "count($seen)"),
     "not in": (LISTED + "  condition: $seen not in $seen\n", "4:20", "not $item in $list"),
@@ -566,8 +573,8 @@ REMEDIES = {
     "a unit behind a key": (COUNTED + "  wait: $n min\n", "4:9", '"${$n * 1 min}"'),
     "a list in an expression": (
         ANSWERED + "    - condition: $a in [yes, ja]\n",
-        "6:24",
-        '$a == "x" or $a == "y"',
+        "6:25",
+        '$yes, "yes"',
     ),
     "a case for two values": (
         ANSWERED + "    - switch: $a\n      cases:\n        yes, ja: {wait: 1 s}\n",
@@ -667,9 +674,35 @@ REMEDIES = {
     "repeat for a time": (
         HEAD + "  repeat: 5 min\n  do: {run: patrol}\n",
         "3:11",
-        "timeout: 5 min, with do: {repeat: forever, do: ...}",
+        "repeat: forever, with until: {wait: 5 min}",
     ),
     "no time-out": (HEAD + "  timeout: never\n  do: {run: patrol}\n", "3:12", "the node without it"),
+    "unless, which is when not": (
+        COUNTED + "  wait: 1 s\n  unless: $n > 2 or $n == 1\n",
+        "5:3",
+        "when: not ($n > 2 or $n == 1)",
+    ),
+    "unless not": (COUNTED + "  wait: 1 s\n  unless: not $n > 2\n", "5:3", "when: $n > 2"),
+    "unless beside when": (
+        COUNTED + "  wait: 1 s\n  when: $n < 9\n  unless: $n == 1\n",
+        "6:3",
+        "when: ($n < 9) and not $n == 1",
+    ),
+    "a sum of another language": (HEAD + "  increment: n\n", "3:3", "add: {key: 1}"),
+    "a difference of another language": (HEAD + "  decrement: {n: 1}\n", "3:3", "add: {key: -1}"),
+    "add without a number": (
+        HEAD + "  sequence:\n    - set: {n: 0}\n    - add: n\n    - fail: $n\n",
+        "5:12",
+        "add: {n: 1}",
+    ),
+    "add to a text": (
+        HEAD + "  sequence:\n    - set: {t: a}\n    - add: {t: b}\n    - fail: $t\n",
+        "5:16",
+        "append: {t: b}, to a text or a list",
+    ),
+    "do something for a time": (HEAD + "  run: patrol\n  until: 5 min\n", "4:10", "until: {wait: 5 min}"),
+    "only for a time": (HEAD + "  run: patrol\n  while: 5 min\n", "4:10", "until: {wait: 5 min}"),
+    "after a time": (HEAD + "  run: patrol\n  when: 5 min\n", "4:9", "sequence: [{wait: 5 min}, the node]"),
     "wait until a time has passed": (HEAD + "  wait_until: 5 min\n", "3:15", "wait: 5 min"),
     "else below then": (
         HEAD + "  if: {look_for_user: {}}\n  then:\n    wait: 1 s\n    else: {wait: 2 s}\n",
@@ -726,7 +759,7 @@ REMEDIES = {
         "6:5",
         "out indented like with",
     ),
-    "a number that is appended": (COUNTED + "  append: {n: 1}\n", "4:12", 'set: {n: "${$n + 1}"}'),
+    "a number that is appended": (COUNTED + "  append: {n: 1}\n", "4:12", "add: {n: 1}"),
     "a handler for all others": (
         HEAD + "  look_for_user: {}\n  on_failure:\n    default: {wait: 1 s}\n",
         "5:5",
@@ -939,3 +972,18 @@ def test_a_text_that_begins_with_a_sign_of_yaml(tmp_path: Path, sign: str) -> No
     assert first.endswith(f" error: not YAML: text that begins with {sign} needs quotes")
     assert first.startswith(f"{file}:2:1")
     assert worked.endswith(f'= would have worked: description: "{sign} all of it"')
+
+
+def test_the_key_behind_a_time_of_day_is_offered_to_nobody(tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    end = "    - {repeat: forever, do: {turn: {angle: 5 deg}}, until: $done}\n"
+    file.write_text(HEAD + '  sequence:\n    - wait_until: "22:00"\n' + end)
+    report = check_files([file])[0]
+    assert "would have worked: done under inputs:, set: {done: ...} before it\n" in report
+    file.write_text(
+        HEAD + '  sequence:\n    - wait_until: "22:00"\n    - set: {time_22_00: 1}\n    - fail: $time_22_00\n'
+    )
+    assert "no problem found" in check_files([file])[0]
+    text = '  sequence:\n    - wait_until: "22:00"\n    - set: {room: kitchen, share: 0.5}\n'
+    file.write_text(HEAD + text + "    - battery_above: {charge: $room}\n    - fail: $share\n")
+    assert "would have worked: $share\n" in check_files([file])[0]

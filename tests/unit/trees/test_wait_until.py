@@ -5,6 +5,7 @@
 import pytest
 from py_trees.common import Status
 
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure
 from tests.unit.trees.language import Play, takes
 
@@ -68,6 +69,7 @@ def test_it_can_be_stopped_at_every_moment(tmp_path, moment):
         ("{wait_until: }", "wait_until needs an expression"),
         ("{wait_until: '25:00'}", "wait_until: '25:00' is no time of day | 22:00"),
         ("{wait_until: 22:00}", "there is no skill and no kind of node 'look_up_time'"),
+        ("{wait_until: $done}", "no node writes a key 'done' | done under inputs:"),
         ("{selector: [{wait_until: {is_charged: }}, {wait: 1 s}]}", ""),
         ("{retry: 2, on: [low], do: {wait_until: {is_charged: }}}", "cannot fail with 'low'"),
     ],
@@ -75,3 +77,57 @@ def test_it_can_be_stopped_at_every_moment(tmp_path, moment):
 def test_what_the_check_says(workshop, tree, line):
     found = workshop.lines(f"description: d\ntree: {tree}\n")
     assert any(line in each for each in found) if line else found == [], found
+
+
+CLOCK = {"look_up_time": "SUCCESS (date=9)", "time_reached": "FAILURE too_early for 10 s, then SUCCESS"}
+
+
+@pytest.mark.parametrize(
+    ("tree", "time", "end"),
+    [
+        ("{wait_until: 22:00}", "22:00", "10 s"),
+        ('{wait_until: "7:05"}', "7:05", "10 s"),
+        ("{wait_until: {time: $bedtime}}", "23:30", "10 s"),
+        ("{wait_until: {time: 21:00}, timeout: 20 s}", "21:00", "10 s"),
+        ('{for_each: ["06:00"], as: at, do: {wait_until: {time: $at}}}', "06:00", "10 s"),
+        (
+            "{parallel: [{wait_until: 22:00 or $done}, {sequence: [{wait: 4 s}, {set: {done: true}}]}]}",
+            "22:00",
+            "4 s",
+        ),
+        ("{parallel: [{wait_until: 22:00 or $done}, {wait: 4 s}]}", "22:00", "10 s"),
+    ],
+)
+def test_a_time_of_day_is_waited_for_also_one_in_a_key_or_what_comes_sooner(florence, tree, time, end):
+    for skill, script in CLOCK.items():
+        florence.mock(skill, script)
+    florence.load(f"""\
+mission: wait
+inputs: {{bedtime: {{type: text, default: "23:30"}}}}
+keys: {{done: {{type: boolean, default: false}}}}
+tree: {tree}
+""")
+    played = florence.run("wait")
+    played.assert_succeeded().assert_duration(end).assert_called("look_up_time", time=time)
+
+
+@pytest.mark.parametrize(
+    ("wait", "line"),
+    [
+        ("22:00 or $dne", "no node writes a key 'dne' | $done"),
+        ("22:00 or 23:00", "wait_until: '23:00' is no time of day | \"23:00\""),
+        ("25:00 or $done", "wait_until: '25:00' is no time of day | 22:00"),
+        ("{time: 9:5}", "wait_until: '9:5' is no time of day | 22:00"),
+        ("{time: $p}", "time: a text is needed, but $p is a pose"),
+        ("{time: }", "time has no value"),
+    ],
+)
+def test_what_the_check_says_of_times(workshop, wait, line):
+    look_up = SkillDeclaration(
+        "look_up_time", "", {"time": Port(Kind.TEXT, "")}, {"date": Port(Kind.NUMBER, "")}
+    )
+    reached = SkillDeclaration("time_reached", "", {"date": Port(Kind.NUMBER, "")}, instant=True)
+    workshop.declarations = {**workshop.declarations, "look_up_time": look_up, "time_reached": reached}
+    head = "inputs: {p: {type: pose}}\nkeys: {done: {type: boolean, default: false}}\n"
+    found = workshop.lines(f"{head}tree: {{sequence: [{{wait_until: {wait}}}, {{fail: $done}}]}}\n")
+    assert any(line in each for each in found), found

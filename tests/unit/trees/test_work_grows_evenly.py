@@ -55,6 +55,11 @@ def valid(n):
     return {"m": SEQUENCE + "".join(lines)}
 
 
+def branches_that_wait(n):
+    lines = [f"    - sequence: [{{wait_until: $k{i} == 1}}, {{set: {{k{i}: 1}}}}]\n" for i in range(n)]
+    return {"m": "mission: m\ntree:\n  parallel:\n" + "".join(lines)}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "n"),
@@ -66,6 +71,7 @@ def valid(n):
             (chain, 75),
             (ring, 75),
             (valid, 150),
+            (branches_that_wait, 150),
         ],
         every=3,
     ),

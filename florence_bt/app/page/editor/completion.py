@@ -247,7 +247,7 @@ def _keys(place: Place, words: Words) -> Iterable[tuple[str, str]]:
         options = words["codes"]
     elif owner == "policy":
         options = {"succeed": "how many must succeed", "fail": "how many may fail"}
-    elif owner in ("set", "append", "cases"):
+    elif owner in ("set", "add", "append", "cases"):
         return ()
     else:
         options = _node_keys(place, words)

@@ -36,6 +36,7 @@ _SNIPPETS = {
     "wait": "- wait: 5 s",
     "wait_until": "- wait_until: $found",
     "set": "- set: {found: true}",
+    "add": "- add: {rounds: 1}",
     "append": "- append: {rooms: $room}",
     "run": "- run: go_home",
 }

@@ -5,7 +5,7 @@ What is not known (a key that nothing writes) fits everywhere, so that one mista
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
@@ -102,6 +102,69 @@ def check_kinds(
     return Checked(kind, tuple(checker.problems))
 
 
+_NEAR = {Kind.LENGTH: "0.1 m", Kind.ANGLE: "5 deg", Kind.SPEED: "0.05 m/s"}
+"""Measured quantity -> a difference that an author could mean by "the same"."""
+
+
+def exact_comparisons(
+    expression: syntax.Expression, kinds: Mapping[str, Kind | None], measured: Collection[str]
+) -> Iterator[KindProblem]:
+    """Yield where measured values are asked to be the same to the last digit, which they hardly ever are.
+
+    Args:
+        expression: The expression, whose kinds are right.
+        kinds: The kinds of the keys, as far as they are known.
+        measured: The keys that skills write.
+    """
+    checker = _Checker(kinds, expression.term)
+    for term in syntax.walk(expression.term):
+        if not isinstance(term, syntax.Binary) or term.operator not in ("==", "!=", "in"):
+            continue
+        kind = checker.kind(term.left) or checker.kind(term.right)
+        left, right = syntax.print_term(term.left), syntax.print_term(term.right)
+        near = "<" if term.operator == "==" else ">="
+        valid = [f"distance({left}, {right}) {near} {_NEAR[Kind.LENGTH]}"] if term.operator != "in" else []
+        if kind in _NEAR and term.operator != "in":
+            if not is_measured(term, measured):
+                continue
+            difference = f"{left} - {right}" if not _is_zero(term.right) else left
+            valid = [f"abs({difference}) {near} {_NEAR[kind]}"]
+        elif kind is not Kind.POSE:
+            continue
+        message = (
+            f"{term.operator!r} is about the last digit, and two {_MEASURED[kind]} are hardly ever the same"
+        )
+        yield KindProblem(syntax.start_of(term), message, tuple(valid))
+
+
+def has_threshold(expression: syntax.Expression, measured: Collection[str]) -> bool:
+    """Tell whether an expression asks on which side of a value something measured is.
+
+    Args:
+        expression: The expression.
+        measured: The keys that skills write.
+    """
+    ordered = (
+        term
+        for term in syntax.walk(expression.term)
+        if isinstance(term, syntax.Binary) and term.operator in ("<", "<=", ">", ">=")
+    )
+    return any(is_measured(term, measured) for term in ordered)
+
+
+_MEASURED = {Kind.POSE: "poses", **{kind: f"measured {kind.value}s" for kind in _NEAR}}
+
+
+def is_measured(term: syntax.Term, measured: Collection[str]) -> bool:
+    """Tell whether a quantity comes from a pose or a skill, and not from what somebody wrote."""
+    return any(
+        isinstance(part, syntax.PosePart)
+        or (isinstance(part, syntax.Function) and part.name in _OF_POSES)
+        or (isinstance(part, syntax.Key) and part.key in measured)
+        for part in syntax.walk(term)
+    )
+
+
 class _Checker:
     def __init__(
         self,
@@ -132,6 +195,8 @@ class _Checker:
             case syntax.Item(items=items, index=index):
                 self._need(index, Kind.INTEGER, "[ ]")
                 return self._list(items, "[ ]")
+            case syntax.Listed(items=items):
+                return self._listed(items)
             case syntax.Binary(operator="in", left=left, right=right):
                 self._contained(term, left, right)
                 return Kind.BOOLEAN
@@ -294,6 +359,22 @@ class _Checker:
             message = f"{what!r} needs a list, but {syntax.print_term(term)!r} is {_article(kind)}"
             self.add(syntax.start_of(term), message)
         return kind.item if kind is not None else None
+
+    def _listed(self, items: tuple[syntax.Term, ...]) -> Kind | None:
+        """Return the kind of a list that is written out; its items are of one kind."""
+        common: Kind | None = None
+        for item in items:
+            kind = self.kind(item)
+            if kind is not None and kind.item is not None:
+                message = f"a list has no lists in it, but {syntax.print_term(item)!r} is {_article(kind)}"
+                self.add(syntax.start_of(item), message)
+                return None
+            together, fit = _common(items[0], common, item, kind)
+            if not fit:
+                self._unlike(item, "[ ]", items[0], common, item, kind)
+                return None
+            common = together
+        return common.list if common is not None else None
 
     def _contained(self, term: syntax.Binary, left: syntax.Term, right: syntax.Term) -> None:
         kind, item = self.kind(left), self._list(right, "in")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
 
 from florence_bt.behaviours.expressions import CompiledExpression, Evaluate, junction, operation, pose_part
@@ -62,6 +62,8 @@ def _compiled(term: syntax.Term) -> Evaluate:
             return pose_part(_compiled(pose), part)
         case syntax.Item(items=items, index=index):
             return operation("item", _compiled(items), _compiled(index))
+        case syntax.Listed(items=listed):
+            return operation("list", *map(_compiled, listed))
         case syntax.Unary(operator=sign, operand=operand):
             return operation("not" if sign == "not" else "negate", _compiled(operand))
         case syntax.Binary(operator=("and" | "or") as word, left=left, right=right):
@@ -95,11 +97,5 @@ def can_break(expression: syntax.Expression) -> bool:
         (isinstance(part, syntax.Function) and part.name != "count")
         or isinstance(part, syntax.Item)
         or (isinstance(part, syntax.Binary) and part.operator in _ARITHMETIC)
-        for part in _walk(expression.term)
+        for part in syntax.walk(expression.term)
     )
-
-
-def _walk(term: syntax.Term) -> Iterator[syntax.Term]:
-    yield term
-    for part in syntax.parts_of(term):
-        yield from _walk(part)

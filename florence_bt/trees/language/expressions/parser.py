@@ -10,7 +10,8 @@ The grammar, loosest first; ``=`` here means "is"::
     product    = minus {("*" | "/") minus}
     minus      = "-" minus | part
     part       = value {"." ("x" | "y" | "yaw") | "[" or "]"}
-    value      = number [unit] | text | "true" | "false" | "$" key | function "(" or {"," or} ")" | "(" or ")"
+    value      = number [unit] {number unit} | text | "true" | "false" | "$" key | "(" or ")"
+               | function "(" or {"," or} ")" | "[" [or {"," or}] "]"
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from dataclasses import dataclass
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
-from florence_bt.core.units import UNITS
+from florence_bt.core.units import UNITS, quantity_meant
 from florence_bt.trees.language.expressions.syntax import (
     Binary,
     Constant,
@@ -31,6 +32,7 @@ from florence_bt.trees.language.expressions.syntax import (
     Function,
     Item,
     Key,
+    Listed,
     PosePart,
     Term,
     Unary,
@@ -77,19 +79,6 @@ _OTHER_SIGNS = by_spelling(
 
 _WORD = re.compile(r"\s*((?:[^\W\d]|°)\w*(?:/[^\W\d]\w*)?)")
 _OPERATORS = ("and", "or", "<", "==", "+", "*")
-_LONG_UNITS = by_spelling(
-    {
-        "m": ("meter", "meters", "metre", "metres"),
-        "s": ("sec", "second", "seconds"),
-        "min": ("minute", "minutes"),
-        "h": ("hour", "hours"),
-        "deg": ("degree", "degrees"),
-        "rad": ("radian", "radians"),
-        "km/h": ("kmh",),
-        "m/s": ("mps",),
-    }
-)
-"""Units as people also write them -> the unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,15 +145,15 @@ def problem_at(position: Position, problem: str, *valid: str) -> ConfigError:
 def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> None:
     """Refuse a word right after a number that is no unit."""
     match = _WORD.match(text, end)
-    if match is None or match[1] in ("and", "or"):
+    if match is None or match[1] in ("and", "or", "in"):
         return
     position = positions.at(match.start(1))
     if not number[-1].isdigit() and number[-1] != ".":
         raise problem_at(position, f"{match[1]!r} cannot follow {number!r}", *_OPERATORS)
+    meant = [said for kind in UNITS if (said := quantity_meant(number, match[1], kind)) is not None]
     units = [unit for known in UNITS.values() for unit in known]
-    long = _LONG_UNITS.get(match[1].lower())
-    valid = (long,) if long else closest_first(match[1], units)
-    raise problem_at(position, f"{match[1]!r} is not a unit", *(f"{number} {unit}" for unit in valid))
+    valid = meant or [f"{number} {unit}" for unit in closest_first(match[1], units)]
+    raise problem_at(position, f"{match[1]!r} is not a unit", *valid)
 
 
 def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
@@ -257,6 +246,17 @@ def parse_expression(
     begin = positions.at(len(text) - len(text.lstrip()))
     term = _ExpressionParser(tokens, constants).whole()
     return Expression(print_term(term) if "\n" in text.strip() else text.strip(), term, begin)
+
+
+def negated(text: str) -> str:
+    """Write the opposite of a condition; ``not (...)`` round one that cannot be read."""
+    try:
+        term = parse_expression(text).term
+    except ConfigError:
+        return f"not ({text or '...'})"
+    if isinstance(term, Unary) and term.operator == "not":
+        return print_term(term.operand)
+    return print_term(Unary("not", term, Position()))
 
 
 class _ExpressionParser:
@@ -366,7 +366,7 @@ class _ExpressionParser:
         token = self._take()
         match token.kind:
             case "quantity":
-                return _quantity(token)
+                return _quantity(self._with_parts(token))
             case "text":
                 return Constant(token.text[1:-1], Kind.TEXT, token.text[1:-1], token.position)
             case "key":
@@ -377,7 +377,28 @@ class _ExpressionParser:
             term = self._nested(token.position, self._or)
             self._expect(")", token)
             return term
+        if token.text == "[":
+            return Listed(self._items(token, "]"), token.position)
         raise self._no_value(token)
+
+    def _items(self, opened: Token, closing: str) -> tuple[Term, ...]:
+        """Read what stands between commas, up to the closing sign."""
+        items = [] if self._is(closing) else [self._nested(opened.position, self._or)]
+        while self._is(","):
+            self._take()
+            items.append(self._nested(opened.position, self._or))
+        self._expect(closing, opened)
+        return tuple(items)
+
+    def _with_parts(self, token: Token) -> Token:
+        """Return a quantity with the parts that follow it: ``1 h 30 min``."""
+        while self._now.kind == "quantity":
+            whole = f"{token.text} {self._now.text}"
+            if guess_value(whole)[0] is not Kind.DURATION:
+                break
+            self._take()
+            token = Token("quantity", whole, token.position)
+        return token
 
     def _word(self, token: Token) -> Term:
         if token.text in ("true", "false"):
@@ -394,17 +415,12 @@ class _ExpressionParser:
             names = (other,) if other is not None else closest_first(name.text, FUNCTIONS)
             valid = [f"{known}(...)" if known in FUNCTIONS else known for known in names]
             raise problem_at(name.position, f"there is no function {name.text!r}", *valid)
-        opened = self._take()
-        arguments = [] if self._is(")") else [self._nested(name.position, self._or)]
-        while self._is(","):
-            self._take()
-            arguments.append(self._nested(name.position, self._or))
-        self._expect(")", opened)
+        arguments = self._items(self._take(), ")")
         wanted = FUNCTIONS[name.text]
         if len(arguments) != wanted:
             problem = f"{name.text} needs {wanted} value{'s' if wanted > 1 else ''}, not {len(arguments)}"
             raise problem_at(name.position, problem, f"{name.text}({', '.join(('$a', '$b')[:wanted])})")
-        return Function(name.text, tuple(arguments), name.position)
+        return Function(name.text, arguments, name.position)
 
     # ---- errors ---------------------------------------------------------------------------------------
 
@@ -412,9 +428,6 @@ class _ExpressionParser:
         if token.kind == "end":
             before = self._tokens[-2].text
             return problem_at(token.position, f"a value is missing after {before!r}", "$key", "1.5 m")
-        if token.text == "[":
-            problem = "an expression has no list of its own"
-            return problem_at(token.position, problem, '$a == "x" or $a == "y"', "a key with the list")
         return problem_at(token.position, f"a value is needed before {token.text!r}", "$key", "1.5 m")
 
     def _bare_word(self, token: Token) -> ConfigError:

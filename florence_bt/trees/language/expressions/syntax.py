@@ -117,7 +117,20 @@ class Function:
     position: Position
 
 
-Term = Constant | Key | PosePart | Item | Unary | Binary | Function
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """``["yes", $other]``: a list that is written out.
+
+    Attributes:
+        items: Its items.
+        position: Where the bracket stands.
+    """
+
+    items: tuple[Term, ...]
+    position: Position
+
+
+Term = Constant | Key | PosePart | Item | Unary | Binary | Function | Listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +167,16 @@ def parts_of(term: Term) -> tuple[Term, ...]:
             return (left, right)
         case Function(arguments=arguments):
             return arguments
+        case Listed(items=items):
+            return items
     return ()
+
+
+def walk(term: Term) -> Iterator[Term]:
+    """Yield a term with everything below it."""
+    yield term
+    for part in parts_of(term):
+        yield from walk(part)
 
 
 def with_parts(term: Term, change: Callable[[Term], Term]) -> Term:
@@ -170,6 +192,8 @@ def with_parts(term: Term, change: Callable[[Term], Term]) -> Term:
             return replace(term, left=change(left), right=change(right))
         case Function(arguments=arguments):
             return replace(term, arguments=tuple(map(change, arguments)))
+        case Listed(items=items):
+            return replace(term, items=tuple(map(change, items)))
     return term
 
 
@@ -235,6 +259,8 @@ def _print(term: Term) -> tuple[str, int]:
             return f"-{_at_least(operand, _MINUS)}", _MINUS
         case Function(name=name, arguments=arguments):
             return f"{name}({', '.join(print_term(argument) for argument in arguments)})", _TIGHT
+        case Listed(items=items):
+            return f"[{', '.join(map(print_term, items))}]", _TIGHT
         case Binary(operator=operator, left=left, right=right):
             own = _LOOSENESS.get(operator, _COMPARISON)
             # Chains lean to the left; comparisons make no chains.

@@ -145,9 +145,12 @@ class Author:
         )
 
     def guarded(self, node: Node) -> Node:
-        for modifier, chance in (("when", 0.1), ("unless", 0.06), ("while", 0.12)):
-            if self.random.random() < chance:
-                node[modifier] = self.formula()
+        allowed = self.formula() if self.random.random() < 0.1 else ""
+        forbidden = f"not ({self.formula()})" if self.random.random() < 0.06 else ""
+        if allowed or forbidden:
+            node["when"] = f"({allowed}) and {forbidden}" if allowed and forbidden else allowed or forbidden
+        if self.random.random() < 0.12:
+            node["while"] = self.formula()
         if self.random.random() < 0.1:
             node["finally"] = self.leaf()
         if self._catches and self.random.random() < 0.15:

@@ -247,7 +247,7 @@ def above(key: str, limit: int) -> CompiledExpression:
 
 OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [
     lambda s, c: StartGuard(s.name("guard"), c, s.context, when=s.formula(), skipped_fails=True),
-    lambda s, c: StartGuard(s.name("guard"), c, s.context, unless=s.formula(), holds=s.formula()),
+    lambda s, c: StartGuard(s.name("guard"), c, s.context, when=s.formula(), holds=s.formula()),
     lambda s, c: While(s.name("while"), c, s.context, s.formula()),
     lambda s, c: Once(s.name("once"), c),
     lambda s, c: OnFailure(s.name("on failure"), s.context, c, [h := s.leaf()], {"broken": h}, h),

@@ -20,6 +20,7 @@ from florence_bt.trees.language.expressions.syntax import (
     Expression,
     Function,
     Key,
+    Listed,
     PosePart,
     Unary,
     print_term,
@@ -46,8 +47,12 @@ SUMS = st.recursive(NUMBERS, larger_numbers, max_leaves=8)
 COMPARISONS = st.builds(
     Binary, st.sampled_from(["==", "!=", "<", "<=", ">", ">="]), SUMS, SUMS, st.just(HERE)
 )
+LISTS = st.builds(Listed, st.lists(SUMS, min_size=1, max_size=3).map(tuple), st.just(HERE))
+CONTAINED = st.builds(Binary, st.just("in"), SUMS, LISTS, st.just(HERE))
 CONDITIONS = st.recursive(
-    st.one_of(COMPARISONS, st.booleans().map(lambda b: Constant(b, Kind.BOOLEAN, str(b).lower(), HERE))),
+    st.one_of(
+        COMPARISONS, CONTAINED, st.booleans().map(lambda b: Constant(b, Kind.BOOLEAN, str(b).lower(), HERE))
+    ),
     lambda smaller: st.one_of(
         st.builds(Binary, st.sampled_from(["and", "or"]), smaller, smaller, st.just(HERE)),
         st.builds(Unary, st.just("not"), smaller, st.just(HERE)),
@@ -65,6 +70,8 @@ def nowhere(term):
             return Unary(operator, nowhere(operand), HERE)
         case Function(name=name, arguments=arguments):
             return Function(name, tuple(nowhere(argument) for argument in arguments), HERE)
+        case Listed(items=items):
+            return Listed(tuple(nowhere(item) for item in items), HERE)
         case PosePart(pose=pose, part=part):
             return PosePart(nowhere(pose), part, HERE)
         case Constant(value=value, kind=kind, text=text):

@@ -90,7 +90,7 @@ $a AND $b             | 4 | an operator is needed, not 'AND' | and
 and $a                | 1 | a value is needed before 'and' | $key, true
 nt $a                 | 1 | neither a key nor text | $nt, "nt", not
 1e999                 | 1 | too large | 2.5
-$a + [1]              | 6 | an expression has no list of its own | $a == "x" or $a == "y", a key with the list
+$a in [1              | 7 | this [ is not closed | ]
 __import__('os')    | 1 | no function '__import__' | abs(...), bearing(...), count(...), distance(...), max(...), min(...)
 $a; $b                | 3 | no place in an expression |
 """
