@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any
 
 LATE_S = 1.0
-"""A round that takes longer is late: then a process does not answer either (``SILENT_S`` of its heartbeats)."""
+"""A round that takes longer is late: then a process does not answer either (``SILENT_S`` of heartbeats)."""
 
 
 class Rounds:

@@ -208,6 +208,7 @@ class Writer:
                 self.task,
                 lambda: {"condition": self.formula()},
                 lambda: {"set": {self.key(): self.number(), self.pick(("x", "y")): self.number()}},
+                lambda: {"add": {self.key(): self.pick((1, "$a"))}},
                 lambda: {"append": {"l": self.pick((1, "$x", "$a"))}},
                 lambda: {"wait": self.pick(("1 s", "2 s", "0.5 s"))},
                 lambda: {"fail": "no", "code": self.pick(("broken", "odd"))},

@@ -222,7 +222,7 @@ class World:
         return result if end == SKIPPED else end
 
     def cleaned(self, node: Node, scope: Scope, body: Run) -> Run:
-        if not {"until", "on_failure"} & set(node) and "while" in node and not holds(node["while"], scope):
+        if not {"until", "on_failure", "ensure"} & set(node) and "while" in node and not holds(node["while"], scope):
             return (yield from body)  # it never starts
         try:
             result = yield from body
@@ -436,6 +436,13 @@ class World:
     def do_set(self, node: Node, scope: Scope) -> Run:
         yield from ()
         new = {key: value(each, scope) for key, each in node["set"].items()}
+        for key, each in new.items():
+            scope.write(key, each)
+        return OK
+
+    def do_add(self, node: Node, scope: Scope) -> Run:
+        yield from ()
+        new = {key: scope.read(key) + value(each, scope) for key, each in node["add"].items()}
         for key, each in new.items():
             scope.write(key, each)
         return OK

@@ -45,6 +45,7 @@ KINDS: dict[str, tuple[Node, Node]] = {
     "wait": ({"wait": "2 s"}, {}),
     "wait_until": ({"wait_until": "$a == 2"}, {"timeout": "0.5 s"}),
     "set": ({"set": {"a": "$b", "b": "$a"}}, {}),
+    "add": ({"add": {"a": 1}}, {}),
     "append": ({"append": {"l": 1}}, {}),
     "run": ({"run": "sub"}, {"with": {"x": "$a"}, "out": {"y": "b"}}),
     "skill": (TASK, {"out": {"n": "a"}}),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from florence_bt.behaviours.expressions import CompiledExpression, Evaluate, junction, operation, pose_part
