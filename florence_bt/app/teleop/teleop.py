@@ -174,6 +174,7 @@ class _Teleop:
             self._stop_run()
             self._stopped = stop_the_robot(BY)
             self._client.spin_until(lambda: bool(self._overridden), ANSWER_BUDGET_S)
+        self._must_let_go = False  # the stops until now are none of somebody else's
         try:
             self._say(
                 "you have the robot (manual override)"
