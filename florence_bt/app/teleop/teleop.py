@@ -248,8 +248,9 @@ class _Teleop:
             self._console.quiet = True
 
     def _on_override(self, message: ManualOverride) -> None:
-        # A stop takes the robot out of the hand, as it does in the base's driver.
-        self._must_let_go |= bool(message.on) and message.stops != self._stops
+        # A stop of somebody else takes the robot out of the hand, as it does in the base's driver.
+        ours = self._stopped is not None and self._stops < message.stops <= self._stopped.stops
+        self._must_let_go |= bool(message.on) and message.stops != self._stops and not ours
         self._overridden, self._stops = bool(message.on), int(message.stops)
 
     def _on_stop_reason(self, message: StopReason) -> None:
