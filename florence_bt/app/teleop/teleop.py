@@ -174,6 +174,7 @@ class _Teleop:
             self._stop_run()
             self._stopped = stop_the_robot(BY)
             self._client.spin_until(lambda: bool(self._overridden), ANSWER_BUDGET_S)
+        self._must_let_go = False  # the stops until now are none of somebody else's
         try:
             self._say(
                 "you have the robot (manual override)"
@@ -247,8 +248,9 @@ class _Teleop:
             self._console.quiet = True
 
     def _on_override(self, message: ManualOverride) -> None:
-        # A stop takes the robot out of the hand, as it does in the base's driver.
-        self._must_let_go |= bool(message.on) and message.stops != self._stops
+        # A stop of somebody else takes the robot out of the hand, as it does in the base's driver.
+        ours = self._stopped is not None and self._stops < message.stops <= self._stopped.stops
+        self._must_let_go |= bool(message.on) and message.stops != self._stops and not ours
         self._overridden, self._stops = bool(message.on), int(message.stops)
 
     def _on_stop_reason(self, message: StopReason) -> None:
