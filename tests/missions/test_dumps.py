@@ -48,6 +48,7 @@ def test_a_search_from_nearby(robot):
 
 def test_a_search_from_nearby_that_is_not_needed(robot):
     robot.mock("look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7)")
+    robot.mock("get_robot_pose", "SUCCESS (pose=(2.5 m, 2 m, 0 deg))")
     play = robot.run("goto_user").assert_succeeded()
     skipped = "[+] when $distance > 1.6 m -- skipped: $distance > 1.6 m does not hold (distance is 1 m)"
     assert skipped in play.tree
