@@ -72,7 +72,7 @@ def test_an_empty_armchair_is_free_and_one_where_somebody_sits_is_not() -> None:
 def test_a_low_back_or_somebody_half_beside_does_not_fill_a_place() -> None:
     assert view((1.5, (0.0, 0.55), 0.4, -0.4)).is_free(1.5, 0.0, UPRIGHT)
     assert view(body(1.5, left=0.47)).is_free(1.5, 0.0, UPRIGHT)
-    assert not view(body(1.5, left=0.35)).is_free(1.5, 0.0, UPRIGHT)
+    assert not view(body(1.5, left=0.44)).is_free(1.5, 0.0, UPRIGHT)
     assert not view((1.5, (0.0, 0.8), 0.4, -0.4)).is_free(1.5, 0.0, UPRIGHT)
 
 
