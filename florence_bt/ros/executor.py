@@ -17,6 +17,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.rounds import Rounds
 from florence_bt.ros.shared_clock import SharedClock
 
 LONG_S = 3600.0
@@ -37,6 +38,7 @@ class SpinLoop:
         self._own: tuple[FlorenceNode, ...] = ()
         self._more = False
         self._clock = SharedClock()
+        self._rounds = Rounds(self._executor.create_task, self._on_late)
 
     def add(self, node: Node) -> None:
         """Serve a node from now on."""
@@ -44,12 +46,16 @@ class SpinLoop:
         # A node knows its executor only when it is set like this; setting it twice is harmless.
         node.executor = self._executor
         self._nodes.append(node)
+        if isinstance(node, FlorenceNode):
+            node.loop_rounds = self._rounds
         self._sort_out()
         self._clock.add(node)
 
     def remove(self, node: Node) -> None:
         """Serve a node no more."""
         self._nodes.remove(node)
+        if isinstance(node, FlorenceNode):
+            node.loop_rounds = None
         self._sort_out()
         self._clock.remove(node)
         self._executor.remove_node(node)
@@ -86,6 +92,11 @@ class SpinLoop:
         """Handle what is waiting already, at most some events."""
         for _ in range(events):
             self.spin_once(0.0)
+
+    def _on_late(self, late_s: float) -> None:
+        """Let the first of our nodes tell that all of them are late."""
+        for node in self._own[:1]:
+            node.attempt(node.health.count_late, late_s)
 
     def _sort_out(self) -> None:
         self._own = tuple(node for node in self._nodes if isinstance(node, FlorenceNode))

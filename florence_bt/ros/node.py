@@ -15,7 +15,7 @@ from rclpy.clock import Clock as RclClock
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.service import Service
 from rclpy.subscription import Subscription
@@ -28,9 +28,14 @@ from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.graph_names import GraphNames
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
+from florence_bt.ros.qos import STATE
 from florence_bt.ros.raw_messages import UnreadableBytes, is_read_here, read_message
 from florence_bt.ros.rclpy_internals import forget, throttle_logs_by_steady_time
+from florence_bt.ros.rounds import NewestReadings, Rounds
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
+
+MOST_OF_MANY = 20
+"""Messages of ``/tf`` that a process that is late still takes at once: those of some publishers."""
 
 
 class Stamped(Protocol):
@@ -102,6 +107,7 @@ class FlorenceNode(Node):
         self.before_long_work: Callable[[], None] = lambda: None
         self.fatal: Exception | None = None
         self.health = NodeHealth(self)
+        self.loop_rounds: Rounds | None = None
         self._graph_names = GraphNames(lambda words: self.get_logger().warning(words))
         self.served_by: int | None = None
         self._soon: deque[Callable[[], None]] = deque()
@@ -200,7 +206,7 @@ class FlorenceNode(Node):
         qos_profile: QoSProfile | int,
         *,
         judge_stamps: bool = True,
-        newest_only: bool = False,
+        newest_only: bool | None = None,
         sift: Callable[[bytes], bool] | None = None,
         **options: Any,
     ) -> Subscription:
@@ -209,9 +215,10 @@ class FlorenceNode(Node):
         A stamp must be near the present time of the node, except on a latched topic, whose last message may
         be old, and with ``judge_stamps=False``, where the stamps are of another clock than the node's.
 
-        The events executor works in the order of what comes in, and drops nothing: a process with more work
-        than time falls behind without end. ``newest_only`` is for costly callbacks on images and scans:
-        after each, messages are left out until everything that came in meanwhile was served.
+        When the process falls behind, the newest message of a best-effort subscription counts, and the rest
+        is left out (:mod:`florence_bt.ros.rounds`); ``newest_only`` says otherwise: False for events, all of
+        which count, True for costly callbacks on reliable topics. Of topics with several publishers, which
+        have a deep history, it is the newest :data:`MOST_OF_MANY`.
 
         ``sift`` gets the serialised message and says whether it is wanted at all: to decode one is most of
         the work. Messages that come often are read by :mod:`florence_bt.ros.raw_messages`: they have the
@@ -223,11 +230,14 @@ class FlorenceNode(Node):
                 and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
             )
             callback = self._checked(callback, topic, msg_type, judge_stamps=judge_stamps and not latched)
-            if sift is not None or is_read_here(msg_type):
-                options["raw"] = True
+            qos = qos_profile if isinstance(qos_profile, QoSProfile) else QoSProfile(depth=qos_profile)
+            if newest_only is None:
+                newest_only = qos.reliability == ReliabilityPolicy.BEST_EFFORT
+            if newest_only or sift is not None or is_read_here(msg_type):
+                options["raw"] = True  # what is left out is not decoded
                 callback = self._decoded(callback, topic, msg_type, sift)
             if newest_only:
-                callback = self._newest_only(callback)
+                callback = self._only_newest(callback, 1 if qos.depth <= STATE.depth else MOST_OF_MANY)
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
     # Each of these is wrapped, so that rclpy sees whether the callback also takes the information about the
@@ -279,23 +289,16 @@ class FlorenceNode(Node):
 
         return receive
 
-    def _newest_only(self, callback: Callable[..., None]) -> Callable[..., None]:
-        """Make a callback that leaves messages out until everything that came in meanwhile was served."""
-        behind = False
-
-        def caught_up() -> None:
-            nonlocal behind
-            behind = False
+    def _only_newest(self, callback: Callable[..., None], most: int) -> Callable[..., None]:
+        """Make a callback that gets the newest messages only when the process falls behind."""
+        readings = NewestReadings(callback, most)
 
         @functools.wraps(callback)
-        def receive(message: Any, *information: Any) -> None:
-            nonlocal behind
-            if behind:
-                return
-            if self.executor is not None:
-                behind = True
-                self.executor.create_task(caught_up)
-            callback(message, *information)
+        def receive(*message: Any) -> None:
+            if self.loop_rounds is None:
+                callback(*message)
+            else:
+                readings.take(self.loop_rounds, *message)
 
         return receive
 

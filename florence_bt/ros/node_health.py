@@ -20,6 +20,8 @@ REFUSAL_LOG_PERIOD_S = 1.0
 """Seconds between two log lines about refused messages of one topic."""
 FAILURE_LOG_PERIOD_S = 10.0
 """Seconds between two tracebacks from one line of code."""
+LATE = "lateness"
+"""The diagnosis of a process that falls behind."""
 REPORT_PERIOD_S = 1.0
 """Seconds between two diagnostics while something goes wrong."""
 REPORT_FOR_S = 10.0
@@ -34,11 +36,13 @@ class NodeHealth:
     Attributes:
         refused: How many messages were refused, by topic, service or action.
         failed: How many callbacks failed, by the line of code that raised.
+        late: How often the process was late.
     """
 
     def __init__(self, node: FlorenceNode) -> None:
         self.refused: Counter[str] = Counter()
         self.failed: Counter[str] = Counter()
+        self.late: Counter[str] = Counter()
         self._node = node
         self._last: dict[str, str] = {}
         self._logged: dict[str, float] = {}
@@ -72,6 +76,21 @@ class NodeHealth:
             self._node.get_logger().error(f"a callback failed ({count} so far); the node goes on:\n{text}")
         self._report_soon()
 
+    def count_late(self, late_s: float) -> None:
+        """Note that this process is late with what comes in.
+
+        Args:
+            late_s: By how much, in steady seconds.
+        """
+        self.late[LATE] += 1
+        self._last[LATE] = f"{late_s:.1f} s behind"
+        if self._may_log(LATE, FAILURE_LOG_PERIOD_S):
+            self._node.get_logger().warning(
+                f"this process is late by {late_s:.1f} s: of readings only the newest count; "
+                "the machine is too busy"
+            )
+        self._report_soon()
+
     def _may_log(self, source: str, period_s: float) -> bool:
         now = self._node.steady.now()
         if now - self._logged.get(source, -period_s) < period_s:
@@ -95,6 +114,7 @@ class NodeHealth:
         found = {
             "messages": self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
             "callbacks": self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
+            **({LATE: self._diagnosis(self.late, Severity.WARN, self._last[LATE])} if self.late else {}),
         }
         self._publisher.publish(diagnostics_to_ros(found, node.get_name(), node.get_name(), node.stamp()))
         if self._reporting:

@@ -126,7 +126,8 @@ class TopicWait(MessageWait):
         self.label = _label(self._topic, message_type)
         search_s = search_limit(deadline_s)
         super().__init__(node.timebase, self.label, served, self.server_is_there, search_s)
-        node.create_subscription(message_type, served.name, self.take, qos)
+        # Each may be the one that is waited for, such as the press of a button.
+        node.create_subscription(message_type, served.name, self.take, qos, newest_only=False)
 
     def server_is_there(self) -> bool:
         """Tell whether the topic has a publisher whose process has not ended."""

@@ -19,6 +19,7 @@ from florence_bt.app.runs.client import MissionClient
 from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.ros.environment import reach_of
+from florence_bt.ros.late_nodes import LateNodes
 
 FOREVER_S = float("inf")
 
@@ -81,6 +82,7 @@ def run_up(options: BringUp, fork_server: ForkServer) -> None:
         say(f"in another terminal{which}: {verbs}; Ctrl-C ends all")
         system.client.follow_speech(lambda text: say(f"the robot says: {text}"))
         MissingServers(system.client.node, say)
+        LateNodes(system.client.node, say)
         pace = RehearsalPace()
         if options.emulated:
             system.client.follow_truth()

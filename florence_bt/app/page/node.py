@@ -36,6 +36,7 @@ from florence_bt.core.message_skills import AskedQuestion
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
+from florence_bt.ros.late_nodes import LateNodes
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.server_processes import DiscoveredServers
@@ -119,6 +120,7 @@ class PageNode(FlorenceNode):
             "battery": None,
             "said": "",
             "sure": None,
+            "late": None,
         }
         self.override: HeardOverride | None = None
         self._made_at = self._missions_heard_at = self.steady.now()
@@ -200,6 +202,7 @@ class PageNode(FlorenceNode):
         self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
         self.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
         self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        self._late = LateNodes(self)
         run, goal = "florence_bt/run_state", "navigate/current_goal"
         self._show_told(RunState, run, self._on_run, LATCHED, gone=self._lose_run)
         self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
@@ -297,6 +300,9 @@ class PageNode(FlorenceNode):
         self._put(battery=round(100.0 * message.percentage) if known else None)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        late = "; ".join(self._late.sentences()) or None
+        if late != self._state["late"]:
+            self._put(late=late)
         for status in message.status:
             if status.name.endswith(LOCALISER):
                 self._put(sure=status.message if status.level == status.OK else f"unsure: {status.message}")
@@ -327,8 +333,7 @@ class SceneNode(FlorenceNode):
         self._scan: LaserScan | None = None
         self._tf = TransformListener(self)
         brief: dict[str, Any] = {"event_callbacks": NO_EVENTS}
-        newest: dict[str, Any] = {"newest_only": True, **brief}
-        self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **newest)
+        self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **brief)
         self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
         for action in DRIVES:
             take = partial(self._on_drives, action)
@@ -337,7 +342,9 @@ class SceneNode(FlorenceNode):
             "plan": tellers_of(self, "plan", self._forget_plan),
             TREE: tellers_of(self, TREE, self._forget_tree),
         }
-        self.create_subscription(MarkerArray, "user_markers", self._on_people, RELIABLE, **newest)
+        self.create_subscription(
+            MarkerArray, "user_markers", self._on_people, RELIABLE, newest_only=True, **brief
+        )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
         self._decode_tree = self._decoded(self._on_tree, TREE, BehaviourTree)
@@ -361,7 +368,7 @@ class SceneNode(FlorenceNode):
     def _listen_to(self, name: str) -> Any:
         if name == CAMERA:
             return self.create_subscription(
-                Image, LAYERS[name], self._on_camera, SENSOR, newest_only=True, event_callbacks=NO_EVENTS
+                Image, LAYERS[name], self._on_camera, SENSOR, event_callbacks=NO_EVENTS
             )
         take = partial(self._on_costmap, name)
         self._tellers[name] = tellers_of(self, LAYERS[name], partial(self._parts.put, name, None))

@@ -11,6 +11,7 @@ from florence_interfaces.srv import CheckMission, ListMissions, MissionStatus
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.skill import MissingSkill, Skill
+from florence_bt.ros.late_nodes import LateNodes
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
@@ -52,6 +53,7 @@ class Queries:
         self._skills = skills
         self._runs_folder = runs_folder
         self._goals = goals
+        self._late = LateNodes(node)
         node.create_service(MissionStatus, "florence_bt/status", partial(self._on_status, whole=False))
         node.create_service(MissionStatus, "florence_bt/whole_status", partial(self._on_status, whole=True))
         node.create_service(ListMissions, "florence_bt/list_missions", self._on_list)
@@ -88,13 +90,16 @@ class Queries:
             visited_only=request.visited_only,
             durations=request.durations,
         )
-        text = status_text(run, tree, self._node.timebase.now(), self._missions.warnings())
+        text = status_text(run, tree, self._node.timebase.now(), self._warnings())
         return _filled(response, run, text)
+
+    def _warnings(self) -> list[str]:
+        return [*self._missions.warnings(), *self._late.sentences()]
 
     def _past_status(self, run_id: str, response: MissionStatus.Response) -> MissionStatus.Response:
         """Return the status of a run that is neither running, waiting nor the last one, from the journal."""
         if not run_id:
-            response.tree = status_text(None, "", 0.0, self._missions.warnings())
+            response.tree = status_text(None, "", 0.0, self._warnings())
             return response
         try:
             with JournalReader(self._runs_folder) as journal:

@@ -14,6 +14,7 @@ export default {
     <span style="color:#666"> · battery {{ state.battery === null ? '?' : state.battery + ' %' }}</span>
     <span v-if="override" style="color:#b3261e;font-weight:bold"> · manual override: the base takes no commands of missions</span>
     <span v-if="state.stop" style="color:#b07d00"> · {{ state.stop }}</span>
+    <span v-if="state.late" style="color:#b07d00"> · {{ state.late }}</span>
     <span v-if="state.sure" style="color:#666"> · {{ state.sure }}</span>
     <span v-if="state.said"> · “{{ state.said }}”</span>
   </div>`,

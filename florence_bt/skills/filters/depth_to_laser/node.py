@@ -49,7 +49,7 @@ class FakeLaserNode(FlorenceNode):
         self._low_publisher = self.create_publisher(LaserScanMsg, "kinect_low_scan", SENSOR)
         self._overhang_publisher = self.create_publisher(LaserScanMsg, "kinect_overhang_scan", SENSOR)
         self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR)
-        self.create_subscription(Image, "camera/depth/image", self._on_picture, SENSOR, newest_only=True)
+        self.create_subscription(Image, "camera/depth/image", self._on_picture, SENSOR)
 
     def _on_camera(self, message: CameraInfo) -> None:
         try:

@@ -106,7 +106,7 @@ class LocaliserNode(FlorenceNode):
         self._place = PlacePublisher(self, p.map_frame, p.odom_frame, p.transform_tolerance)
         self._cloud_publisher = self.create_publisher(PoseArray, "particle_cloud", RELIABLE)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
-        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
+        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(PoseWithCovarianceStamped, INITIAL_POSE, self._on_initial_pose, RELIABLE)
         if self._settings.refine:

@@ -126,7 +126,7 @@ class MappingNode(FlorenceNode):
         self._frames = TransformListener(self, moving=False)
         self._place = PlacePublisher(self, p.map_frame, p.odom_frame, p.transform_tolerance)
         self._publisher = self.create_publisher(OccupancyGridMsg, "map", LATCHED)
-        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
+        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self._touches = False
         self.create_subscription(

@@ -163,9 +163,7 @@ class NavigationNode(FlorenceNode):
             ("people_scan", BODIES),
             ("filtered_laser_scan", FEET),
         ):
-            self.create_subscription(
-                LaserScanMsg, topic, self._scan_callback(source), SENSOR, newest_only=True
-            )
+            self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(Float64, SPEED_LIMIT, self._on_speed_limit, RELIABLE)
         self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)

@@ -192,13 +192,9 @@ class UserTrackerNode(FlorenceNode):
         if not self._readings:
             self._readings = [
                 self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR),
-                self.create_subscription(
-                    Image, "camera/depth/image", self._on_depth, SENSOR, newest_only=True
-                ),
+                self.create_subscription(Image, "camera/depth/image", self._on_depth, SENSOR),
                 self.create_subscription(Image, "camera/rgb/image_color", self._on_colour, SENSOR),
-                self.create_subscription(
-                    LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, newest_only=True
-                ),
+                self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR),
             ]
 
     def _stop(self) -> None:
