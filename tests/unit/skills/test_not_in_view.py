@@ -141,3 +141,10 @@ def test_a_look_that_sees_the_place_free_ends_as_soon_as_any_other(looks: Looks)
         looks.look.feed(10.1 + 0.1 * k, [], HERE, view=FREE.moved_by(HERE))
     result = looks.look.result(10.9)
     assert result is not None and result.code == "no_user_seen"
+
+
+def test_a_place_of_long_ago_says_nothing():
+    looks = Looks()
+    assert looks.at([person(1.0, 3.5)]).succeeded
+    looks.now += 61.0
+    assert looks.at(views=[HIDDEN] * 10, wanted=Wanted(7)).code == "no_user_seen"

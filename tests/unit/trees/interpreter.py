@@ -222,7 +222,11 @@ class World:
         return result if end == SKIPPED else end
 
     def cleaned(self, node: Node, scope: Scope, body: Run) -> Run:
-        if not {"until", "on_failure", "ensure"} & set(node) and "while" in node and not holds(node["while"], scope):
+        if (
+            not {"until", "on_failure", "ensure"} & set(node)
+            and "while" in node
+            and not holds(node["while"], scope)
+        ):
             return (yield from body)  # it never starts
         try:
             result = yield from body

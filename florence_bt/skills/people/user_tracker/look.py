@@ -20,6 +20,8 @@ from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker.camera_view import UPRIGHT, CameraView
 from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
+_REMEMBERED_S = 60.0
+"""Where somebody was found so long ago says nothing any more."""
 _FLOOR_M, _BODY_M = 0.05, 0.25
 """What is lower is the floor; how thick somebody is who lies; metres."""
 _Sample = tuple[float, TrackedUser]
@@ -56,11 +58,13 @@ class _Place:
         x: Map frame, metres.
         y: The same.
         heights: Between them, above the floor, they would be seen, metres.
+        found: When they were found there, seconds.
     """
 
     x: float
     y: float
     heights: tuple[float, float]
+    found: float
 
 
 def _heights_of(user: TrackedUser) -> tuple[float, float]:
@@ -198,15 +202,17 @@ class LookForUser:
     def _expected(self) -> _Place | None:
         """Return where who is looked for should be; None when that is not known."""
         wanted = self._wanted
+        known = {
+            user_id: place
+            for user_id, place in self._found_at.items()
+            if self._started - place.found <= _REMEMBERED_S
+        }
         if self._robot is None or not (wanted.x or wanted.y):
-            return self._found_at.get(wanted.user_id)
+            return known.get(wanted.user_id)
         x, y = self._robot.apply(wanted.x, wanted.y)
-        known = [
-            each
-            for each in self._found_at.values()
-            if self._beside_place(each.x, each.y) <= self._params.place_tolerance
-        ]
-        return _Place(x, y, known[-1].heights if known else UPRIGHT)
+        tolerance = self._params.place_tolerance
+        there = [each for each in known.values() if self._beside_place(each.x, each.y) <= tolerance]
+        return _Place(x, y, there[-1].heights if there else UPRIGHT, self._started)
 
     def _in_range(self, distance: float) -> bool:
         return self._params.nearest <= distance <= self._params.farthest
@@ -238,7 +244,7 @@ class LookForUser:
         x, y = statistics.median(user.x for user in mine), statistics.median(user.y for user in mine)
         yaw = math.atan2(self._robot.y - y, self._robot.x - x) if self._robot else 0.0
         self._found_at.pop(user_id, None)  # the latest stands last
-        self._found_at[user_id] = _Place(x, y, _heights_of(mine[-1]))
+        self._found_at[user_id] = _Place(x, y, _heights_of(mine[-1]), self._started)
         return success(
             user=Pose2(x, y, yaw),
             distance=statistics.median(user.distance for user in mine),
