@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -293,7 +294,8 @@ def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None
     assert told(caller.stamp)["values"]["charge"] == 0.5
     assert told(lambda: 0.0)["known"], "a stamp of zero is none"
     hangs = told(lambda: caller.stamp() - 60.0, goes_on=False)
-    assert not hangs["known"] and "the last time 6" in hangs["text"]
+    told_age = re.search(r"the last time (\d+)", hangs["text"])
+    assert not hangs["known"] and told_age is not None and int(told_age[1]) >= 60
     clock = caller.create_publisher(Clock, "/clock", RELIABLE)
     caller.create_timer(0.05, lambda: clock.publish(Clock(clock=stamp_to_ros(100.0))))
     assert told(lambda: 99.0)["known"] and not told(lambda: 90.0, goes_on=False)["known"]
