@@ -177,7 +177,7 @@ def record_flat(part: float) -> tuple[list[tuple[LaserScan, Transform3, Pose2]],
     rig.robot._localiser.update = listen  # type: ignore[method-assign]
     rooms = (*flat.rooms, flat.rooms[0])
     for room in rooms[: max(1, round(part * len(rooms)))]:
-        run = rig._base.navigate(room.hotspot.pose)
+        run = rig._base.navigate(room.hotspot.pose, precise=False)
         while run.poll() is None:
             rig.clock.run_next()
     return recorded, start

@@ -12,9 +12,9 @@ EXTRAS = {
     "sim": ("mujoco", "matplotlib"),
     "draw": ("resvg_py",),
     "home": ("paho",),
-    "record": ("foxglove", "mcap", "uvicorn", "h11", "websockets"),
+    "record": ("foxglove", "mcap", "lz4", "zstandard", "uvicorn", "h11", "websockets"),
     "page": ("nicegui", "fastapi", "starlette", "uvicorn"),
-    "mapping": ("gtsam", "rosbags"),
+    "mapping": ("gtsam", "rosbags", "lz4", "zstandard"),
     "test": ("pytest",),
 }
 """Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""

@@ -29,6 +29,8 @@ FROM_PIP = {
     "rosbags",
     "foxglove",
     "mcap",
+    "lz4",
+    "zstandard",
     "nicegui",
     "fastapi",
     "starlette",

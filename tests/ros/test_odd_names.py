@@ -115,7 +115,7 @@ def test_skills_are_drafted_beside_them(ros_domain: int, start_process: Callable
     from florence_bt.app.mission_files.live_skills import offered, type_in_graph
 
     start_process(sys.executable, PROGRAM, *ODD, "rt/zoo").wait_for("the names are there")
-    lines = offered().splitlines()
-    assert "condition /zoo std_msgs/msg/Float64" in lines
-    assert not any("double" in line or "1abc" in line for line in lines)
+    offers = offered()
+    assert ("condition", "/zoo", "std_msgs/msg/Float64") in {(o.way, o.name, o.interface) for o in offers}
+    assert not any("double" in offer.name or "1abc" in offer.name for offer in offers)
     assert type_in_graph("condition", "/zoo") == ("std_msgs/msg/Float64", False)

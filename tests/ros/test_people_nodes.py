@@ -53,7 +53,7 @@ from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 from florence_bt.trees.language.declarations import own_declarations
 
 LOOK_FOR_USER = own_declarations()["look_for_user"]
-NO_USER_SEEN, NO_IMAGE = LOOK_CODES_BY_NUMBER
+NO_USER_SEEN, NO_IMAGE, _ = LOOK_CODES_BY_NUMBER
 
 pytestmark = pytest.mark.ros
 

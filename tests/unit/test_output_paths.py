@@ -36,6 +36,7 @@ READS = {
     "file",
     "files",
     "folder",
+    "robot",
     "source",
 }
 """Options of paths that are only read, or, like ``--hotspots``, name what is there."""

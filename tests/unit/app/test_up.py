@@ -14,7 +14,7 @@ class ReadySystem:
 
     def __init__(self, options, report, fork_server):
         self.client = self
-        self.node = SimpleNamespace(create_subscription=lambda *arguments: None)
+        self.node = SimpleNamespace(create_subscription=lambda *arguments, **options: None)
 
     def __enter__(self):
         return self

@@ -188,6 +188,7 @@ OTHERWISE = {
     "app/interfaces/building.py": "the environment, with a list of its own",
     "app/interfaces/generating.py": "what is built, in a folder of its own",
     "app/page/editor/helpers.py": "a folder for one trial",
+    "app/maps/recordings/bag_files.py": "an unpacked copy, in a folder of its own",
     "drivers/kinect/fakenect.py": "a recording, frame by frame",
     "drivers/kinect/recording.py": "a recording, frame by frame",
     "drivers/turtlebot/override_file.py": "that the override is on, whatever is in it",

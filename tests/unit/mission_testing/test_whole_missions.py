@@ -46,7 +46,10 @@ def test_a_called_mission_is_mocked_like_a_skill(stage):
 
 def test_each_call_of_a_mission_is_a_call_of_its_mock(stage):
     stage.mock("look_for_user", f"{SEEN[:-1]}, posture=standing)")
-    approach = stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg), nearest=3 m)")
+    approach = stage.mock(
+        "approach_user",
+        "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg), seen=(3 m, 2 m, 180 deg), nearest=3 m)",
+    )
     stage.mock("get_robot_pose", "SUCCESS (pose=(1 m, 1 m, 20 deg))")
     play = stage.run("meet_user", seen_at="(3 m, 2 m, 180 deg)", seen_id=1, distance="2 m")
     play.assert_succeeded(pose="(1 m, 1 m, 20 deg)").assert_duration(5 + 8 + 5 + 8)

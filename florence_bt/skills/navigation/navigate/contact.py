@@ -73,11 +73,12 @@ class BackUp:
         """Return the velocity; standstill when it is over, or what is behind is not free, or not known."""
         left = self._p.back_up_distance - self._start.distance_to(state.pose)
         over = left <= 0.01 or state.now > self._deadline
-        if over or not state.clearance.is_free(-min(left + 0.05, 0.15), 0.0):
+        way, bend = min(left + 0.05, 0.15), state.driven.curvature(state.pose)
+        if over or not state.clearance.is_free(-way, -way * bend):
             return STANDSTILL
         if not state.driven.covers(state.pose, 0.0):
             return STANDSTILL
-        return state.people.slowed(state.pose, Twist2(-self._p.back_up_speed, 0.0))
+        return state.people.slowed(state.pose, Twist2(-self._p.back_up_speed, -self._p.back_up_speed * bend))
 
 
 class ContactRecovery:

@@ -18,6 +18,8 @@ _BESIDE_M = 0.05
 _LOOKS_M = 0.02
 _ROOM_M = 0.3
 """So much behind it counts as driven when the robot is switched on. Chosen: twice what a recovery backs."""
+_AIM_M, _BEND = 0.1, 5.0
+"""It steers to where it was so far behind, on an arc of no more than this curvature, metres and 1/m."""
 _MOVES_M, _TURNS_RAD = 0.001, 0.01
 """From one scan to the next; less is none."""
 
@@ -41,7 +43,9 @@ class DrivenWay:
         before, self._before = self._before, pose
         if before is None:
             # Whoever set it down or docked it left it room: it backs off a dock on which it is switched on.
-            self._poses.extend(pose @ Pose2(-way, 0.0) for way in np.arange(0.0, _ROOM_M, _STEP_M)[::-1])
+            self._poses.extend(
+                pose @ Pose2(-float(way), 0.0) for way in np.arange(0.0, _ROOM_M, _STEP_M)[::-1]
+            )
             return
         ahead, _ = before.inverse().apply(pose.x, pose.y)
         if ahead < _MOVES_M and (
@@ -52,6 +56,15 @@ class DrivenWay:
         turned = abs(angle_difference(last.yaw, pose.yaw)) >= _STEP_RAD
         if turned or last.distance_to(pose) >= _STEP_M:
             self._poses.append(pose)
+
+    def curvature(self, robot: Pose2) -> float:
+        """Return the curvature, 1/m, of the arc that leads back to where it came from; 0 is straight."""
+        for pose in reversed(self._poses):
+            x, y = robot.inverse().apply(pose.x, pose.y)
+            if x <= -_AIM_M:
+                bend = 2.0 * y / (x * x + y * y)
+                return float(max(-_BEND, min(_BEND, bend)))
+        return 0.0
 
     def covers(self, robot: Pose2, back: float) -> bool:
         """Tell whether the robot was where its rear gets when it backs straight, metres."""
