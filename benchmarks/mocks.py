@@ -11,7 +11,9 @@ from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
 from tests.scripted_skill import ScriptedSkill
 
-_VALUES = {Kind.POSE: Pose2(1.0, 2.0, 0.5), Kind.TEXT: "kitchen", Kind.BOOLEAN: True, Kind.INTEGER: 1}
+SOMEWHERE, ROBOT = Pose2(1.0, 2.0, 0.5), Pose2(1.0, 2.0)
+"""The robot stands where everybody is and does not look past them, or goto_user would fail with too_far."""
+_VALUES = {Kind.POSE: SOMEWHERE, Kind.TEXT: "kitchen", Kind.BOOLEAN: True, Kind.INTEGER: 1}
 
 
 def value_of(kind: Kind) -> Any:
@@ -24,5 +26,7 @@ def succeeding(
 ) -> ScriptedSkill:
     """Return a skill that succeeds, after a second when it takes time."""
     outputs = {name: value_of(port.kind) for name, port in declaration.outputs.items()}
+    if declaration.name == "get_robot_pose":
+        outputs["pose"] = ROBOT
     after = 0.0 if declaration.instant else 1.0
     return mock(declaration, clock, [Step(success(**outputs), after=after)])

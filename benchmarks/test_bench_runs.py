@@ -9,13 +9,10 @@ from pathlib import Path
 import pytest
 
 from benchmarks.measure import size
-from benchmarks.mocks import succeeding, value_of
+from benchmarks.mocks import succeeding
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import Kind
-from florence_bt.core.geometry import Pose2
-from florence_bt.core.outcome import success
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
+from florence_bt.mission_testing.mocks.mocks import ScriptedRun
 from florence_bt.runtime.event_bus import EventLog
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
@@ -38,10 +35,6 @@ class Stage:
         self.clock = ManualClock()
         declarations = collect_declarations()
         self.skills = {name: succeeding(each, self.clock, mock) for name, each in declarations.items()}
-        # It stands before the person, and looks at them.
-        there = value_of(Kind.POSE)
-        pose = Step(success(pose=Pose2(there.x, there.y)))
-        self.skills["get_robot_pose"] = mock(declarations["get_robot_pose"], self.clock, [pose])
         self.executor = Executor(
             MissionFolders.of([], declarations),
             self.skills,

@@ -102,3 +102,10 @@ def test_backing_gives_no_leave_to_back_on() -> None:
     driven = way(Pose2(), *(Pose2(-0.008 * step, 0.0, 0.0) for step in range(60)))
     assert not driven.covers(Pose2(-0.48, 0.0, 0.0), 0.0)
     assert driven.covers(Pose2(-0.28, 0.0, 0.0), 0.0)
+
+
+def test_it_backs_along_the_arc_that_it_came() -> None:
+    """On a circle of 1 m to the left, from the origin on; straight on, the bend is none."""
+    arc = [Pose2(math.sin(turn), 1.0 - math.cos(turn), turn) for turn in (0.02 * step for step in range(40))]
+    assert way(*arc).curvature(arc[-1]) == pytest.approx(1.0, abs=0.05)
+    assert way(*straight(1.0)).curvature(Pose2(1.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-9)
