@@ -90,7 +90,7 @@ _SCALES: Mapping[Kind, tuple[tuple[float, str, float], ...]] = {
 """Kind -> up to what (SI units) people read it in which unit, and how many of them are one SI unit."""
 
 
-_TOO_LONG_S = 1e6
+_TOO_LONG_S = 1e8
 """From here on nobody counts a duration in hours."""
 
 

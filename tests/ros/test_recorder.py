@@ -14,12 +14,15 @@ import pytest
 pytest.importorskip("foxglove")
 pytest.importorskip("rclpy")
 
+import rclpy
+from rclpy.qos import QoSProfile
 from rosbags.highlevel import AnyReader
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import String
 
 from florence_bt.app.recording import node as recording
+from florence_bt.app.recording.intake import Intake
 from florence_bt.app.recording.node import RecorderNode
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.node import FlorenceNode
@@ -279,3 +282,31 @@ def test_a_port_that_is_taken_is_told(ros: Any) -> None:
 def test_a_recorder_without_a_purpose_is_refused(ros: Any) -> None:
     with pytest.raises(ConfigError, match="nothing to record"):
         RecorderNode()
+
+
+def test_a_topic_that_is_subscribed_to_anew_loses_nothing_and_has_nothing_twice(ros: Any) -> None:
+    """As when the first publisher that is found is latched, and the others are not."""
+    other = rclpy.Context()  # a participant of its own, which takes its time to find the subscription
+    rclpy.init(context=other)
+    robot = rclpy.create_node("robot", context=other)
+    qos = QoSProfile(depth=1000)
+    words = robot.create_publisher(String, "words", qos)
+    intake = Intake("intake", ros.add(FlorenceNode("recorder")).context)
+    taken: list[bytes] = []
+    intake.subscribe("/words", "std_msgs/msg/String", qos)
+    ros.spin_until(lambda: words.get_subscription_count())
+    for number in range(200):
+        if number == 50:
+            intake.subscribe("/words", "std_msgs/msg/String", qos)
+        words.publish(String(data=f"{number:03}"))
+        taken += [message for _, _, message in intake.take()]
+
+    def all_came() -> bool:
+        taken.extend(message for _, _, message in intake.take())
+        return len(taken) >= 200
+
+    ros.spin_until(all_came)
+    intake.close()
+    robot.destroy_node()
+    rclpy.shutdown(context=other)
+    assert sorted(taken) == sorted({*taken}) and len(taken) == 200

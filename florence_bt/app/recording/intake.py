@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rclpy.context import Context
@@ -15,6 +16,8 @@ from florence_bt.ros.qos import NO_EVENTS
 
 Taken = tuple[int, str, bytes]
 """When a message was received (nanoseconds since 1970), its topic, and it, serialised."""
+OVERLAP_S = 0.9
+"""So long a subscription that is replaced goes on: the new one has yet to find its publishers."""
 
 
 class Intake:
@@ -31,6 +34,7 @@ class Intake:
     def __init__(self, name: str, context: Context) -> None:
         self._node = Node(name, context=context, enable_rosout=False, start_parameter_services=False)
         self._subscriptions: dict[str, Subscription] = {}
+        self._replaced: dict[str, _Replaced] = {}
         self._left: list[Taken] = []
 
     def __contains__(self, topic: str) -> bool:
@@ -39,37 +43,84 @@ class Intake:
 
     def subscribe(self, topic: str, type_name: str, qos: QoSProfile) -> None:
         """Subscribe to a topic, once more if need be: its latched message comes again."""
-        self.unsubscribe(topic)
+        self._end(topic)
+        before = self._subscriptions.pop(topic, None)
+        if before is not None:
+            self._replaced[topic] = _Replaced(before, time.monotonic() + OVERLAP_S)
         self._subscriptions[topic] = self._node.create_subscription(
             load_interface(type_name), topic, _never_called, qos, raw=True, event_callbacks=NO_EVENTS
         )
 
     def unsubscribe(self, topic: str) -> None:
         """End the subscription to a topic; what came before is still taken."""
+        self._end(topic)
         subscription = self._subscriptions.pop(topic, None)
         if subscription is not None:
-            self._left += _taken_from(topic, subscription)
+            self._left += (taken for _, taken in _taken_from(topic, subscription))
             self._node.destroy_subscription(subscription)
 
     def take(self) -> list[Taken]:
         """Return what came since the last time, in the order in which it was received."""
         taken, self._left = self._left, []
         for topic, subscription in self._subscriptions.items():
-            taken += _taken_from(topic, subscription)
+            came = list(_taken_from(topic, subscription))
+            replaced = self._replaced.get(topic)
+            if replaced is not None:
+                came = [
+                    *replaced.not_twice(_taken_from(topic, replaced.subscription)),
+                    *replaced.not_twice(came),
+                ]
+            taken += (message for _, message in came)
+        over = [topic for topic, each in self._replaced.items() if time.monotonic() > each.until]
+        for topic in over:
+            self._end(topic)
         taken.sort(key=lambda each: each[0])
         return taken
+
+    def _end(self, topic: str) -> None:
+        """End the subscription to a topic that was replaced, if there is one."""
+        replaced = self._replaced.pop(topic, None)
+        if replaced is not None:
+            left = replaced.not_twice(_taken_from(topic, replaced.subscription))
+            self._left += (taken for _, taken in left)
+            self._node.destroy_subscription(replaced.subscription)
 
     def close(self) -> None:
         """End the node."""
         self._node.destroy_node()
 
 
-def _taken_from(topic: str, subscription: Subscription) -> Iterator[Taken]:
+_Sent = tuple[int, bytes]
+"""When its publisher sent a message, and it: the same for every subscription."""
+
+
+class _Replaced:
+    """A subscription that another one takes the place of, until that has found its publishers.
+
+    Args:
+        subscription: It.
+        until: When it ends, steady seconds.
+    """
+
+    def __init__(self, subscription: Subscription, until: float) -> None:
+        self.subscription = subscription
+        self.until = until
+        self._seen: set[_Sent] = set()
+
+    def not_twice(self, came: Iterable[tuple[_Sent, Taken]]) -> Iterator[tuple[_Sent, Taken]]:
+        """Leave out what the other one of the two brought already."""
+        for sent, taken in came:
+            if sent not in self._seen:
+                self._seen.add(sent)
+                yield sent, taken
+
+
+def _taken_from(topic: str, subscription: Subscription) -> Iterator[tuple[_Sent, Taken]]:
     handle = subscription.handle
     with handle:
         while (taken := handle.take_message(subscription.msg_type, True)) is not None:
             message, info = taken
-            yield info["received_timestamp"], topic, message
+            yield (info["source_timestamp"], message), (info["received_timestamp"], topic, message)
 
 
 def _never_called(message: Any) -> None:
