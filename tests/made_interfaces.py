@@ -5,6 +5,7 @@ For tests of what reads and fills messages by their fields. They cannot be sent.
 
 from __future__ import annotations
 
+import ast
 import re
 import sys
 from types import ModuleType
@@ -50,12 +51,12 @@ def make_interfaces(patch: pytest.MonkeyPatch, package: str, **definitions: str)
 
 def _message(package: str, kind: str, name: str, text: str) -> type:
     fields: dict[str, str] = {}
-    constants: dict[str, int] = {}
+    constants: dict[str, Any] = {}
     for line in filter(None, (each.partition("#")[0].strip() for each in text.splitlines())):
         match = _LINE.fullmatch(line)
         assert match is not None, line
         if match["value"] is not None:
-            constants[match["name"]] = int(match["value"])
+            constants[match["name"]] = ast.literal_eval(match["value"])
         else:
             fields[match["name"]] = _written(package, match["item"], match["text"], match["array"])
 

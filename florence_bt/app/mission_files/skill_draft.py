@@ -14,7 +14,7 @@ import yaml
 
 from florence_bt.app.mission_files.draft_fields import Fields, choices_of, fields_of, port_name
 from florence_bt.app.mission_files.output import write_output
-from florence_bt.core.answer_shape import AnswerShape, shape_of
+from florence_bt.core.answer_shape import AnswerShape, shape_of, written
 from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.interfaces import (
@@ -145,7 +145,8 @@ def _take_answer(entry: dict[str, Any], loaded: Any, way: str, answered: Fields)
     shape = AnswerShape()
     if way in ("action", "service"):
         shape = shape_of(part_of(loaded, str(WAYS[way].answered)))
-    used = {shape.flag, shape.code, shape.words if shape.words_only else ""}
+    code = "" if shape.guessed else shape.code
+    used = {shape.flag, code, shape.words if shape.words_only else ""}
     outputs = {path: kind for path, kind in answered.kinds.items() if path not in used}
     if outputs and way != "condition":
         entry["outputs"] = {port_name(path): _output(path, kind) for path, kind in outputs.items()}
@@ -291,13 +292,15 @@ def _skill_name(name: str) -> str:
 def _failures(shape: AnswerShape) -> dict[str, Any]:
     """Draft a failure for each code that the type names, for those it does not, and for a refusal."""
     found: dict[str, Any] = {
-        name.lower(): {"when": f"${shape.code} == {number}"} for name, number in shape.failures.items()
+        name.lower(): {"when": f"${shape.code} == {written(value)}"} for name, value in shape.failures.items()
     }
-    if shape.code:
+    if shape.mishap:
         meaning = "it failed for another reason" if found else f"{TO_BE_SAID} what fails"
+        if shape.guessed:
+            meaning = f"{TO_BE_SAID} which values of {shape.code} are a no"
         found["gave_up"] = {"meaning": meaning, "when": shape.mishap}
-    if shape.flag:
-        found["refused"] = {"when": shape.refusal}
+    if shape.refusal:
+        found["refused"] = {"when": shape.refusal.replace(shape.many, port_name(shape.many))}
     return found
 
 

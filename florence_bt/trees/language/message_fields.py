@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -11,7 +11,15 @@ from typing import Any
 from florence_bt.behaviours.keys import KeyReference, KeyStore, readable
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.interfaces import field_type, fields_below, get, kind_of_field, load_interface, part_of
+from florence_bt.core.interfaces import (
+    field_type,
+    fields_below,
+    get,
+    item_of_array,
+    kind_of_field,
+    load_interface,
+    part_of,
+)
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.parser import POSE_PARTS
@@ -110,9 +118,20 @@ def check_readable(message_type: Any, path: str) -> Kind:
     kind = kind_of_field(written)
     if kind is None:
         below = [f"${each}" for each in fields_below(message_type, path)]
-        items = [f"${path}[0]"] if written.endswith((">", "]")) else []
-        raise ConfigError(f"{path} is of the type {written}, and no single value", valid=[*below, *items])
+        valid = [*below, *(_of_items(message_type, path) if item_of_array(written) else ())]
+        raise ConfigError(f"{path} is of the type {written}, and no single value", valid=valid)
     return kind
+
+
+def _of_items(message_type: Any, path: str) -> Iterator[str]:
+    """Suggest how a field of an array of messages is read: of one item, and of all by an output."""
+    for below in fields_below(message_type, f"{path}[0]"):
+        every = below.replace("[0]", "[*]")
+        kind = kind_of_field(field_type(message_type, every))
+        if kind is not None and "[*]" not in path:
+            yield f"${below}"
+            name = every.replace("[*]", "").replace(".", "_")
+            yield f"outputs: {{{name}: {{type: {kind.value}, from: '{every}'}}}}, and ${name}"
 
 
 def value_in(message: Any, path: str, interface: str, part: str) -> Any:

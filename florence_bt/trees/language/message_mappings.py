@@ -34,6 +34,7 @@ from florence_bt.core.interfaces import (
     holder_of,
     holds,
     integer_limits,
+    kind_of_field,
     length_limits,
     load_interface,
     part_of,
@@ -69,6 +70,13 @@ from florence_bt.trees.language.values import kind_of, template_of, tree_value
 
 DEFAULT_CODE = "failed"
 """The code of a goal that the server gave up, when the file names none."""
+_CONSTANTS: Mapping[Kind | None, tuple[type, ...]] = {
+    Kind.INTEGER: (int,),
+    Kind.NUMBER: (float, int),
+    Kind.TEXT: (str,),
+    Kind.BOOLEAN: (bool,),
+}
+"""Kind of a field -> the constants of an interface that it takes."""
 MAX_AGE_S = 5.0
 """Of a message that a condition judges, when the file says nothing."""
 
@@ -356,18 +364,27 @@ class _Mapping:
     ) -> tuple[str, str] | None:
         """Return the output that says no and that no failure reads; warn when it is not even an output."""
         shape = self._shape_of_answer()
-        read = {outputs.get(key, key) for _, expression in failures for key in expression.keys}
-        output = next((name for name, path in outputs.items() if path == shape.flag), "")
-        meant = (shape.flag,) if shape.flag else shape.flags
-        if not meant or read.intersection(meant) or (not output and {*outputs.values()}.intersection(meant)):
+        signs = tuple(sign for sign in shape.signs if sign != shape.code or self._way_name == "service")
+        given = {name: _of_every_item(path) for name, path in outputs.items()}
+        keys = [key for _, expression in failures for key in expression.keys]
+        read = {given.get(key, _of_every_item(key)) for key in keys}  # one of several is enough
+        output = next((name for name, path in given.items() if path in signs[:1]), "")
+        meant = signs or shape.flags
+        if not meant or read.intersection(meant) or (not output and {*given.values()}.intersection(meant)):
             return None
         if output:
-            return output, shape.refusal.replace(shape.flag, output)
+            one = given[output] != outputs[output]
+            no = f"{'' if shape.denies else 'not '}${output}" if one else shape.no.replace(signs[0], output)
+            return None if shape.guessed else (output, no)
         condition = self._way_name == "condition"
         what = "every message is a yes" if condition else "a refusal counts as success"
-        message = f"no failure reads {' or '.join(meant)}, which is true or false: {what}"
-        remedy = f"{'not_so' if condition else 'refused'}: {{when: {shape.refusal or f'not ${meant[0]}'}}}"
-        self._reader.warning(position, message, [f"failures: {{{remedy}}}"])
+        is_flag = meant == (shape.flag,) or not signs
+        about = "is true or false" if is_flag else "says how it went"
+        self._reader.warning(
+            position,
+            f"no failure reads {' or '.join(meant)}, which {about}: {what}",
+            [_remedy(shape, "not_so" if condition else "refused", f"not ${meant[0]}")],
+        )
         return None
 
     def _shape_of_answer(self) -> AnswerShape:
@@ -459,6 +476,8 @@ class _Mapping:
             return None
         named = self._named(key.text, written, value) if written is not None else None
         if named is not None:
+            if not is_source(named) and named is not NOW:
+                self._check_put(key.text, named)
             return (named,)
         text = written is not None and holds(Kind.TEXT, written)
         kind = Kind.TEXT if text else kind_of(value, self._inputs)
@@ -515,25 +534,30 @@ class _Mapping:
         if isinstance(value, Reference) and integer_limits(written) is not None:
             port = self._declaration.inputs.get(value.key)
             if port is not None and port.choices and port.kind is Kind.TEXT:
-                constants = self._constants_of_field(path)
+                constants = self._constants_of_field(path, int)
                 numbers = numbers_of(port.choices, constants, path.rpartition(".")[2])
                 return Chosen(KeyReference(value.key), numbers)
         if not isinstance(value, Literal) or value.quoted or value.text in self._inputs:
             return None
         if written == TIME and value.text == "now":
             return NOW
-        if integer_limits(written) is None or kind_of(value, {}) is not Kind.TEXT:
+        kind = kind_of_field(written)
+        if kind not in _CONSTANTS or kind_of(value, {}) is not Kind.TEXT:
             return None
-        constants = self._constants_of_field(path)
-        if constants and value.text not in constants:
+        constants = self._constants_of_field(path, *_CONSTANTS[kind])
+        if constants and kind is not Kind.TEXT and value.text not in constants:
             valid = closest_first(value.text, constants)
             raise ConfigError(f"{path}: the interface names no {value.text}", valid=valid)
         return constants.get(value.text)
 
-    def _constants_of_field(self, path: str) -> dict[str, int]:
+    def _constants_of_field(self, path: str, *kinds: type) -> dict[str, Any]:
         """Return the constants that a field may mean: those of the message that has it, else of the whole."""
         whole = part_of(self._interface, str(self._way.sent))
-        return constants_of(holder_of(whole, path)) or constants_of(whole)
+        for message_type in (holder_of(whole, path), whole):
+            found = {name: each for kind in kinds for name, each in constants_of(message_type, kind).items()}
+            if found:
+                return found
+        return {}
 
     def _instead(self, value: Value, written: str) -> tuple[str, ...]:
         """Suggest what a field of a type takes in place of a value."""
@@ -644,7 +668,7 @@ class _Mapping:
             return None
         return self._attempt(source.position, with_paths, expression, self._known(), self._type_or_none)
 
-    def _constants_in_answers(self) -> Mapping[str, int]:
+    def _constants_in_answers(self) -> Mapping[str, Any]:
         if self._interface is None or self._way.answered is None:
             return AnyConstant()
         return constants_below(part_of(self._interface, self._way.answered))
@@ -682,9 +706,9 @@ class _Mapping:
         written = self._attempt(source.position, self._field, self._way.answered, path)
         if written is not None and not holds(Kind.TEXT, written):
             self._error(source.position, f"reason: {path} is of the type {written}, and no text")
-        elif not can_fail and self._way_name == "service" and (refusal := self._shape_of_answer().refusal):
+        elif not can_fail and self._way_name == "service" and self._shape_of_answer().no:
             message = f"{path} is never told: no failure has when, and every answer counts as success"
-            self._reader.warning(source.position, message, [f"failures: {{refused: {{when: {refusal}}}}}"])
+            self._reader.warning(source.position, message, [_remedy(self._shape_of_answer(), "refused")])
         return path
 
     def _read_feedback(self) -> TextTemplate | None:
@@ -697,3 +721,18 @@ class _Mapping:
             if not isinstance(part, str):
                 self._kind_of_answer("Feedback", part.key, source.position)
         return template
+
+
+def _remedy(shape: AnswerShape, code: str, otherwise: str = "") -> str:
+    """Write the failure that an answer of a shape lacks, and the output that it needs."""
+    condition, outputs = shape.no or otherwise, ""
+    if "[*]" in shape.many:
+        name = shape.many.replace("[*]", "").replace(".", "_")
+        outputs = f"outputs: {{{name}: {{type: list of boolean, from: '{shape.many}'}}}}, "
+        condition = condition.replace(shape.many, name)
+    return f"{outputs}failures: {{{code}: {{when: {condition}}}}}"
+
+
+def _of_every_item(path: str) -> str:
+    """Return the path of the same field of all items of an array."""
+    return re.sub(r"\[\d+\]", "[*]", path).removesuffix("[*]")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
+from typing import Any
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
@@ -191,7 +192,7 @@ class Reader(WordReader):
         what: str,
         *,
         or_node: bool = False,
-        constants: Mapping[str, int] | None = None,
+        constants: Mapping[str, Any] | None = None,
     ) -> Expression | None:
         """Read an expression that stands alone; ``${`` and ``}`` round it do no harm.
 
@@ -199,7 +200,7 @@ class Reader(WordReader):
             source: Where it stands.
             what: What has it.
             or_node: Whether a node could stand there as well.
-            constants: Of an expression over a message: the numbers that its type names.
+            constants: Of an expression over a message: the values that its type names.
         """
         if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
             node = suggestions.for_condition(what, source)
@@ -223,7 +224,7 @@ class Reader(WordReader):
         return self._parsed(source, text[start:], start, constants)
 
     def _parsed(
-        self, source: YamlScalar, text: str, offset: int, constants: Mapping[str, int] | None = None
+        self, source: YamlScalar, text: str, offset: int, constants: Mapping[str, Any] | None = None
     ) -> Expression | None:
         """Parse a part of a scalar; a line break counts as a space."""
         column = source.first_column

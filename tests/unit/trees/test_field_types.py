@@ -145,7 +145,12 @@ def test_a_number_that_was_not_measured_is_no_answer(read: Any) -> None:
     [
         ("$time_left < 2", "2 s"),
         ("$bed > 1", "$bed.state"),
-        ("$bed.plants == 1", "$bed.plants[0]"),
+        ("$bed.plants == 1", "$bed.plants[0].ripe"),
+        (
+            "count($bed.plants) == 0",
+            "outputs: {bed_plants_ripe: {type: list of boolean, from: 'bed.plants[*].ripe'}}, "
+            "and $bed_plants_ripe",
+        ),
         ("$bed.stat == 1", "state"),
         ("$bed.watered_at > 1", "$bed.watered_at.sec"),
         ("$bed.corners[4].x > 1 m", None),
@@ -239,6 +244,27 @@ def test_constants_have_names_in_what_is_sent_and_judged(read: Any) -> None:
     assert found.mappings["it"].judge({}, tank).succeeded
     tank.bed.state = 2
     assert found.mappings["it"].judge({}, tank).code == "no"
+
+
+def test_texts_and_fractions_have_names_too(read: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    definition = """
+string FAST="f"
+float32 MOST=0.5
+string how
+float32 rate
+---
+string FINE="fine"
+string status
+"""
+    make_interfaces(monkeypatch, "made_msgs", srv_Move=definition)
+    text = "    service: move\n    type: made_msgs/srv/Move\n    send: {how: FAST, rate: MOST}\n"
+    found = read(f"{text}    failures: {{no: {{when: $status != FINE}}}}\n")
+    assert not found.findings
+    assert found.mappings["it"].fields({}) == {"how": "f", "rate": 0.5}
+    answer = load_interface("made_msgs/srv/Move").Response()
+    assert found.mappings["it"].result(answer).code == "no"
+    answer.status = "fine"
+    assert found.mappings["it"].result(answer).succeeded
 
 
 @pytest.mark.parametrize(

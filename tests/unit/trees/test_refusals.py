@@ -24,6 +24,16 @@ ANSWERS: dict[str, dict[str, Any]] = {
     "Outcome outcome\nfloat32 used": {"outcome.text": "the bed is covered"},
     "uint8 OK=0\nuint8 COVERED=1\nuint8 code\nstring detail": {"code": 1, "detail": "the bed is covered"},
     "uint8 OK=0\nuint8 EMPTY=1\nuint8 code\nstring text": {"code": 77, "text": "the bed is covered"},
+    "string status\nfloat32 took": {"status": "the bed is covered"},
+    "int8 status\nstring hint": {"status": -1, "hint": "the bed is covered"},
+    "string error": {"error": "the bed is covered"},
+    "string[] errors\nbool[] limits\nstring reason": {"errors": ["7"], "reason": "the bed is covered"},
+    "bool[] successes\nstring why": {"successes": [True, False], "why": "the bed is covered"},
+    'string OK="ok"\nstring NO="no"\nstring status\nstring text': {
+        "status": "no",
+        "text": "the bed is covered",
+    },
+    "uint8 NACK=0\nuint8 ACK=1\nuint8 answer\nstring text": {"answer": 0, "text": "the bed is covered"},
     "uint16 error_code\nstring text": {"error_code": 5, "text": "the bed is covered"},
 }
 
@@ -73,6 +83,40 @@ def test_a_refusal_that_nothing_reads_is_pointed_out(warned: Any) -> None:
     assert len(warned(ASK + "    reason: why\n")) == 2
     assert warned(ASK + "    failures: {empty: {when: $why == 'empty'}}\n") != []
     assert warned(ASK, answer="bool left\nbool right\nstring text") != []
+
+
+@pytest.mark.parametrize(
+    ("answer", "remedy", "read"),
+    [
+        ("int32 result_code", "failures: {refused: {when: $result_code != 0}}", "$result_code == 7"),
+        ("string error", 'failures: {refused: {when: $error != ""}}', "$error == 'jammed'"),
+        ("bool[] successes", "failures: {refused: {when: false in $successes}}", "not $successes[0]"),
+        ("int8 status", "failures: {refused: {when: $status != 0}}", "$status < 0"),
+    ],
+)
+def test_every_form_of_a_refusal_is_pointed_out(warned: Any, answer: str, remedy: str, read: str) -> None:
+    assert warned(ASK, answer=answer) == [f"mine.skills.yaml: {remedy}"]
+    failures = f'    failures: {{no: {{when: "{read}"}}}}\n'
+    assert warned(ASK + failures, answer=answer) == []
+
+
+def test_flags_of_several_things_need_an_output(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    made = {"msg_Outcome": "bool ok\nstring text", "srv_Ask": "---\nOutcome[] results"}
+    make_interfaces(monkeypatch, "made_msgs", **made)
+    file = tmp_path / "mine.skills.yaml"
+    file.write_text(f"skills:\n  ask:\n    summary: Ask.\n{ASK}", encoding="utf-8")
+    (finding,) = read_skills_file(file).findings
+    outputs, failures = finding.valid[0].split(", failures: ")
+    file.write_text(f"skills:\n  ask:\n{ASK}    {outputs}\n    failures: {failures}\n", encoding="utf-8")
+    found = read_skills_file(file)
+    assert found.findings == ()
+    message = load_interface("made_msgs/srv/Ask").Response()
+    item = load_interface("made_msgs/msg/Outcome")
+    message.results = [item(), item()]
+    message.results[0].ok = True
+    assert found.mappings["ask"].result(message).code == "refused"
+    message.results[1].ok = True
+    assert found.mappings["ask"].result(message).succeeded
 
 
 def test_a_refusal_that_is_read_is_none(warned: Any) -> None:

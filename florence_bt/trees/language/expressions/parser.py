@@ -20,6 +20,7 @@ import difflib
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
@@ -211,13 +212,16 @@ _OTHER_FUNCTIONS = by_spelling(
 _WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
+_KIND_OF_CONSTANT = {int: Kind.INTEGER, float: Kind.NUMBER, str: Kind.TEXT, bool: Kind.BOOLEAN}
+"""Of the values that an interface can name."""
+
 
 def parse_expression(
     text: str,
     position: Position | None = None,
     *,
     exact: bool = True,
-    constants: Mapping[str, int] | None = None,
+    constants: Mapping[str, Any] | None = None,
 ) -> Expression:
     """Parse an expression.
 
@@ -226,7 +230,7 @@ def parse_expression(
         position: Where it begins in its file; line 1, column 1 when not given.
         exact: Whether the text stands in the file as it is here, on one line; otherwise every part is said to
             stand at the beginning.
-        constants: Of an expression over a message, whose parts have names of their own: the numbers that its
+        constants: Of an expression over a message, whose parts have names of their own: the values that its
             type names.
 
     Raises:
@@ -260,7 +264,7 @@ def negated(text: str) -> str:
 
 
 class _ExpressionParser:
-    def __init__(self, tokens: list[Token], constants: Mapping[str, int] | None) -> None:
+    def __init__(self, tokens: list[Token], constants: Mapping[str, Any] | None) -> None:
         self._tokens = tokens
         self._constants = constants
         self._index = 0
@@ -404,7 +408,9 @@ class _ExpressionParser:
         if token.text in ("true", "false"):
             return Constant(token.text == "true", Kind.BOOLEAN, token.text, token.position)
         if self._constants is not None and token.text in self._constants:
-            return Constant(self._constants[token.text], Kind.INTEGER, token.text, token.position)
+            value = self._constants[token.text]
+            text = value if isinstance(value, str) else token.text
+            return Constant(value, _KIND_OF_CONSTANT[type(value)], text, token.position)
         if self._is("(") and token.text not in ("and", "or", "not", "in"):
             return self._function(token)
         raise self._bare_word(token)
