@@ -201,6 +201,8 @@ def _shape_of(message_type: Any) -> AnswerShape:
     others = [name for name in texts if name != shape.code]
     if not words and (shape.trouble in texts or ((shape.signs or shape.code) and len(others) == 1)):
         words = shape.trouble if shape.trouble in texts else others[0]
+    if not words and shape.trouble_is_list:
+        words = f"{shape.trouble}[0]"
     if not words and shape.guessed and shape.code in texts:
         words = shape.code
     return replace(shape, words=words, words_only=known)

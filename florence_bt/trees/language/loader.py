@@ -9,6 +9,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import ENDING, STOCK, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
@@ -146,7 +147,20 @@ class MissionLibrary:
                 self._findings.append(Finding(str(path), place.line, place.column, WARNING, message, valid))
         self.compiled = None
         self.declarations.update(declared.declarations)
-        self.mappings.update(declared.mappings)
+        for name, mapping in declared.mappings.items():
+            self._note_two_types(path, declared.positions[name], mapping)
+            self.mappings[name] = mapping
+
+    def _note_two_types(self, path: Path, place: Position, mapping: MessageMapping) -> None:
+        """Warn of a name that another skill has with another type: a program can have one of them alone."""
+        for name, other in self.mappings.items():
+            same = other.server == mapping.server and not (other.stock or mapping.stock)
+            if same and other.interface != mapping.interface and name != mapping.declaration.name:
+                problem = f"{mapping.name} has the type {other.interface} for the skill {name!r}"
+                message = f"{problem}: one of the two will be missing"
+                valid = (f"type: {other.interface}",)
+                self._findings.append(Finding(str(path), place.line, place.column, WARNING, message, valid))
+                return
 
     def _note_shadow(self, path: Path) -> None:
         earlier = self._files.get(path.stem)

@@ -147,6 +147,11 @@ class MessageMapping:
     stock: bool = False
     unread: tuple[str, str] | None = None
 
+    @property
+    def server(self) -> tuple[str, str]:
+        """What is on the other side, and its name: of one topic everybody has one type."""
+        return self.way if self.way in ("action", "service") else "topic", self.name.strip("/")
+
     def binding(self) -> SkillBinding:
         """Return how the skill is served, as the shipped ones say it."""
         make: Callable[..., SkillBinding]

@@ -31,7 +31,7 @@ from tests.made_interfaces import make_interfaces
         ("Outcome[] results", "false in $results[*].ok", ""),
         ("string error", '$error != ""', "error"),
         ("float32 took\nstring<=80 error_msg", '$error_msg != ""', "error_msg"),
-        ("string[] problems", "count($problems) > 0", ""),
+        ("string[] problems", "count($problems) > 0", "problems[0]"),
         ("float64 error", "", ""),
         ("Thing thing", "", ""),
         ("bool open\nfloat32 angle", "", ""),

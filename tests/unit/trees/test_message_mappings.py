@@ -399,3 +399,26 @@ def test_items_of_arrays_are_sent(read: Any) -> None:
     message = message_of(found.mappings["limit"], {"value": 2.5})
     assert [each.name for each in message.parameters] == ["speed", ""]
     assert message.parameters[1].value.double_value == 2.5
+
+
+@pytest.mark.parametrize(
+    ("second", "warned"),
+    [
+        ("condition: /x/heat\n    type: std_msgs/msg/Bool\n    failures: {no: {when: $data}}", True),
+        ("publish: x/heat\n    type: std_msgs/msg/Bool\n    send: {data: true}", True),
+        ("wait_for: x/heat\n    type: std_msgs/msg/Float32", False),
+        ("service: x/heat\n    type: std_srvs/srv/Empty", False),
+        ("wait_for: x/cold\n    type: std_msgs/msg/Bool", False),
+    ],
+)
+def test_one_name_with_two_types_is_told(tmp_path: Path, second: str, warned: bool) -> None:
+    first = "skills:\n  hot:\n    summary: Hot.\n    wait_for: x/heat\n    type: std_msgs/msg/Float32\n"
+    (tmp_path / "a.skills.yaml").write_text(first, encoding="utf-8")
+    (tmp_path / "b.skills.yaml").write_text(
+        f"skills:\n  other:\n    summary: Other.\n    {second}\n", encoding="utf-8"
+    )
+    found = [
+        (Path(each.file).name, each.line, each.severity, each.valid)
+        for each in MissionLibrary.load([tmp_path]).findings
+    ]
+    assert found == ([("b.skills.yaml", 2, "warning", ("type: std_msgs/msg/Float32",))] if warned else [])
