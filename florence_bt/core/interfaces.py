@@ -40,6 +40,8 @@ _A = {"message": "a message", "service": "a service", "action": "an action"}
 _STEP = re.compile(r"([a-z][a-z0-9_]*)(?:\[(\d+|\*)\])?")
 _EVERY = -1
 """The index of ``[*]``."""
+_LAST_ITEM = 9999
+"""An array grows to have the item that is written to: a slip of a finger must not fill the memory."""
 _SEQUENCE = re.compile(r"(?:sequence<(.+?)(?:, *(\d+))?>|(.+)\[(\d+)\])")
 """The type of the items, and how many there may be; or that type, and how many there are."""
 
@@ -319,6 +321,8 @@ def _steps(path: str) -> list[tuple[str, int | None]]:
         if match is None:
             raise ConfigError(f"{path!r} is not the path of a field", valid=["pose.position.x", "poses[0]"])
         steps.append((match[1], None if not match[2] else _EVERY if match[2] == "*" else int(match[2])))
+    if any(index is not None and index > _LAST_ITEM for _, index in steps):
+        raise ConfigError(f"{path!r}: an item after number {_LAST_ITEM} of an array cannot be named")
     if sum(index == _EVERY for _, index in steps) > 1:
         raise ConfigError(f"{path!r} is a list of lists; no kind of value is one")
     return steps
@@ -336,7 +340,9 @@ def _entered(message: Any, name: str, index: int | None, path: str) -> Any:
 
 def _nested(kind: str, path: str) -> Any:
     if "/" not in kind or _SEQUENCE.fullmatch(kind):
-        raise ConfigError(f"a field of the type {kind} has no fields, in {path!r}")
+        array = _SEQUENCE.fullmatch(kind) is not None
+        valid = ["[0] behind the array", "[*] there, in from: of an output"] if array else []
+        raise ConfigError(f"a field of the type {kind} has no fields, in {path!r}", valid=valid)
     package, name = kind.split("/")[0], kind.split("/")[-1]
     return load_interface(f"{package}/msg/{name}")
 
@@ -387,8 +393,9 @@ def _check_room(kind: str, value: Any) -> None:
         raise ValueError(f"{value:g} is not between {-_MAX_FLOAT:g} and {_MAX_FLOAT:g}, as {kind} is")
     bound = _BOUND.fullmatch(kind)
     length = len(value if kind.startswith("w") else value.encode()) if bound is not None else 0
+    unit = "characters" if bound is None or kind.startswith("w") or value.isascii() else "bytes of UTF-8"
     if bound is not None and length > int(bound[1]):
-        raise ValueError(f"{value!r} is longer than the {bound[1]} characters of {kind}")
+        raise ValueError(f"{value!r} is longer than the {bound[1]} {unit} of {kind}")
 
 
 def _put_pose(there: Any, pose: Pose2, stamp: Any) -> None:
@@ -423,6 +430,8 @@ def _read(value: Any, kind: Kind, *, any_number: bool = False) -> Any:
         case Kind.TEXT | Kind.BOOLEAN:
             return value
         case Kind.INTEGER:
+            if int(value) != value:
+                raise ValueError(f"{value} is no whole number")
             return int(value)
     number = float(value)
     if not any_number and not math.isfinite(number):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -15,6 +16,7 @@ from florence_bt.core.interfaces import (
     field_type,
     fields_below,
     get,
+    integer_limits,
     item_of_array,
     kind_of_field,
     load_interface,
@@ -22,7 +24,12 @@ from florence_bt.core.interfaces import (
 )
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions import syntax
+from florence_bt.trees.language.expressions.checking import KindProblem
 from florence_bt.trees.language.expressions.parser import POSE_PARTS
+from florence_bt.trees.language.model import Reference, Template
+
+_STEP = re.compile(r"\.[a-z]\w*|\[\d+\]")
+"""From a field to one below it, or to an item."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +113,46 @@ def with_paths(
         return syntax.Key(path, position)
 
     return syntax.Expression(expression.text, changed(expression.term), expression.position)
+
+
+def paths_in_text(text: Template | Reference, kind_of: Callable[[str], Kind | None]) -> Template:
+    """Return a text in which each field of a field is a key, by its path: ``$state.axis``.
+
+    Args:
+        text: The text; what follows a key that has a kind of its own is text.
+        kind_of: Gives the kind of a field by its path; None when it has none, or there is no such field.
+    """
+    parts: list[str | Reference] = list(text.parts) if isinstance(text, Template) else [text]
+    for number, part in enumerate(parts):
+        while not isinstance(part, str) and kind_of(part.key) is None and number + 1 < len(parts):
+            after = parts[number + 1]
+            step = _STEP.match(after) if isinstance(after, str) else None
+            if step is None or not isinstance(after, str):
+                break
+            part = replace(part, key=part.key + step[0])
+            parts[number], parts[number + 1] = part, after[step.end() :]
+    return Template(tuple(part for part in parts if part != ""), text.position)
+
+
+def never_held(
+    expression: syntax.Expression, type_of: Callable[[str], str | None], known: Container[str]
+) -> Iterator[KindProblem]:
+    """Yield comparisons of an integer field with a number that it has no room for: they never change."""
+    for term in syntax.walk(expression.term):
+        if not isinstance(term, syntax.Binary):
+            continue
+        for field, value in ((term.left, term.right), (term.right, term.left)):
+            if (
+                not isinstance(field, syntax.Key)
+                or not isinstance(value, syntax.Constant)
+                or field.key in known
+            ):
+                continue
+            limits = integer_limits(type_of(field.key) or "")
+            number = value.value
+            if limits is not None and isinstance(number, int) and not limits[0] <= number <= limits[1]:
+                message = f"{field.key} is {limits[0]} to {limits[1]}, and never {number}"
+                yield KindProblem(value.position, message, ())
 
 
 def check_readable(message_type: Any, path: str) -> Kind:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -34,6 +34,7 @@ from florence_bt.core.interfaces import (
     holder_of,
     holds,
     integer_limits,
+    item_of_array,
     kind_of_field,
     length_limits,
     load_interface,
@@ -53,20 +54,23 @@ from florence_bt.core.serving import (
 from florence_bt.core.skill import Inputs
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
-from florence_bt.trees.language.expressions.syntax import keys_of
+from florence_bt.trees.language.expressions.syntax import Constant, keys_of, walk
 from florence_bt.trees.language.message_fields import (
     AnyConstant,
     Chosen,
     check_readable,
+    never_held,
     numbers_of,
+    paths_in_text,
     shown_in,
     value_in,
     with_paths,
 )
-from florence_bt.trees.language.model import Expression, Literal, Reference, Template, Value
+from florence_bt.trees.language.model import Expression, ListItems, Literal, Reference, Template, Value
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import kind_of, template_of, tree_value
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 DEFAULT_CODE = "failed"
 """The code of a goal that the server gave up, when the file names none."""
@@ -77,6 +81,8 @@ _CONSTANTS: Mapping[Kind | None, tuple[type, ...]] = {
     Kind.BOOLEAN: (bool,),
 }
 """Kind of a field -> the constants of an interface that it takes."""
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+_MOST_SHOWN = 4
 MAX_AGE_S = 5.0
 """Of a message that a condition judges, when the file says nothing."""
 
@@ -471,7 +477,23 @@ class _Mapping:
             made = self._attempt(item.position, self._sent, key, value)
             if made is not None:
                 sent.append((key.text, made[0]))
+                self._attempt(item.position, self._check_together, sent)
         return tuple(sent)
+
+    def _check_together(self, sent: Sequence[tuple[str, Any]]) -> None:
+        """Check that a message takes the last of some values after those before it, as far as they are known.
+
+        Raises:
+            ConfigError: It does not: the lists for one array are not of one length.
+        """
+        if self._interface is None or "[*]" not in sent[-1][0]:
+            return
+        array = sent[-1][0].partition("[*]")[0]
+        lengths = [
+            len(value) for path, value in sent if path.startswith(f"{array}[*]") and not is_source(value)
+        ]
+        if len({*lengths}) > 1:
+            raise ConfigError(f"{sent[-1][0]}: {lengths[-1]} values, and {lengths[0]} items are there")
 
     def _sent(self, key: YamlScalar, value: Value) -> tuple[Any] | None:
         try:
@@ -484,6 +506,9 @@ class _Mapping:
             if not is_source(named) and named is not NOW:
                 self._check_put(key.text, named)
             return (named,)
+        if written is not None and isinstance(value, ListItems):
+            value = self._numbered(key.text, written, value)
+            self._check_items(key.text, written, value)
         text = written is not None and holds(Kind.TEXT, written)
         kind = Kind.TEXT if text else kind_of(value, self._inputs)
         given = kind_of(value, self._inputs) if isinstance(value, Reference) else kind
@@ -494,6 +519,34 @@ class _Mapping:
         if written is not None:
             self._check_room(key.text, written, value, made)
         return (made,)
+
+    def _numbered(self, path: str, written: str, value: ListItems) -> ListItems:
+        """Return a list with what its names of constants stand for.
+
+        Raises:
+            ConfigError: The interface has constants, and none of a name.
+        """
+        named = [self._named(path, item_of_array(written), each) for each in value.items]
+        items = (
+            replace(each, text=str(found)) if isinstance(each, Literal) and found is not None else each
+            for each, found in zip(value.items, named, strict=True)
+        )
+        return replace(value, items=tuple(items))
+
+    def _check_items(self, path: str, written: str, value: ListItems) -> None:
+        """Check that each item of a list is what the array holds.
+
+        Raises:
+            ConfigError: One is not.
+        """
+        item = item_of_array(written)
+        for each in value.items if item else ():
+            given = kind_of(each, self._inputs)
+            if given is not None and not holds(given, item):
+                message = (
+                    f"an item of {path} is of the type {item}, which does not hold {with_article(given)}"
+                )
+                raise ConfigError(message, valid=self._instead(each, item))
 
     def _check_room(self, path: str, written: str, value: Value, made: Any) -> None:
         """Check that a field takes the values that it will be given, as far as they are known.
@@ -507,9 +560,11 @@ class _Mapping:
         known = [made] if not is_source(made) else []
         if isinstance(value, Reference):
             port = self._declaration.inputs.get(value.key)
-            known = [port.default] if port is not None and not port.required else []
+            known = [*port.choices] if port is not None else []
+            known += [port.default] if port is not None and not port.required else []
         for each in known:
-            self._check_put(path, each)
+            if each is not None:  # a default that is wrong itself
+                self._check_put(path, each)
         lengths = length_limits(written)
         if isinstance(made, ListFromItems):
             if lengths is not None and not lengths[0] <= len(made.items) <= lengths[1]:
@@ -547,7 +602,8 @@ class _Mapping:
         if written == TIME and value.text == "now":
             return NOW
         kind = kind_of_field(written)
-        if kind not in _CONSTANTS or kind_of(value, {}) is not Kind.TEXT:
+        is_name = IDENTIFIER.fullmatch(value.text.lower()) is not None
+        if kind not in _CONSTANTS or not is_name or kind_of(value, {}) is not Kind.TEXT:
             return None
         constants = self._constants_of_field(path, *_CONSTANTS[kind])
         if constants and kind is not Kind.TEXT and value.text not in constants:
@@ -566,7 +622,8 @@ class _Mapping:
 
     def _instead(self, value: Value, written: str) -> tuple[str, ...]:
         """Suggest what a field of a type takes in place of a value."""
-        kind = next((each for each in Kind if holds(each, written)), None)
+        kind = kind_of_field(written)
+        limits = length_limits(written)
         if written == TIME:
             return ("now",)
         match value:
@@ -574,6 +631,12 @@ class _Mapping:
                 return (f"inputs: {{{name}: {{type: {kind.value}}}}}",)
             case Literal(text=text) if text in self._inputs:
                 return (f"${text}",)
+            case Literal(text=text) if kind is Kind.DURATION and _NUMBER.fullmatch(text):
+                return (f"{text} s",)
+            case Literal(text=text) if limits is not None and limits[0]:
+                return (f"[{', '.join([text] * min(limits[0], _MOST_SHOWN))}]",)
+            case Literal(text=text) if item_of_array(written):
+                return (f"[{text}]",)
             case Literal(text=text) if kind is Kind.BOOLEAN:
                 return ("false",) if text.lower() in ("off", "no", "false", "0") else ("true",)
         return ()
@@ -626,9 +689,15 @@ class _Mapping:
 
     def _check_path(self, name: str, path: str, port: Port) -> None:
         written = self._field(self._way.answered, path)
-        if written is not None and not holds(port.kind, written):
-            what = with_article(port.kind)
-            raise ConfigError(f"{name!r} is {what}, and {path} of the type {written} does not hold one")
+        if written is None:
+            return
+        read = kind_of_field(written)
+        cut = Kind.INTEGER in (port.kind, port.kind.item) and read in (Kind.NUMBER, Kind.NUMBER.list)
+        if cut or not holds(port.kind, written):
+            problem = (
+                f"{name!r} is {with_article(port.kind)}, and {path} of the type {written} does not hold one"
+            )
+            raise ConfigError(problem, valid=[f"type: {read.value}"] if read is not None else [])
 
     def _read_failures(
         self, conditions: Mapping[str, YamlNode]
@@ -641,8 +710,10 @@ class _Mapping:
                 continue
             kinds = self._kinds_in_answers(expression)
             for problem in check_kinds(expression, kinds, Kind.BOOLEAN).problems:
-                valid = problem.valid or self._with_units(kinds)
+                valid = problem.valid or self._with_units(expression, kinds)
                 self._error(problem.position, problem.message, valid)
+            for problem in never_held(expression, self._type_or_none, self._known()):
+                self._error(problem.position, problem.message, problem.valid)
             failures.append((code, compile_expression(expression, kinds)))
         without = [code for code in self._declaration.failures if code not in conditions]
         if without and (self._way_name != "action" or len(without) > 1):
@@ -651,13 +722,14 @@ class _Mapping:
             self._error(self._table.position, message, [f"{without[0]}: {{meaning: ..., when: $field == 1}}"])
         return (without[0] if without else ""), tuple(failures)
 
-    def _with_units(self, kinds: Mapping[str, Kind | None]) -> list[str]:
+    def _with_units(self, expression: Expression, kinds: Mapping[str, Kind | None]) -> list[str]:
         """Suggest outputs that give the plain numbers of a message the unit of what they stand beside."""
-        units = [kind for kind in kinds.values() if kind in SHOWN_UNITS]
+        written = [term.kind for term in walk(expression.term) if isinstance(term, Constant)]
+        units = [kind for kind in (*kinds.values(), *written) if kind in SHOWN_UNITS]
         plain = [
             name
             for name, kind in kinds.items()
-            if kind in (Kind.NUMBER, Kind.INTEGER) and name not in (*self._inputs, *self._declaration.outputs)
+            if kind is Kind.NUMBER and name not in (*self._inputs, *self._declaration.outputs)
         ]
         return [
             f"outputs: {{{name.replace('.', '_')}: {{type: {kind.value}, from: {name}}}}}"
@@ -668,6 +740,14 @@ class _Mapping:
 
     def _condition(self, source: YamlNode) -> Expression | None:
         """Read ``when``, in which each field of the answer is a key, by its path."""
+        every = re.search(r"\$([\w.]+\[\*\][\w.]*)", "".join(texts_in(source)))
+        if every is not None:
+            name = every[1].replace("[*]", "").replace(".", "_")
+            valid = f"outputs: {{{name}: {{type: list of ..., from: '{every[1]}'}}}}, and ${name}"
+            self._error(
+                source.position, f"{every[1]} is a list, which an expression reads from an output", [valid]
+            )
+            return None
         expression = self._reader.expression(source, "when", constants=self._constants_in_answers())
         if expression is None:
             return None
@@ -688,6 +768,14 @@ class _Mapping:
             return self._field(self._way.answered, path)
         except ConfigError:
             return None
+
+    def _kind_or_none(self, path: str) -> Kind | None:
+        """Return the kind of a field of the feedback; None when it has none or is not known."""
+        try:
+            written = self._field("Feedback", path)
+        except ConfigError:
+            return None
+        return kind_of_field(written) if written is not None else None
 
     def _kinds_in_answers(self, expression: Expression) -> dict[str, Kind | None]:
         kinds: dict[str, Kind | None] = {**self._known()}
@@ -721,6 +809,8 @@ class _Mapping:
         value = self._reader.value(source, "feedback") if source is not None else None
         if source is None or value is None:
             return None
+        if isinstance(value, Template | Reference):
+            value = paths_in_text(value, self._kind_or_none)
         template = self._attempt(source.position, template_of, value)
         for part in template.parts if template is not None else ():
             if not isinstance(part, str):

@@ -12,7 +12,9 @@ pytest.importorskip("std_msgs")
 
 from builtin_interfaces.msg import Time
 
-from florence_bt.core.interfaces import fill, load_interface, part_of
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.interfaces import fill, get, load_interface, part_of
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import DeclaredSkills, read_skills_file
@@ -144,6 +146,15 @@ def test_a_number_that_was_not_measured_is_no_answer(read: Any) -> None:
     ("when", "would_work"),
     [
         ("$time_left < 2", "2 s"),
+        ("$litres < 1 m", "outputs: {litres: {type: length, from: litres}}"),
+        ("$bed.state == 256", None),
+        ("$bed.state in [1, 2] and 300 == $bed.state", None),
+        ("$bed.plants.ripe", "[0] behind the array"),
+        (
+            "true in $bed.plants[*].ripe",
+            "outputs: {bed_plants_ripe: {type: list of ..., from: 'bed.plants[*].ripe'}}, "
+            "and $bed_plants_ripe",
+        ),
         ("$bed > 1", "$bed.state"),
         ("$bed.plants == 1", "$bed.plants[0].ripe"),
         (
@@ -175,6 +186,14 @@ def test_what_an_expression_cannot_read_is_told_by_the_check(
         ("mix: $m", "m: {type: list of number, default: [1, 2]}"),
         ("nozzles: [1, 300]", ""),
         ("nozzles: [$a, -1]", "a: {type: integer}"),
+        ("nozzles: [MODE_FOG, MODE_FOGG]", ""),
+        ("mix: [true, 1, 2]", ""),
+        ("mix: [[1], 2, 3]", ""),
+        ("mix: [$a, 1, 2]", "a: {type: list of number}"),
+        ("mix: 3", ""),
+        ("bed: $t", "t: {type: text, choices: [short, a_text_of_more_than_16_characters]}"),
+        ("'only[100000000].ripe': true", ""),
+        ("{'only[*].ripe': [true, false], 'only[*].species': [fern]}", ""),
         ("nozzles: $n", "n: {type: list of integer, default: [256]}"),
         ("mode: $a", "a: {type: integer, default: 300}"),
         ("bed: a_name_of_more_than_16_characters", ""),
@@ -229,7 +248,12 @@ def test_feedback_is_told_with_units_and_held_against_the_type(read: Any) -> Non
     feedback = load_interface("made_msgs/action/Grow").Feedback()
     feedback.share, feedback.eta.sec = math.nan, 3
     assert found.mappings["it"].feedback_text(feedback) == "nan of it, 3 s left"
-    for wrong in ("$bed", "$nobody"):
+    assert found.findings == ()
+    deep = read(f"{head}    feedback: $bed.name is $bed.moisture wet, $share. More.\n")
+    assert not deep.findings
+    feedback.share, feedback.bed.name, feedback.bed.moisture = 0.5, "b1", 0.25
+    assert deep.mappings["it"].feedback_text(feedback) == "b1 is 0.25 wet, 0.5. More."
+    for wrong in ("$bed", "$nobody", "$bed.nobody", "$bed.plants is it"):
         (finding,) = read(f"{head}    feedback: {wrong}\n").findings
         assert (finding.severity, finding.line) == ("error", 6)
 
@@ -289,6 +313,23 @@ def test_a_name_that_the_interface_does_not_have_is_told(
 def test_a_name_of_an_interface_that_is_not_installed_is_no_mistake(read: Any) -> None:
     (finding,) = read(condition("$state == STATE_WET").replace("made_msgs", "nobodys_msgs")).findings
     assert finding.severity == "warning"
+
+
+def test_names_of_constants_stand_in_lists(read: Any) -> None:
+    found = read(service("nozzles: [MODE_FOG, 7, MODE_DRIP]"))
+    assert not found.findings
+    assert found.mappings["it"].fields({}) == {"nozzles": (2, 7, 0)}
+
+
+def test_an_integer_is_never_cut_off_a_fraction(read: Any) -> None:
+    text = "    wait_for: tank\n    type: made_msgs/msg/Tank\n    outputs: {n: {type: integer, from: %s}}\n"
+    (finding,) = read(text % "litres").findings
+    assert finding.severity == "error" and finding.valid == ("type: number",)
+    assert not read(text % "bed.state").findings
+    tank = load_interface("made_msgs/msg/Tank")()
+    tank.litres = 0.5
+    with pytest.raises(ConfigError):
+        get(tank, "litres", Kind.INTEGER)
 
 
 def test_now_is_the_time_when_the_message_is_sent(read: Any) -> None:
