@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -50,13 +51,20 @@ def test(
 
         raise ConfigError("florence test needs pytest", valid=[how_to_get("pytest")]) from error
 
+    from florence_bt.app.mission_files.output import write_output
+
     arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
     arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]
     # The last one searches the memory for garbage five times at the end: half of what a short run takes.
     arguments += ["-p", "no:cacheprovider", "--noconftest", "-p", "no:unraisableexception"]
     arguments += ["-k", keyword] if keyword else []
     arguments += [f"--florence-missions={folder}" for folder in folders or []]
-    arguments += [f"--junitxml={junit}"] if junit is not None else []
     arguments += ["--florence-coverage"] if coverage else []
     arguments += [f"--florence-min-coverage={min_coverage}"] if min_coverage is not None else []
-    raise typer.Exit(_CODES.get(int(pytest.main(arguments)), FAILED))
+    with tempfile.TemporaryDirectory(prefix="florence_test_") as folder:
+        report = Path(folder) / "report.xml"  # pytest follows links, and leaves half a file on a full disk
+        arguments += [f"--junitxml={report}"] if junit is not None else []
+        code = _CODES.get(int(pytest.main(arguments)), FAILED)
+        if junit is not None and report.is_file():
+            write_output(junit, report.read_bytes(), make_folder=True, mark=b"<testsuite")
+    raise typer.Exit(code)

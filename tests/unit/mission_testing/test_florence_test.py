@@ -88,6 +88,17 @@ def test_junit(florence, tmp_path):
     assert "statsu" in cases["torn.yaml", "the file can be read"].find("failure").text
 
 
+def test_a_report_is_written_like_every_other_file(florence, tmp_path):
+    mission = (tmp_path / "good.yaml").read_text()
+    (tmp_path / "link.xml").symlink_to(tmp_path / "elsewhere.xml")
+    for name in ("link.xml", "good.yaml"):
+        done = florence("good.yaml", "--junit", name)
+        assert done.exit_code == USAGE and name in done.stderr
+    assert not (tmp_path / "elsewhere.xml").exists() and (tmp_path / "good.yaml").read_text() == mission
+    for _ in range(2):
+        assert florence("good.yaml", "--junit", "report.xml").exit_code == OK
+
+
 def test_no_coverage_is_reported_when_nothing_could_be_played(florence, tmp_path):
     (tmp_path / "none.yaml").write_text(GOOD.replace("SUCCEEDED", "SUCCESFUL"))
     done = florence("none.yaml", "--coverage", "--min-coverage", "10")
