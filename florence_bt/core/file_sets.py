@@ -113,6 +113,7 @@ def mend(folder: Path) -> None:
         OSError: It cannot be done.
     """
     if not os.path.lexists(folder / LIST):
+        _remove_one_without_list(folder)
         return
     folder = _real(folder)
     with _locked([folder]) as opened:
@@ -125,6 +126,17 @@ def mend(folder: Path) -> None:
                 _settle(folder, folders, part.id, opened)
                 return
             part = now
+
+
+def _remove_one_without_list(folder: Path) -> None:
+    """Remove what is left of a single file, which has no list, when its program was killed."""
+    if not folder.is_dir() or not os.access(folder, os.R_OK | os.W_OK):
+        return
+    if any(map(_NEW.fullmatch, os.listdir(folder))):
+        folder = _real(folder)
+        with _locked([folder]) as opened:  # who still writes it is waited for
+            if not _has_list(opened[folder]):
+                _remove_left(opened[folder])
 
 
 # Under the lock.

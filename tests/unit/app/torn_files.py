@@ -103,6 +103,23 @@ def add_hotspot() -> bool:
     return _florence("hotspot", "add", "shelf", "x=3", "y=3", "--hotspots", "hotspots/flat.yaml")
 
 
+def name_rooms() -> bool:
+    """Give the rooms that :func:`rooms` proposed their names."""
+    return _florence("hotspot", "name", "room_1=den", "room_2=hall", "--hotspots", "hotspots/flat.yaml")
+
+
+def add_zone() -> bool:
+    """Add a zone."""
+    zone = ("rug", "kind=keep_out", "polygon=[[1, 1], [2, 1], [2, 2]]")
+    return _florence("hotspot", "zone", "add", *zone, "--hotspots", "hotspots/flat.yaml")
+
+
+def add_skills() -> bool:
+    """Add a skill to a file of skills."""
+    what = ("service", "lamp", "std_srvs/srv/SetBool")
+    return _florence("skills", "add", *what, "--file", "missions/lamp.skills.yaml")
+
+
 def calibrate() -> bool:
     """Write what was calibrated."""
     try:
@@ -117,6 +134,16 @@ def save_mission() -> bool:
     shelf = Shelf(Path("missions"), date=lambda: datetime(2026, 11, 2))
     try:
         shelf.save("tea", MISSION.format(3), shelf.open("tea").print)
+    except ConfigError:
+        return True
+    return False
+
+
+def save_draft() -> bool:
+    """Keep a draft of the editor in place of an earlier one."""
+    try:
+        shelf = Shelf(Path("missions"), date=lambda: datetime(2026, 11, 2))
+        shelf.save_draft("tea", MISSION.format(4))
     except ConfigError:
         return True
     return False

@@ -121,6 +121,13 @@ def test_who_reads_removes_what_was_not(tmp_path):
     assert names(tmp_path) == ["a"]
 
 
+def test_who_reads_removes_half_a_file_that_has_no_list(tmp_path):
+    (tmp_path / "a").write_text("old")
+    (tmp_path / ".florence-new-12ab-0").write_text("ne")
+    assert read_bytes(tmp_path / "a") == b"old"
+    assert names(tmp_path) == ["a"]
+
+
 @pytest.mark.parametrize(
     ("moves", "remove", "text"),
     [
