@@ -21,6 +21,7 @@ from florence_bt.core.interfaces import (
     load_interface,
     part_of,
 )
+from florence_bt.core.ros_names import check_ros_name
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
@@ -81,8 +82,10 @@ def draft_skill(way: str, name: str, interface: str, skill: str = "", *, latched
         latched: Whether the topic gives its last message to who comes later.
 
     Raises:
-        ConfigError: The type is not installed, or is of another kind, or the skill cannot be called that.
+        ConfigError: The name is none of ROS, the type is not installed, or is of another kind, or the skill
+            cannot be called that.
     """
+    check_ros_name(name)
     loaded = load_interface(interface)
     skill = skill or _skill_name(name)
     _check_name(skill)

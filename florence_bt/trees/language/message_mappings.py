@@ -43,6 +43,7 @@ from florence_bt.core.interfaces import (
 )
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, texts_in
+from florence_bt.core.ros_names import check_ros_name
 from florence_bt.core.serving import (
     ActionBinding,
     ConditionBinding,
@@ -335,6 +336,8 @@ class _Mapping:
         if kind is None:
             self._error(self._table.position, f"{way} needs the type", (f"type: {self._way.example}",))
         interface = self._reader.text(kind, "type") if kind is not None else None
+        if name is not None:
+            self._attempt(source.position, check_ros_name, name)
         if name is None or interface is None or kind is None:
             return None
         if not self._stock and not self._load(interface, kind.position):

@@ -84,7 +84,9 @@ def test_its_folder_is_made_too(tmp_path: Path) -> None:
 
 def test_a_name_that_the_language_has_is_avoided() -> None:
     assert draft_skill("action", "/tb4/wait", "nav2_msgs/action/Wait").skill == "wait_skill"
-    assert draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait").skill == "do_2nd_arm"
+    assert draft_skill("action", "/tb4/_2nd_Arm", "nav2_msgs/action/Wait").skill == "do_2nd_arm"
+    with pytest.raises(ConfigError):
+        draft_skill("action", "/tb4/2nd-Arm", "nav2_msgs/action/Wait")
 
 
 def test_the_list_tells_what_serves_a_skill() -> None:

@@ -422,3 +422,9 @@ def test_one_name_with_two_types_is_told(tmp_path: Path, second: str, warned: bo
         for each in MissionLibrary.load([tmp_path]).findings
     ]
     assert found == ([("b.skills.yaml", 2, "warning", ("type: std_msgs/msg/Float32",))] if warned else [])
+
+
+@pytest.mark.parametrize("name", ["a//b", "1a/b", "'a b'", "a/", "$name", "tür/auf"])
+def test_a_name_that_ros_does_not_allow_is_told(read: Any, name: str) -> None:
+    found = read(f"  hot:\n    summary: Hot.\n    wait_for: {name}\n    type: std_msgs/msg/Float32\n")
+    assert [(each.severity, each.line) for each in found.findings] == [("error", 4)]
