@@ -72,6 +72,8 @@ def add_package(
             valid=["colcon build in a workspace with this package, and sourcing it", "a shell without it"],
         )
     environment = Environment(Path(sys.prefix), prefix or Path(sys.prefix), ADDED)
+    if not all(_is_readable(package.folder / name) for name in package.files):
+        _refuse_all(_wrong_definitions(package, installed_packages(), environment))
     _check_tools()
     _add(package, environment, replace, say, installed_packages())
     if prefix is not None:
@@ -141,16 +143,19 @@ def _package(source: str) -> InterfacePackage:
     if not is_valid_package_name(package.name):
         raise ConfigError(f"{package.name!r} is not the name of a package", valid=["gripper_interfaces"])
     _refuse_name(package.name)
-    _refuse_all(_wrong_encodings(package))
     return package
 
 
-def _wrong_encodings(package: InterfacePackage) -> Iterator[ConfigError]:
-    for file in (package.folder / name for name in package.files):
-        try:
-            decode_utf8(read_bytes(file), file)
-        except ConfigError as error:
-            yield error
+def _text(file: Path) -> str:
+    return decode_utf8(read_bytes(file), file)
+
+
+def _is_readable(file: Path) -> bool:
+    try:
+        _text(file)
+    except ConfigError:
+        return False
+    return True
 
 
 def _refuse_name(name: str) -> None:
@@ -286,7 +291,11 @@ def _wrong_definitions(
     own = {Path(name).stem for name in package.files if name.startswith("msg/")}
     for name in package.files:
         file = package.folder / name
-        lines = file.read_text(encoding="utf-8").splitlines()
+        try:
+            lines = _text(file).splitlines()
+        except ConfigError as error:
+            yield error
+            continue
         kind = name.partition("/")[0]
         what, parts = {"msg": ("a message", 1), "srv": ("a service", 2), "action": ("an action", 3)}[kind]
         if sum(line.strip() == "---" for line in lines) != parts - 1:
@@ -331,6 +340,7 @@ def _problems(package: str, name: str, lines: list[str]) -> Iterator[tuple[int, 
 
     if not is_valid_message_name(name):
         yield 1, f"the file's name {name!r} is not that of a type", ["GripObject"]
+        name = "GripObject"  # its lines are looked at all the same
     start = 0
     for end in [*(number for number, line in enumerate(lines) if line.strip() == "---"), len(lines)]:
         good: list[str] = []

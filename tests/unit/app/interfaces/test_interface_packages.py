@@ -84,7 +84,7 @@ def test_everything_that_is_wrong_with_a_package_is_told_at_once(tmp_path):
     for kind, text in (("Finger", "# Größe\n"), ("Hand", "# Länge\n")):
         Path(source, "msg", f"{kind}.msg").write_bytes(text.encode("latin-1"))
     told = refused(source, tmp_path).problem
-    assert "Finger.msg:1" in told and "Hand.msg:1" in told
+    assert "Finger.msg:1" in told and "Hand.msg:1" in told and "1st" in told
 
 
 def test_a_definition_in_another_encoding_is_told_with_its_line(tmp_path):
@@ -92,6 +92,11 @@ def test_a_definition_in_another_encoding_is_told_with_its_line(tmp_path):
     Path(source, "msg", "Finger.msg").write_bytes("# eine Zahl\nfloat64 force # Größe\n".encode("latin-1"))
     error = refused(source, tmp_path)
     assert (error.line, error.column) == (2, 19) and "UTF-8" in f"{error.problem} {error.valid}"
+
+
+def test_a_wrong_name_of_a_file_is_one_mistake(tmp_path):
+    error = refused(package(tmp_path, msg_finger="uint8 force\nfloat64 width\n"), tmp_path)
+    assert error.file.endswith("finger.msg") and "'finger'" in error.problem
 
 
 def test_a_package_that_is_needed_and_not_there_says_how_to_add_it(tmp_path):
