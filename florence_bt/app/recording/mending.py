@@ -75,7 +75,7 @@ def mend(file: Path) -> int:
     """
     with file.open("r+b") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
-            raise FrameError(f"{file} does not begin as an MCAP file does")
+            raise FrameError("it does not begin as one does")
         contents = _Contents()
         end = contents.read(stream)
         stream.seek(end)

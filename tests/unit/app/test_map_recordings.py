@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -160,6 +161,25 @@ def test_a_bag_without_metadata_or_storage_in_it_is_read(
     assert_is(list(read_recording(bag)), drive)
     metadata.unlink()
     assert_is(list(read_recording(bag)), drive)
+
+
+def test_a_bag_whose_file_was_renamed_or_packed_is_read(tmp_path: Path, drive: list[Moment]) -> None:
+    bag = write_bag(tmp_path / "bag", drive)
+    file = only_file(bag).rename(bag / "kitchen.mcap")
+    assert_is(list(read_recording(bag)), drive)
+    (bag / "kitchen.mcap.gz").write_bytes(gzip.compress(file.read_bytes()))
+    file.unlink()
+    assert_is(list(read_recording(bag)), drive)
+    assert_is(list(read_recording(bag / "kitchen.mcap.gz")), drive)
+
+
+def test_a_part_that_is_missing_is_told(tmp_path: Path, drive: list[Moment]) -> None:
+    bag = write_bag(tmp_path / "bag", drive)
+    name = only_file(bag).name
+    metadata = bag / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace(f"- {name}", f"- {name}\n  - bag_1.mcap"))
+    with pytest.raises(ConfigError, match="missing"):
+        list(read_recording(bag))
 
 
 @pytest.mark.parametrize("mode", [CompressionMode.FILE, CompressionMode.MESSAGE])

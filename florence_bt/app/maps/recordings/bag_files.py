@@ -6,6 +6,7 @@ that compress whole files leave the kind of storage out of it. The files alone s
 
 from __future__ import annotations
 
+import gzip
 import re
 import shutil
 import tempfile
@@ -19,11 +20,13 @@ from florence_bt.core.installation import how_to_get
 
 BAG_SUFFIXES = (".mcap", ".db3", ".bag")
 """Files of ROS 2 (MCAP, SQLite) and of ROS 1."""
-COMPRESSED = (".zst", ".zstd")
+COMPRESSED = (".zst", ".zstd", ".gz")
 """Behind the suffix of a file that is compressed whole."""
 METADATA = "metadata.yaml"
 _PART = re.compile(r"_\d+$")
 """What the names of the files of one rosbag2 differ by."""
+_NAMED = re.compile(r"^\s*-\s*['\"]?([^\s'\"]+\.(?:mcap|db3)(?:\.zstd?)?)['\"]?\s*$", re.MULTILINE)
+"""A file in the metadata."""
 _EACH_MESSAGE = re.compile(r"^\s*compression_mode:\s*['\"]?message", re.IGNORECASE | re.MULTILINE)
 
 
@@ -52,7 +55,7 @@ def open_bag(path: Path, stack: ExitStack) -> list[Any]:
     metadata = path / METADATA
     text = metadata.read_text(encoding="utf-8", errors="replace") if metadata.is_file() else ""
     # Only the metadata says that each message is compressed by itself.
-    if _EACH_MESSAGE.search(text) or (_names_storage(text) and all(_is_whole(each) for each in files)):
+    if _EACH_MESSAGE.search(text) or (_counts(text, files) and all(_is_whole(each) for each in files)):
         return [_opened(path, stack)]
     if not files:
         raise ConfigError(
@@ -65,9 +68,14 @@ def open_bag(path: Path, stack: ExitStack) -> list[Any]:
     return sorted((each for each in readers if each.message_count), key=lambda each: int(each.start_time))
 
 
-def _names_storage(metadata: str) -> bool:
-    """Tell whether the metadata says how the files are stored."""
-    return re.search(r"^\s*storage_identifier:[ '\"]*\w", metadata, re.MULTILINE) is not None
+def _counts(metadata: str, files: Sequence[Path]) -> bool:
+    """Tell whether the metadata is to be read: it says how the files are stored, and names them.
+
+    Files that were renamed or packed since say all themselves; the metadata alone tells that some are missing.
+    """
+    stored = re.search(r"^\s*storage_identifier:[ '\"]*\w", metadata, re.MULTILINE) is not None
+    named = set(_NAMED.findall(metadata))
+    return stored and (named <= {each.name for each in files} or len(files) < len(named))
 
 
 def _open_file(path: Path, stack: ExitStack) -> Any:
@@ -117,7 +125,8 @@ def _unpacked(path: Path, folder: Path) -> Path:
     from rosbags.rosbag2.reader import zstd
 
     unpacked = folder / path.stem
-    with zstd.open(path, "rb") as packed, unpacked.open("wb") as file, suppress(EOFError):  # it was cut off
+    opened = gzip.open if path.suffix == ".gz" else zstd.open
+    with opened(path, "rb") as packed, unpacked.open("wb") as file, suppress(EOFError):  # it was cut off
         shutil.copyfileobj(packed, file)
     return unpacked
 
