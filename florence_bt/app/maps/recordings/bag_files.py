@@ -71,7 +71,7 @@ def open_bag(path: Path, stack: ExitStack) -> list[Any]:
 def _counts(metadata: str, files: Sequence[Path]) -> bool:
     """Tell whether the metadata is to be read: it says how the files are stored, and names them.
 
-    Files that were renamed or packed since say all themselves; the metadata alone tells that some are missing.
+    Files that were renamed or packed since say all themselves; that some are missing it alone tells.
     """
     stored = re.search(r"^\s*storage_identifier:[ '\"]*\w", metadata, re.MULTILINE) is not None
     named = set(_NAMED.findall(metadata))
