@@ -294,6 +294,10 @@ class TransformBuffer:
         """Forget every moving frame: the clock has jumped, and what was on its way may seem the newest."""
         self._moving.clear()
 
+    def mounts(self) -> list[tuple[str, str, Transform3]]:
+        """Return parent, child and transform of all frames that do not move."""
+        return [(parent, child, transform) for child, (parent, transform) in self._static.items()]
+
     def latest_stamp(self, child: str) -> float | None:
         """Return the time of the newest sample of a moving frame, None when it was never seen."""
         known = self._moving.get(child)

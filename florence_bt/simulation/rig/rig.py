@@ -5,8 +5,8 @@ The same seed gives the same run, bit for bit, many times faster than real time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.outcome import Result, cancelled, failure, success
-from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, TrackedUser
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.ports import Ports
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.skill import SkillRun
-from florence_bt.core.transforms import Transform3, TransformBuffer
+from florence_bt.core.transforms import TransformBuffer
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
@@ -27,8 +28,9 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, RigVoice, rig_skills
+from florence_bt.simulation.rig.robot import BASE_FRAME, ODOM_FRAME, Config, RigRobot, parameters_of
+from florence_bt.simulation.rig.skills import RigVoice, rig_skills
+from florence_bt.simulation.rig.wires import ExclusiveComponent, Link, Wires
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
@@ -36,19 +38,23 @@ from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.costmap import BODIES, LASER
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.people_frames import see_people
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
 from florence_bt.skills.people.approach_user.polite_pose import propose_approach
-from florence_bt.skills.people.user_tracker.body_scan import body_scan
-from florence_bt.skills.people.user_tracker.camera_view import view_of
-from florence_bt.skills.people.user_tracker.detector import detect_people
-from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
-from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
+from florence_bt.skills.people.user_tracker.tracking import BODIES as BODY_SCAN
+from florence_bt.skills.people.user_tracker.tracking import (
+    FOUND,
+    MAP,
+    SCAN,
+    FoundUser,
+    UserTracking,
+    UserTrackingParameters,
+)
 from florence_bt.skills.robot_description.room import RoomParameters
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
@@ -77,6 +83,7 @@ class RigSetting:
         runs_folder: Where the runs leave their folders, None for nowhere.
         mapping: What makes a map in place of that one, None for nothing.
         missions: The missions; those of this installation when not given.
+        links: How well topics are carried, by name; perfectly without an entry.
     """
 
     flat: Flat
@@ -92,6 +99,7 @@ class RigSetting:
     runs_folder: Path | None = None
     mapping: GrowingMap | None = None
     missions: MissionLibrary | None = None
+    links: Mapping[str, Link] = field(default_factory=dict)
 
 
 class Rig:
@@ -103,6 +111,8 @@ class Rig:
         executor: Runs the missions.
         records: What finished runs left, when a folder for runs was given.
         topics: The topics that skills use beside actions and services, by name.
+        wires: They connect the components.
+        found: Where looks for a person have found one so far, in the map frame.
         charge_fraction: How full the battery is, 0 to 1; it stays as it is set.
     """
 
@@ -110,6 +120,8 @@ class Rig:
         self.clock = ManualClock()
         start = setting.start or setting.flat.start
         self.world = SimulatedWorld(setting.flat, people=setting.people, start=start, seed=setting.seed)
+        self.wires = Wires(self.clock, setting.frames.mounts(), setting.links, setting.seed)
+        self.topics = self.wires.topics
         self.robot = RigRobot(
             self.world,
             setting.grid,
@@ -118,33 +130,32 @@ class Rig:
             self.clock,
             seed=setting.seed,
             start=setting.believed or start,
-            on_scan=lambda source, scan: self._on_scan(source, scan),
-            on_images=lambda depth, colour: self._people.on_images(depth, colour),
+            ports=self.wires.ports("turtlebot_node"),
+            on_scan=self._on_scan,
             driving=lambda: self._base.active,
-            looking=lambda: self._people.running,
             mapping=setting.mapping,
             on_map=self._use_map,
         )
         self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
         self.locator.map = setting.grid
-        self._base = _BaseSkills(self.robot, setting, self.clock)
-        self._people = _PeopleSkills(self.robot, setting, self.clock)
-        self._people.on_users = self._saw_users
-        self._people.on_bodies = partial(self._base.on_scan, BODIES)
-        self.topics: dict[str, RigTopic] = {}
+        self._base = _BaseSkills(self.robot, setting, self.clock, self.wires.ports("navigate"))
+        self._tracking = _user_tracking(self.wires.ports("user_tracker_ni_node"), setting.config)
+        self._map = self.wires.ports("map_server").output(MAP)
+        self._map.send(setting.grid)
+        self._scans = self.wires.ports("laser_filter").output(SCAN)
+        self.found: list[Pose2] = []
+        self.topics[FOUND.name].subscribe(self._note_found)
         room = parameters_of(RoomParameters, setting.config, "navigate")
         skills = rig_skills(
             {
                 "base": self._base,
-                "people": self._people,
                 "locator": self.locator,
                 "approach": lambda **inputs: propose_approach(
                     **inputs, costmap=self._base.global_grid(), room=room
                 ),
-                "voice": RigVoice(self.topics, self.clock),
+                "voice": RigVoice(self.wires),
             },
-            self.topics,
-            self.clock,
+            self.wires,
             setting.seed,
         )
         self.topics[SPEED_LIMIT].subscribe(self._base.limit_speed)
@@ -165,11 +176,6 @@ class Rig:
             )
         call_every(self.clock, 0.1, self._locate)
         self.clock.advance(SETTLE_S)
-
-    @property
-    def found(self) -> Sequence[Pose2]:
-        """Where looks for a person have found one so far, in the map frame."""
-        return self._people.found
 
     def run(
         self, mission: str, inputs: Mapping[str, str] | None = None, *, limit_s: float = 600.0
@@ -213,17 +219,15 @@ class Rig:
     def _use_map(self, grid: OccupancyGrid) -> None:
         self.locator.map = grid
         self._base.use_map(grid)
-        self._people.use_map(grid)
+        self._map.send(grid)
 
     def _on_scan(self, source: str, scan: LaserScan) -> None:
         self._base.on_scan(source, scan)
         if source == LASER:
-            self._base.saw_users(self._people.on_scan(scan))
+            self._scans.send(scan)
 
-    def _saw_users(self, users: Sequence[TrackedUser]) -> None:
-        seen = self._people.in_image
-        self._base.saw_users([user for user in filter_users(users) if user.user_id in seen])
-        self.topics["user_lying"].publish(data=on_the_floor(users))
+    def _note_found(self, user: FoundUser) -> None:
+        self.found.append(Pose2(user.user_position_x, user.user_position_y))
 
     def _publish_battery(self) -> None:
         self.topics["battery_state"].publish(percentage=self.charge_fraction)
@@ -235,8 +239,10 @@ class Rig:
 class _BaseSkills:
     """The skills that drive, on one navigator."""
 
-    def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
+    def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock, ports: Ports) -> None:
         parameters = navigator_parameters(setting.config)
+        self._moving_frames = ports.listen_to_frames()
+        ports.listen(BODY_SCAN, partial(self.on_scan, BODIES))
         self._navigator = Navigator(setting.grid, parameters)
         self._navigator.set_zones(setting.hotspots.zones)
         self._component = ExclusiveComponent()
@@ -338,16 +344,13 @@ class _BaseSkills:
         )
         return run
 
-    def saw_users(self, users: Sequence[TrackedUser]) -> None:
-        self._navigator.saw_people(self._clock.now(), [(user.x, user.y) for user in users])
-        for user in users:
-            self._navigator.saw_person(self._clock.now(), user.user_id, user.x, user.y)
-
     def _step(self) -> None:
         if not self._navigator.active:
             return
         self._navigator.base_stop = BaseStop(*self._robot.stop)
-        step = self._navigator.step(self._clock.now(), self._robot.odometry, self._robot.map_from_odom)
+        now = self._clock.now()
+        see_people(self._navigator, self._moving_frames.buffer, ODOM_FRAME, now)
+        step = self._navigator.step(now, self._robot.odometry, self._robot.map_from_odom)
         if step.command is not None:
             self._robot.command(step.command)
         if step.result is not None:
@@ -365,90 +368,12 @@ def navigator_parameters(config: Config) -> NavigatorParameters:
     )
 
 
-class _PeopleSkills:
-    """The user tracker and the look for a person."""
-
-    def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
-        self._detector = parameters_of(DetectorParameters, setting.config, "user_tracker_ni_node")
-        self._tracker = UserTracker(parameters_of(TrackerParameters, setting.config, "user_tracker_ni_node"))
-        self._look = LookForUser(parameters_of(LookParameters, setting.config, "user_tracker_ni_node"))
-        self.use_map(setting.grid)
-        self._component = ExclusiveComponent()
-        self._robot = robot
-        self._clock = clock
-        self._frames = setting.frames
-        self._optical_in_base = setting.frames.lookup(BASE_FRAME, CAMERA_FRAME)
-        self._looking = False
-        self.found: list[Pose2] = []
-        self.on_users: Callable[[Sequence[TrackedUser]], None] = lambda users: None
-        self.on_bodies: Callable[[LaserScan], None] = lambda scan: None
-
-    @property
-    def running(self) -> bool:
-        """Whether images are needed."""
-        return bool(self._tracker.running) or self._looking
-
-    @property
-    def in_image(self) -> list[int]:
-        """Whom the last image shows: their persistent ids."""
-        return self._tracker.in_view
-
-    def on_images(self, depth: DepthImage, colour: Callable[[], ColourImage] | None) -> None:
-        now = self._clock.now()
-        odom = self._robot.map_from_odom
-        if self._tracker.running and odom is not None:
-            robot_in_odom = self._robot.odometry.pose
-            robot = odom @ robot_in_odom
-            found = detect_people(
-                depth, self._optical_in_base, colour, self._detector, known=self._known, robot=robot
-            )
-            view = view_of(depth, self._optical_in_base, robot_in_odom)
-            tracked = self._tracker.update(now, [each.moved_by(robot_in_odom) for each in found], view)
-            users = [user.moved_by(odom) for user in tracked]
-            self.on_bodies(body_scan(found, now, BASE_FRAME))
-            if self._looking:
-                self._look.feed(
-                    now, users, robot, undecided=self._tracker.undecided, view=view.moved_by(odom)
-                )
-            self.on_users(tracked)
-        self._end_look_when_over()
-
-    def on_scan(self, scan: LaserScan) -> Sequence[TrackedUser]:
-        """Return those whose legs go on in a scan while the camera does not see them."""
-        odom = self._robot.map_from_odom
-        if not self._tracker.running or odom is None:
-            return ()
-        robot = self._robot.odometry.pose
-        laser = Transform3.from_pose2(robot) @ self._frames.lookup(BASE_FRAME, scan.frame_id)
-        return self._tracker.saw_scan(self._clock.now(), self._known.unmapped_ends(scan, laser, odom), robot)
-
-    def use_map(self, grid: OccupancyGrid) -> None:
-        self._known = KnownObstacles(grid)
-
-    def start_tracker(self) -> Result:
-        self._tracker.start()
-        return success()
-
-    def stop_tracker(self) -> Result:
-        self._tracker.stop()
-        return success()
-
-    def look(self, window: float, user_id: int, x: float, y: float) -> SkillRun:
-        run = self._component.begin("looking", self._cancel_look)
-        self._look.start(self._clock.now(), window, Wanted(user_id, x, y))
-        self._looking = True
-        return run
-
-    def _end_look_when_over(self) -> None:
-        if not self._looking:
-            return
-        result = self._look.result(self._clock.now())
-        if result is not None:
-            self._looking = False
-            if result.succeeded:
-                self.found.append(result.outputs["user"])
-            self._component.finish(result)
-
-    def _cancel_look(self) -> None:
-        self._looking = False
-        self._component.finish(cancelled())
+def _user_tracking(ports: Ports, config: Config) -> UserTracking:
+    node = "user_tracker_ni_node"
+    return UserTracking(
+        ports,
+        parameters_of(UserTrackingParameters, config, node),
+        parameters_of(DetectorParameters, config, node),
+        parameters_of(TrackerParameters, config, node),
+        parameters_of(LookParameters, config, node),
+    )

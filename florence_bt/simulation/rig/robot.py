@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from functools import partial
+from typing import Any, Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.ports import Ports
 from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
@@ -41,10 +43,11 @@ from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
 from florence_bt.skills.navigation.navigate.navigator import FEET
+from florence_bt.skills.people.user_tracker.tracking import COLOUR, DEPTH
 
 LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
 CAMERA_FRAME = "camera_depth_optical_frame"
-BASE_FRAME = "base_footprint"
+MAP_FRAME, ODOM_FRAME, BASE_FRAME = "map", "odom", "base_footprint"
 BASE_PERIOD_S = 0.02
 KINECT_PERIOD_S = 0.2
 """Slower than the Kinect's 30 Hz: a depth image is by far the dearest thing in the rig."""
@@ -53,8 +56,28 @@ IDLE_SCAN_PERIOD_S = 0.5
 SETTLED_S = 0.5
 DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
 """Columns and rows of the depth image: coarse for obstacles, as on the robot for looking at people."""
+TRANSFORM_PERIOD_S, TRANSFORM_AHEAD_S = 0.05, 0.2
+"""How often the place of the odometry frame is published, and how far ahead it is stamped: as the localiser's
+node does by default."""
 
 T = TypeVar("T")
+
+
+class TakenPicture(Generic[T]):
+    """A picture that is rendered when somebody reads it first, before the world moves on."""
+
+    def __init__(self, stamp: float, render: Callable[[], T]) -> None:
+        self.stamp = stamp
+        self._render = render
+        self._rendered: T | None = None
+
+    def read(self) -> T:
+        """Return the picture."""
+        if self._rendered is None:
+            self._rendered = self._render()
+        return self._rendered
+
+
 Config = Mapping[str, Mapping[str, Any]]
 
 
@@ -75,11 +98,9 @@ class RigRobot:
         clock: Drives everything.
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
+        ports: Where its pictures, scans and frames go.
         on_scan: Called with each scan for navigation and the name of its source.
-        on_images: Called with each depth image and, when somebody looks, what makes the colours of the
-            same moment; it may be called until the world moves on.
         driving: Whether something drives the robot; otherwise scans and images may be rare.
-        looking: Whether somebody looks for people and needs larger images.
         on_map: Called with each newer map that is made.
     """
 
@@ -93,20 +114,19 @@ class RigRobot:
         *,
         seed: int,
         start: Pose2,
+        ports: Ports,
         on_scan: Callable[[str, LaserScan], None],
-        on_images: Callable[[DepthImage, Callable[[], ColourImage] | None], None],
         driving: Callable[[], bool],
-        looking: Callable[[], bool],
         mapping: GrowingMap | None = None,
         on_map: Callable[[OccupancyGrid], None] = lambda grid: None,
     ) -> None:
         self.world = world
         self.frames = frames
         self.odometry = Odometry(clock.now(), Pose2())
+        self._ports = ports
+        self._depth, self._colour = ports.output(DEPTH), ports.output(COLOUR)
         self._on_scan = on_scan
-        self._on_images = on_images
         self._driving = driving
-        self._looking = looking
         self._clock = clock
         base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
         self._wheels = base.wheels()
@@ -145,6 +165,7 @@ class RigRobot:
         call_every(clock, BASE_PERIOD_S, self._step_base)
         call_every(clock, URG_04LX.scan_period, self._scan)
         call_every(clock, KINECT_PERIOD_S, self._look)
+        call_every(clock, TRANSFORM_PERIOD_S, self._send_place)
 
     @property
     def map_from_odom(self) -> Pose2 | None:
@@ -193,6 +214,7 @@ class RigRobot:
             wheels_stopped=self._twist.is_zero(),
         )
         self.odometry = motion.odometry
+        self._ports.send_frame(ODOM_FRAME, BASE_FRAME, now, self.odometry.pose)
         before, self._touching = self._touching, bool(self.stop[0])
         if self._mapping is not None and self._touching and not before:
             left, right = self.world.bumpers()
@@ -218,17 +240,24 @@ class RigRobot:
         self._combinator.update_laser(scan, now)
         self._on_scan(FEET, self._laser_filter.filter(scan))
 
+    def _send_place(self) -> None:
+        if self.map_from_odom is not None:
+            when = self._clock.now() + TRANSFORM_AHEAD_S
+            self._ports.send_frame(MAP_FRAME, ODOM_FRAME, when, self.map_from_odom)
+
     def _look(self) -> None:
-        looking = self._looking()
-        if not looking and not self._driving():
+        watched = self._depth.wanted
+        if not watched and not self._driving():
             return
         now = self._clock.now()
-        depth, colour = self._take_images(now, looking=looking)
-        self._on_images(depth, colour)
+        if watched:
+            self._colour.send(TakenPicture(now, self._colours))
+            self._depth.send(TakenPicture(now, partial(self._depths, self._looking_kinect)))
         if now < self._next_kinect_scan:
             return
         if now - self._moved >= SETTLED_S:
             self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
+        depth = self._depths(self._driving_kinect)
         kinect_scan = self._fake_laser.project(depth)
         self._on_scan("depth", self._laser_filter.filter(kinect_scan))
         if self._low_obstacles is not None:
@@ -240,14 +269,12 @@ class RigRobot:
         if combined is not None:
             self._on_scan("scan", self._laser_filter.filter(combined))
 
-    def _take_images(
-        self, now: float, *, looking: bool
-    ) -> tuple[DepthImage, Callable[[], ColourImage] | None]:
-        """Take a depth image; a larger one, and what makes its colours, while somebody looks for people."""
-        kinect = self._looking_kinect if looking else self._driving_kinect
-        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
-        if not looking:
-            return depth, None
-        camera = self._driving_kinect.camera  # the detector looks at the colours of so many pixels only
-        step = kinect.camera.width // camera.width
-        return depth, lambda: ColourImage(now, CAMERA_FRAME, camera, kinect.colours(step))
+    def _depths(self, kinect: KinectSensor) -> DepthImage:
+        depths = metres_from_raw(kinect.measure_depth())
+        return DepthImage(self._clock.now(), CAMERA_FRAME, kinect.camera, depths)
+
+    def _colours(self) -> ColourImage:
+        # Of so many pixels only: the detector looks at no more.
+        camera = self._driving_kinect.camera
+        step = self._looking_kinect.camera.width // camera.width
+        return ColourImage(self._clock.now(), CAMERA_FRAME, camera, self._looking_kinect.colours(step))

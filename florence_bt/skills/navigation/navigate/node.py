@@ -34,11 +34,11 @@ from std_srvs.srv import Empty
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.clock import Timer, call_every
-from florence_bt.core.geometry import STANDSTILL, Point2, Pose2
+from florence_bt.core.geometry import STANDSTILL, Pose2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.core.transforms import KEEP_S, TransformUnavailable
+from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.conversions import (
@@ -70,14 +70,13 @@ from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.costmap import BODIES, Costmap
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
+from florence_bt.skills.navigation.navigate.people_frames import see_people
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import NO_MAP, NO_POSE, PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
-_USER_FRAME = "user_"
-"""The frame of a person is this and their persistent id."""
 OVERRIDDEN = "the manual override is on; release it first: florence release"
 SendGoal = NavigateToPose.Impl.SendGoalService
 
@@ -495,23 +494,6 @@ class NavigationNode(FlorenceNode):
         goal_id = UUID(uuid=list(uuid.uuid4().bytes))
         self._own_goals.call_async(SendGoal.Request(goal_id=goal_id, goal=goal))
 
-    def _see_people(self, navigator: Navigator) -> None:
-        """Tell where people were seen: the frames of the user tracker say it."""
-        buffer, oldest = self._frames.buffer, self.timebase.now() - KEEP_S
-        seen: list[tuple[float, Point2]] = []
-        for frame in buffer.frames():
-            user_id, stamp = frame.removeprefix(_USER_FRAME), buffer.latest_stamp(frame)
-            if user_id == frame or not user_id.isdecimal() or stamp is None or stamp < oldest:
-                continue  # of all who were ever seen there are frames
-            try:
-                place = buffer.lookup_pose(self._p.odom_frame, frame, stamp)
-            except TransformUnavailable:
-                continue  # it overtook the pose of the robot, or is old
-            navigator.saw_person(stamp, int(user_id), place.x, place.y)
-            seen.append((stamp, (place.x, place.y)))
-        newest = max((stamp for stamp, _ in seen), default=-math.inf)
-        navigator.saw_people(newest, [place for stamp, place in seen if stamp == newest])
-
     def _goal_in_map(self, message: PoseStamped) -> Pose2 | Result:
         """Return the goal in the map frame, or why it is none."""
         q = message.pose.orientation
@@ -559,8 +541,9 @@ class NavigationNode(FlorenceNode):
         navigator = self._navigator
         if navigator is None:
             return
-        self._see_people(navigator)
-        step = navigator.step(self.timebase.now(), self._queue.odometry, self._map_from_odom())
+        now = self.timebase.now()
+        see_people(navigator, self._frames.buffer, self._p.odom_frame, now)
+        step = navigator.step(now, self._queue.odometry, self._map_from_odom())
         if step.command is not None:
             self._velocity.publish(twist_to_ros(step.command))
         if step.result is not None:
