@@ -37,7 +37,7 @@ from florence_bt.core.sensing import (
     OccupancyGrid,
     TrackedUser,
 )
-from florence_bt.core.transforms import Transform3, TransformUnavailable
+from florence_bt.core.transforms import Transform3, TransformTooOld, TransformUnavailable
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.camera_view import CameraView, view_of
@@ -343,6 +343,8 @@ class UserTracking:
         """
         try:
             self._look_at(picture.read())
+        except TransformTooOld:
+            return  # frames have been listened to since then only
         except TransformUnavailable as error:
             if 0.0 <= now - picture.stamp < MOST_WAIT_S:
                 self._waiting = picture
