@@ -9,7 +9,7 @@ fields; the moments in them are of the component's clock.
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -21,6 +21,9 @@ from florence_bt.core.transforms import TransformBuffer
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 T_contra = TypeVar("T_contra", contravariant=True)
+Fields = Mapping[str, Any]
+"""Fields of a message by name. Those that a type does not have are left out, so that several can be told the
+same; durations are seconds, poses :class:`FramedPose`, ways :class:`FramedPath`."""
 
 
 class Delivery(enum.Enum):
@@ -58,6 +61,15 @@ def pictures(name: str, kind: type[T]) -> Topic[Picture[T]]:
     return Topic(name, kind, Delivery.SENSOR)  # type: ignore[arg-type]
 
 
+REFUSED = 65535
+"""The ``error_code`` of a goal that was refused."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoFields:
+    """The request of a service that is asked for nothing in particular, or its answer."""
+
+
 @dataclass(frozen=True, slots=True)
 class Service:
     """A service.
@@ -65,12 +77,12 @@ class Service:
     Attributes:
         name: Its name; one that begins with ``~/`` is below the name of the node.
         interface: Its type.
-        answer: The dataclass of its answers; the request has no fields.
+        request: The dataclass of its requests, with the fields that are read.
     """
 
     name: str
     interface: str
-    answer: type
+    request: type = NoFields
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +92,14 @@ class Action:
     Attributes:
         name: Its name.
         interface: Its type.
-        goal: The dataclass of goals.
-        feedback: The one of feedback.
-        result: The one of results.
+        goal: The dataclass of its goals, with the fields that are read.
+        bad_goal_code: The ``error_code`` of a goal whose numbers are no numbers.
     """
 
     name: str
     interface: str
     goal: type
-    feedback: type
-    result: type
+    bad_goal_code: int = REFUSED
 
 
 class Picture(Protocol[T_co]):
@@ -118,8 +128,8 @@ class Output(Protocol[T_contra]):
     """A topic that is published."""
 
     @property
-    def wanted(self) -> bool:
-        """Whether anybody listens."""
+    def listeners(self) -> int:
+        """How many listen."""
 
     def send(self, value: T_contra) -> None:
         """Publish a value."""
@@ -140,10 +150,10 @@ class Goals(Protocol):
     def active(self) -> bool:
         """Whether a goal is being worked on."""
 
-    def feedback(self, feedback: Any) -> None:
+    def feedback(self, feedback: Fields) -> None:
         """Tell of the running goal, if there is one."""
 
-    def finish(self, result: Any, outcome: Outcome) -> None:
+    def finish(self, result: Fields, outcome: Outcome) -> None:
         """End the running goal, if there is one."""
 
 
@@ -153,6 +163,10 @@ class Ports(Protocol):
     @property
     def clock(self) -> Clock:
         """The component's time."""
+
+    @property
+    def steady(self) -> Clock:
+        """The time of the machine, for how long something takes it."""
 
     def output(self, topic: Topic[T]) -> Output[T]:
         """Publish on a topic."""
@@ -166,8 +180,8 @@ class Ports(Protocol):
     def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
         """Publish where a frame was at a moment."""
 
-    def serve(self, service: Service, answer: Callable[[], Any]) -> None:
-        """Answer a service."""
+    def serve(self, service: Service, answer: Callable[[Any], Fields]) -> None:
+        """Answer a service, given its requests."""
 
     def serve_goals(
         self, action: Action, begin: Callable[[Any], str | None], cancel: Callable[[], None]

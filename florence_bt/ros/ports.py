@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import partial
 from typing import Any, Generic, TypeVar
 
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
+from nav_msgs.msg import Path
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import CameraInfo, Image
@@ -18,21 +21,29 @@ from std_msgs.msg import Bool, Float64, String
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import FramedPath, FramedPose, Pose2, Twist2, problem_with_quaternion
 from florence_bt.core.interfaces import load_interface
 from florence_bt.core.outcome import Outcome
-from florence_bt.core.ports import Action, Delivery, Service, Topic
+from florence_bt.core.ports import Action, Delivery, Fields, Service, Topic
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.conversions import (
     camera_model_from_ros,
     colour_from_ros,
     depth_from_ros,
+    duration_from_ros,
+    duration_to_ros,
+    frame_from_ros,
     grid_from_ros,
     odometry_from_ros,
+    path_to_ros,
+    pose_from_ros,
+    pose_stamped_to_ros,
     scan_from_ros,
     scan_to_ros,
     stamp_from_ros,
+    twist_from_ros,
+    twist_to_ros,
 )
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
@@ -40,6 +51,7 @@ from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 
 T = TypeVar("T")
 ToRos = Callable[[Any], Any]
+FromRos = Callable[[Any], Any]
 WARNING_PERIOD_S = 5.0
 """Between two warnings about one thing, seconds (chosen)."""
 
@@ -54,6 +66,7 @@ _MESSAGES: Mapping[type, tuple[type, Callable[[Any], Any], ToRos | None]] = {
     LaserScan: (LaserScanMsg, scan_from_ros, scan_to_ros),
     Odometry: (OdometryMsg, odometry_from_ros, None),
     OccupancyGrid: (OccupancyGridMsg, grid_from_ros, None),
+    Twist2: (Twist, twist_from_ros, twist_to_ros),
 }
 """Of values of ``core``: their message, and how one becomes the other; None where more is needed for that."""
 
@@ -90,9 +103,9 @@ class _Output(Generic[T]):
         self._publisher, self._to_ros = publisher, to_ros
 
     @property
-    def wanted(self) -> bool:
-        """Whether anybody has subscribed."""
-        return bool(self._publisher.get_subscription_count())
+    def listeners(self) -> int:
+        """How many have subscribed."""
+        return int(self._publisher.get_subscription_count())
 
     def send(self, value: T) -> None:
         """Publish a value."""
@@ -102,21 +115,21 @@ class _Output(Generic[T]):
 class _Goals:
     """An action that is served."""
 
-    def __init__(self, server: SingleGoalServer, interface: Any) -> None:
-        self._server, self._interface = server, interface
+    def __init__(self, node: FlorenceNode, server: SingleGoalServer, interface: Any) -> None:
+        self._node, self._server, self._interface = node, server, interface
 
     @property
     def active(self) -> bool:
         """Whether a goal is being worked on."""
         return self._server.active
 
-    def feedback(self, feedback: Any) -> None:
+    def feedback(self, feedback: Fields) -> None:
         """Publish feedback."""
-        self._server.publish_feedback(self._interface.Feedback(**asdict(feedback)))
+        self._server.publish_feedback(_filled(self._interface.Feedback(), feedback, self._node))
 
-    def finish(self, result: Any, outcome: Outcome) -> None:
+    def finish(self, result: Fields, outcome: Outcome) -> None:
         """End the goal."""
-        self._server.finish(self._interface.Result(**asdict(result)), outcome)
+        self._server.finish(_filled(self._interface.Result(), result, self._node), outcome)
 
 
 class RosPorts:
@@ -125,11 +138,17 @@ class RosPorts:
     Args:
         node: Publishes, subscribes and serves.
         to_ros: How values become messages, by topic, where neither their type nor their fields say it.
+        from_ros: How messages become values, likewise.
     """
 
-    def __init__(self, node: FlorenceNode, to_ros: Mapping[Topic[Any], ToRos] | None = None) -> None:
+    def __init__(
+        self,
+        node: FlorenceNode,
+        to_ros: Mapping[Topic[Any], ToRos] | None = None,
+        from_ros: Mapping[Topic[Any], FromRos] | None = None,
+    ) -> None:
         self._node = node
-        self._to_ros = to_ros or {}
+        self._to_ros, self._from_ros = to_ros or {}, from_ros or {}
         self._broadcaster: TransformBroadcaster | None = None
         self._worker: ThreadPoolExecutor | None = None
         self._warned: dict[Hashable, float] = {}
@@ -138,6 +157,11 @@ class RosPorts:
     def clock(self) -> Clock:
         """The node's timebase."""
         return self._node.timebase
+
+    @property
+    def steady(self) -> Clock:
+        """The time of this machine."""
+        return self._node.steady
 
     def output(self, topic: Topic[T]) -> _Output[T]:
         """Make a publisher."""
@@ -152,7 +176,7 @@ class RosPorts:
         if topic.kind is ColourImage:
             read: Callable[[Any], Any] = self._colour_picture
             return self._subscribed(topic, Image, read, take)
-        message_type, from_ros, _ = _MESSAGES[topic.kind]
+        message_type, from_ros = self._value_of(topic)
         return self._subscribed(topic, message_type, lambda message: self._timed(from_ros(message)), take)
 
     def listen_to_frames(self) -> TransformListener:
@@ -165,11 +189,11 @@ class RosPorts:
             self._broadcaster = TransformBroadcaster(self._node)
         self._broadcaster.send(parent, child, when, pose)
 
-    def serve(self, service: Service, answer: Callable[[], Any]) -> None:
+    def serve(self, service: Service, answer: Callable[[Any], Fields]) -> None:
         """Serve a service."""
 
-        def respond(_: Any, response: Any) -> Any:
-            return _filled(response, answer())
+        def respond(message: Any, response: Any) -> Any:
+            return _filled(response, answer(_read(service.request, message)), self._node)
 
         self._node.create_service(load_interface(service.interface), service.name, respond)
 
@@ -178,13 +202,15 @@ class RosPorts:
     ) -> _Goals:
         """Serve an action."""
         interface = load_interface(action.interface)
-        names = [field.name for field in fields(action.goal)]
-
-        def on_goal(message: Any) -> str | None:
-            return begin(action.goal(**{name: getattr(message, name) for name in names}))
-
-        server = SingleGoalServer(self._node, interface, action.name, on_goal=on_goal, on_cancel=cancel)
-        return _Goals(server, interface)
+        server = SingleGoalServer(
+            self._node,
+            interface,
+            action.name,
+            on_goal=lambda message: begin(_read(action.goal, message)),
+            on_cancel=cancel,
+            bad_goal_code=action.bad_goal_code,
+        )
+        return _Goals(self._node, server, interface)
 
     def work(self, task: Callable[[], T], done: Callable[[T], None]) -> None:
         """Work on a thread; what is not done when the node is closed is forgotten."""
@@ -208,16 +234,27 @@ class RosPorts:
     def _message_of(self, topic: Topic[Any]) -> tuple[type, ToRos]:
         """Return the message type of a topic, and how a value becomes such a message."""
         if topic in self._to_ros:
-            return load_interface(topic.interface), self._to_ros[topic]
+            return _message_type(topic), self._to_ros[topic]
         if topic.kind in _PLAIN:
             plain = _PLAIN[topic.kind]
             return plain, lambda value: plain(data=value)
         if topic.interface:
             message_type = load_interface(topic.interface)
-            return message_type, lambda value: _filled(message_type(), value)
+            return message_type, lambda value: _filled(message_type(), asdict(value), self._node)
         message_type, _, to_ros = _MESSAGES[topic.kind]
         assert to_ros is not None, f"{topic.name} needs an entry in to_ros"
-        return message_type, lambda value: to_ros(self._node.stamped(value))
+        return message_type, lambda value: to_ros(self._stamped(value))
+
+    def _value_of(self, topic: Topic[Any]) -> tuple[type, FromRos]:
+        """Return the message type of a topic, and how such a message becomes a value."""
+        if topic in self._from_ros:
+            return _message_type(topic), self._from_ros[topic]
+        if topic.kind in _PLAIN:
+            return _PLAIN[topic.kind], lambda message: message.data
+        if topic.interface:
+            return load_interface(topic.interface), partial(_read, topic.kind)
+        message_type, from_ros, _ = _MESSAGES[topic.kind]
+        return message_type, from_ros
 
     def _subscribed(
         self,
@@ -226,6 +263,15 @@ class RosPorts:
         read: Callable[[Any], Any],
         take: Callable[[Any], None],
     ) -> _Listening:
+        return _Listening(self._node, [self._subscription(topic, message_type, read, take)])
+
+    def _subscription(
+        self,
+        topic: Topic[Any],
+        message_type: type,
+        read: Callable[[Any], Any],
+        take: Callable[[Any], None],
+    ) -> Subscription:
         def receive(message: Any) -> None:
             try:
                 value = read(message)
@@ -234,10 +280,7 @@ class RosPorts:
                 return
             take(value)
 
-        qos = _QOS[topic.delivery]
-        return _Listening(
-            self._node, [self._node.create_subscription(message_type, topic.name, receive, qos)]
-        )
+        return self._node.create_subscription(message_type, topic.name, receive, _QOS[topic.delivery])
 
     def _listen_to_depth(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Listening:
         """Subscribe to depth pictures and, beside them, to what their camera is."""
@@ -252,11 +295,11 @@ class RosPorts:
                 read = partial(depth_from_ros, message, camera[0])
                 take(self._picture(message, read))
 
-        known = self._subscribed(
-            Topic(info, CameraModel, Delivery.SENSOR), CameraInfo, camera_model_from_ros, learn
+        about = Topic(info, CameraModel, Delivery.SENSOR)
+        known = self._subscription(about, CameraInfo, camera_model_from_ros, learn)
+        return _Listening(
+            self._node, [known, self._node.create_subscription(Image, topic.name, receive, SENSOR)]
         )
-        pictures = self._node.create_subscription(Image, topic.name, receive, SENSOR)
-        return _Listening(self._node, [*known._subscriptions, pictures])
 
     def _colour_picture(self, message: Image) -> _Picture[ColourImage]:
         # Of colour pictures only the pixels count so far; no camera_info is subscribed to for them.
@@ -270,13 +313,60 @@ class RosPorts:
     def _timed(self, value: Any) -> Any:
         return self._node.timed(value) if hasattr(value, "stamp") else value
 
+    def _stamped(self, value: Any) -> Any:
+        return self._node.stamped(value) if hasattr(value, "stamp") else value
 
-def _filled(message: Any, value: Any) -> Any:
-    """Set the fields of a message that a dataclass has by name."""
-    assert is_dataclass(value)
-    for field in fields(value):
-        setattr(message, field.name, getattr(value, field.name))
+
+def _message_type(topic: Topic[Any]) -> type:
+    return load_interface(topic.interface) if topic.interface else _MESSAGES[topic.kind][0]
+
+
+def _read(kind: type, message: Any) -> Any:
+    """Make a dataclass of the fields that a message has of the same names."""
+    return kind(**{field.name: _value(getattr(message, field.name)) for field in fields(kind)})
+
+
+def _value(field: Any) -> Any:
+    """Return what a field of a message says."""
+    match field:
+        case PoseStamped():
+            return _framed(field, "")
+        case Path():
+            return tuple(_framed(pose, field.header.frame_id) for pose in field.poses)
+        case Duration():
+            return duration_from_ros(field)
+        case list():
+            return tuple(_value(each) for each in field)
+        case _:
+            return field
+
+
+def _framed(message: PoseStamped, frame: str) -> FramedPose:
+    """Return a pose; one without a frame is in the frame of what holds it."""
+    q = message.pose.orientation
+    problem = problem_with_quaternion(q.x, q.y, q.z, q.w)
+    pose = Pose2() if problem else pose_from_ros(message.pose)
+    return FramedPose(pose, frame_from_ros(message.header.frame_id or frame), problem)
+
+
+def _filled(message: Any, values: Fields, node: FlorenceNode) -> Any:
+    """Set the fields of a message to the values that there are for them by name."""
+    kinds = message.get_fields_and_field_types()
+    for name in kinds.keys() & values.keys():
+        setattr(message, name, _field(kinds[name], values[name], node))
     return message
+
+
+def _field(kind: str, value: Any, node: FlorenceNode) -> Any:
+    match value:
+        case FramedPose():
+            return pose_stamped_to_ros(value.pose, value.frame, node.stamp())
+        case FramedPath():
+            return path_to_ros(value.poses, value.frame, node.stamp())
+        case _ if kind == "builtin_interfaces/Duration":
+            return duration_to_ros(value)
+        case _:
+            return value
 
 
 def _hand_over(future: Future[T], done: Callable[[T], None]) -> None:

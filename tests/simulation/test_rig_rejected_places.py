@@ -25,7 +25,9 @@ def test_a_second_look_at_a_coat_stand_is_short_and_who_stands_there_later_is_fo
 ) -> None:
     confidence = 0.8
 
-    def detect(*arguments: Any, robot: Pose2, **others: Any) -> list[Detection]:
+    def detect(*arguments: Any, robot: Pose2 | None = None, **others: Any) -> list[Detection]:
+        if robot is None:
+            return []  # the picture that loads the detector
         camera = robot.apply(-0.09, 0.0)
         away, bearing = math.dist(camera, STAND), robot.bearing_to(*STAND)
         looks_so = 2.3 < away < 4.2 and abs(bearing) < 0.4

@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.ports import Ports
+from florence_bt.core.ports import Delivery, Ports, Topic
 from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
@@ -42,7 +42,9 @@ from florence_bt.skills.filters.velocity_filter.velocity_filter import (
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
+from florence_bt.skills.navigation.navigate.navigation import BASE_STOP, ODOMETRY, SCANS, VELOCITY
 from florence_bt.skills.navigation.navigate.navigator import FEET
+from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.tracking import COLOUR, DEPTH
 
 LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
@@ -54,6 +56,8 @@ KINECT_PERIOD_S = 0.2
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
+COMMANDED_S = 0.5
+"""So long after a velocity command the robot counts as driven, whether it moves or not."""
 DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
 """Columns and rows of the depth image: coarse for obstacles, as on the robot for looking at people."""
 TRANSFORM_PERIOD_S, TRANSFORM_AHEAD_S = 0.05, 0.2
@@ -99,8 +103,6 @@ class RigRobot:
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
         ports: Where its pictures, scans and frames go.
-        on_scan: Called with each scan for navigation and the name of its source.
-        driving: Whether something drives the robot; otherwise scans and images may be rare.
         on_map: Called with each newer map that is made.
     """
 
@@ -115,8 +117,6 @@ class RigRobot:
         seed: int,
         start: Pose2,
         ports: Ports,
-        on_scan: Callable[[str, LaserScan], None],
-        driving: Callable[[], bool],
         mapping: GrowingMap | None = None,
         on_map: Callable[[OccupancyGrid], None] = lambda grid: None,
     ) -> None:
@@ -125,8 +125,14 @@ class RigRobot:
         self.odometry = Odometry(clock.now(), Pose2())
         self._ports = ports
         self._depth, self._colour = ports.output(DEPTH), ports.output(COLOUR)
-        self._on_scan = on_scan
-        self._driving = driving
+        self._odometry = ports.output(ODOMETRY)
+        self._stops = ports.output(BASE_STOP)
+        self._scans = {
+            source: ports.output(Topic(name, LaserScan, Delivery.SENSOR)) for name, source in SCANS.items()
+        }
+        ports.listen(VELOCITY, self.command)
+        self._told_stop = BaseStop()
+        self._commanded = -math.inf
         self._clock = clock
         base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
         self._wheels = base.wheels()
@@ -194,6 +200,7 @@ class RigRobot:
 
     def command(self, twist: Twist2) -> None:
         """Take a velocity command, as the topic cmd_vel does."""
+        self._commanded = self._clock.now()
         self.velocity.command(twist)
 
     def _drive(self, twist: Twist2) -> None:
@@ -215,11 +222,16 @@ class RigRobot:
         )
         self.odometry = motion.odometry
         self._ports.send_frame(ODOM_FRAME, BASE_FRAME, now, self.odometry.pose)
+        self._odometry.send(self.odometry)
+        stop = BaseStop(*self.stop)
+        if stop != self._told_stop:
+            self._told_stop = stop
+            self._stops.send(stop)
         before, self._touching = self._touching, bool(self.stop[0])
         if self._mapping is not None and self._touching and not before:
             left, right = self.world.bumpers()
             self._mapping.touched(self.odometry.pose, left=left, right=right)
-        if not motion.at_rest or self._driving():
+        if not motion.at_rest or now - self._commanded < COMMANDED_S:
             self._moved = now
             self._next_scan = self._next_kinect_scan = now
 
@@ -231,14 +243,16 @@ class RigRobot:
             self._next_scan = now + IDLE_SCAN_PERIOD_S - URG_04LX.scan_period / 2
         geometry = URG_04LX
         distances = self._laser.measure(geometry.first_step, geometry.last_step)
-        scan = scan_from_distances(distances, geometry.first_step, 1, geometry, now, LASER_FRAME)
+        # All beams are of now: the middle of the scan, at which a real one stands for all of them.
+        begun = now - geometry.time_increment * (len(distances) - 1) / 2
+        scan = scan_from_distances(distances, geometry.first_step, 1, geometry, begun, LASER_FRAME)
         if self._mapping is None:
             self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
         elif grid := self._mapping.update(scan, self._laser_in_base, self.odometry.pose, now):
             self._on_map(grid)
         self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
         self._combinator.update_laser(scan, now)
-        self._on_scan(FEET, self._laser_filter.filter(scan))
+        self._pass_on(FEET, scan)
 
     def _send_place(self) -> None:
         if self.map_from_odom is not None:
@@ -246,11 +260,8 @@ class RigRobot:
             self._ports.send_frame(MAP_FRAME, ODOM_FRAME, when, self.map_from_odom)
 
     def _look(self) -> None:
-        watched = self._depth.wanted
-        if not watched and not self._driving():
-            return
         now = self._clock.now()
-        if watched:
+        if self._depth.listeners:
             self._colour.send(TakenPicture(now, self._colours))
             self._depth.send(TakenPicture(now, partial(self._depths, self._looking_kinect)))
         if now < self._next_kinect_scan:
@@ -259,15 +270,17 @@ class RigRobot:
             self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
         depth = self._depths(self._driving_kinect)
         kinect_scan = self._fake_laser.project(depth)
-        self._on_scan("depth", self._laser_filter.filter(kinect_scan))
+        self._pass_on("depth", kinect_scan)
         if self._low_obstacles is not None:
-            low_scan = self._low_obstacles.project(depth, kinect_scan)
-            self._on_scan("low", self._laser_filter.filter(low_scan))
+            self._pass_on("low", self._low_obstacles.project(depth, kinect_scan))
         if self._overhangs is not None:
-            self._on_scan("overhangs", self._laser_filter.filter(self._overhangs.project(depth)))
+            self._pass_on("overhangs", self._overhangs.project(depth))
         combined = self._combinator.update_kinect(kinect_scan, now)
         if combined is not None:
-            self._on_scan("scan", self._laser_filter.filter(combined))
+            self._pass_on("scan", combined)
+
+    def _pass_on(self, source: str, scan: LaserScan) -> None:
+        self._scans[source].send(self._laser_filter.filter(scan))
 
     def _depths(self, kinect: KinectSensor) -> DepthImage:
         depths = metres_from_raw(kinect.measure_depth())

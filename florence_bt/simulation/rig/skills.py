@@ -56,7 +56,7 @@ class WiredSkill:
             action = self._wires.actions[served.name]
             return action.start(served.request(inputs), served.result, served.feedback)
         assert isinstance(served, ServiceBinding)
-        return FinishedRun(served.result(self._wires.services[served.name]()))
+        return FinishedRun(served.result(self._wires.services[served.name](served.request(inputs))))
 
 
 class RigVoice:

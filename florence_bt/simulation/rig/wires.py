@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from functools import partial
 from random import Random
 from types import SimpleNamespace
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, get_type_hints
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import FramedPath, FramedPose, Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
-from florence_bt.core.ports import Action, Delivery, Service, Topic
+from florence_bt.core.ports import Action, Delivery, Fields, Service, Topic
 from florence_bt.core.skill import BaseRun, Event
 from florence_bt.core.transforms import Transform3, TransformBuffer
 
@@ -50,9 +50,9 @@ class RigTopic:
         self.last: Any = None
 
     @property
-    def wanted(self) -> bool:
-        """Whether anybody listens."""
-        return bool(self._subscribers)
+    def listeners(self) -> int:
+        """How many listen."""
+        return len(self._subscribers)
 
     def subscribe(self, callback: Callable[[Any], None]) -> None:
         """Call back with each message."""
@@ -157,22 +157,62 @@ class WiredAction:
         Returns:
             The run of the goal.
         """
-        refusal = self._begin(self._action.goal(**goal))
-        if refusal is not None:
-            run = ComponentRun("", self._cancel)
-            run.finish(failure("rejected", refusal))
-            return run
         run = self._component.begin(self._action.name, self._cancel)
         self._read, self._told = read, told
+        refusal = self._begin(made_of(self._action.goal, goal))
+        if refusal is not None:
+            self._component.finish(failure("rejected", refusal))
         return run
 
-    def feedback(self, feedback: Any) -> None:
+    def feedback(self, feedback: Fields) -> None:
         """Tell of the running goal."""
-        self._component.tell(self._told(feedback))
+        self._component.tell(self._told(as_message(feedback)))
 
-    def finish(self, result: Any, outcome: Outcome) -> None:
+    def finish(self, result: Fields, outcome: Outcome) -> None:
         """End the running goal."""
-        self._component.finish(self._read(result, outcome))
+        self._component.finish(self._read(as_message(result), outcome))
+
+
+def made_of(kind: type[T], values: Fields) -> T:
+    """Make a goal or request of the fields that a skill sends.
+
+    Args:
+        kind: Its dataclass.
+        values: Path of a field -> value; a pose is of the map.
+    """
+    hints = get_type_hints(kind)
+    made: dict[str, Any] = {}
+    parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+    for path, value in values.items():
+        name, _, rest = path.partition(".")
+        if rest:
+            parts[name][rest] = value
+        else:
+            made[name] = _framed(value)
+    made |= {name: made_of(hints[name], below) for name, below in parts.items()}
+    return kind(**made)
+
+
+def _framed(value: Any) -> Any:
+    match value:
+        case Pose2():
+            return FramedPose(value)
+        case list() | tuple():
+            return tuple(_framed(each) for each in value)
+        case _:
+            return value
+
+
+def as_message(values: Fields) -> SimpleNamespace:
+    """Make what skills read of a result, feedback or answer: it has the fields of the interface."""
+    return SimpleNamespace(**{name: _as_field(value) for name, value in values.items()})
+
+
+def _as_field(value: Any) -> Any:
+    if isinstance(value, FramedPath):
+        places = [SimpleNamespace(position=SimpleNamespace(x=each.x, y=each.y)) for each in value.poses]
+        return SimpleNamespace(poses=[SimpleNamespace(pose=place) for place in places])
+    return value
 
 
 class _Wire:
@@ -210,9 +250,9 @@ class _WiredOutput(Generic[T]):
         self._plain = topic.kind in (bool, float, str)
 
     @property
-    def wanted(self) -> bool:
-        """Whether anybody listens."""
-        return self._carried.wanted
+    def listeners(self) -> int:
+        """How many listen."""
+        return self._carried.listeners
 
     def send(self, value: T) -> None:
         """Send a value on its way."""
@@ -249,7 +289,7 @@ class Wires:
         self.mounts = mounts
         self.topics: defaultdict[str, RigTopic] = defaultdict(RigTopic)
         self.actions: dict[str, WiredAction] = {}
-        self.services: dict[str, Callable[[], Any]] = {}
+        self.services: dict[str, Callable[[Fields], Any]] = {}
         self.buffers: list[TransformBuffer] = []
         self._links = links or {}
         self._chance = Random(seed)
@@ -273,7 +313,7 @@ class WiredPorts:
 
     def __init__(self, wires: Wires, node: str) -> None:
         self._wires, self._node = wires, node
-        self.clock = wires.clock
+        self.clock = self.steady = wires.clock
 
     def output(self, topic: Topic[T]) -> _WiredOutput[T]:
         """Publish on a topic."""
@@ -300,9 +340,13 @@ class WiredPorts:
         for buffer in self._wires.buffers:
             self._wires.carry(TRANSFORMS, partial(_place, buffer, parent, child, when, pose))
 
-    def serve(self, service: Service, answer: Callable[[], Any]) -> None:
+    def serve(self, service: Service, answer: Callable[[Any], Fields]) -> None:
         """Serve a service."""
-        self._wires.services[service.name.replace("~", self._node)] = answer
+
+        def respond(request: Fields) -> Any:
+            return as_message(answer(made_of(service.request, request)))
+
+        self._wires.services[service.name.replace("~", self._node)] = respond
 
     def serve_goals(
         self, action: Action, begin: Callable[[Any], str | None], cancel: Callable[[], None]

@@ -79,7 +79,7 @@ class Surroundings:
             self.hardware.send_frame("map", "odom", now + 0.2, Pose2())
 
     def start(self) -> None:
-        assert self.wires.services["tracker/Start"]().success
+        assert self.wires.services["tracker/Start"]({}).success
         self.clock.advance(0.3)  # the place of the odometry frame is stamped ahead
 
     def see(self, count: int = 1) -> list[Picture]:
@@ -119,7 +119,7 @@ def somebody(monkeypatch: pytest.MonkeyPatch) -> list[Detection]:
 
 def test_without_a_start_nothing_listens_to_pictures_and_none_is_read() -> None:
     around = Surroundings()
-    assert not around.depth.wanted and not any(picture.reads for picture in around.see(3))
+    assert not around.depth.listeners and not any(picture.reads for picture in around.see(3))
     assert around.users == [] and around.wires.buffers == []
 
 
@@ -128,12 +128,12 @@ def test_after_a_stop_it_listens_for_a_while_and_reads_none() -> None:
     around.start()
     around.see(3)
     assert around.users[-1].num_users_tracked == 1
-    around.wires.services["tracker/Stop"]()
+    around.wires.services["tracker/Stop"]({})
     heard = len(around.users)
-    assert not any(picture.reads for picture in around.see(5)) and around.depth.wanted
+    assert not any(picture.reads for picture in around.see(5)) and around.depth.listeners
     assert len(around.users) == heard
     around.clock.advance(2.0)
-    assert not around.depth.wanted and around.wires.buffers == []
+    assert not around.depth.listeners and around.wires.buffers == []
 
 
 def test_a_picture_that_overtakes_its_pose_waits_for_it() -> None:
@@ -147,7 +147,7 @@ def test_a_picture_that_overtakes_its_pose_waits_for_it() -> None:
 def test_a_picture_of_before_the_first_frame_holds_up_nobody() -> None:
     around = Surroundings()
     around.clock.advance(1.0)
-    assert around.wires.services["tracker/Start"]().success
+    assert around.wires.services["tracker/Start"]({}).success
     around.depth.send(depth_at(around.clock.now()))
     around.see(5)
     assert around.users, "the place of the odometry frame is stamped ahead, so that it is known from later on"
@@ -188,11 +188,11 @@ def test_a_late_picture_is_judged_by_the_pose_of_its_moment() -> None:
 def test_a_look_starts_the_tracker_and_stops_it_again() -> None:
     around = Surroundings(keep_pictures_s=0.5)
     ended = around.look()
-    assert around.depth.wanted
+    assert around.depth.listeners
     around.see(12)
     assert ended[0][0].found and around.heard["detected_user"][0].user_position_x == pytest.approx(3.0)
     around.clock.advance(0.6)
-    assert not around.depth.wanted
+    assert not around.depth.listeners
 
 
 def test_a_look_without_pictures_ends_at_its_deadline_and_says_so() -> None:

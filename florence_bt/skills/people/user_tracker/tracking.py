@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -22,7 +22,9 @@ from florence_bt.core.ports import (
     Action,
     Connection,
     Delivery,
+    Fields,
     Frames,
+    NoFields,
     Picture,
     Ports,
     Service,
@@ -135,14 +137,6 @@ class FoundUser:
 
 
 @dataclass(frozen=True, slots=True)
-class Switched:
-    """The answer of ``std_srvs/Trigger``."""
-
-    success: bool
-    message: str
-
-
-@dataclass(frozen=True, slots=True)
 class LookGoal:
     """A goal of ``florence_interfaces/LookForUser``; see there."""
 
@@ -152,47 +146,14 @@ class LookGoal:
     y: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class LookFeedback:
-    """Its feedback."""
-
-    users_seen: int
-
-
-@dataclass(frozen=True, slots=True)
-class LookResult:
-    """Its result; metres and radians in the map frame."""
-
-    found: bool = False
-    error_code: int = 0
-    error_msg: str = ""
-    pictures: int = 0
-    user_id: int = 0
-    x: float = 0.0
-    y: float = 0.0
-    phi: float = 0.0
-    distance: float = 0.0
-    posture: str = ""
-    height: float = 0.0
-
-    @classmethod
-    def of(cls, result: Result, pictures: int) -> LookResult:
-        """Tell how a look ended that had so many pictures."""
-        if not result.succeeded:
-            number = {code: number for number, code in LOOK_CODES_BY_NUMBER.items()}[result.code]
-            return cls(error_code=number, error_msg=result.reason, pictures=pictures)
-        told, user = result.outputs, result.outputs["user"]
-        return cls(
-            found=True,
-            pictures=pictures,
-            user_id=told["user_id"],
-            x=user.x,
-            y=user.y,
-            phi=user.yaw,
-            distance=told["distance"],
-            posture=told["posture"],
-            height=told["height"],
-        )
+def _fields_of(result: Result, pictures: int) -> dict[str, Any]:
+    """Return the result's fields of a look that ended so after some pictures."""
+    if not result.succeeded:
+        number = {code: number for number, code in LOOK_CODES_BY_NUMBER.items()}[result.code]
+        return {"found": False, "error_code": number, "error_msg": result.reason, "pictures": pictures}
+    user: Pose2 = result.outputs["user"]
+    place = {"x": user.x, "y": user.y, "phi": user.yaw}
+    return {"found": True, "error_code": 0, "error_msg": "", "pictures": pictures, **place, **result.outputs}
 
 
 MAP = Topic("map", OccupancyGrid, Delivery.LATCHED)
@@ -205,9 +166,9 @@ LYING = Topic("user_lying", bool)
 BODIES = Topic("people_scan", LaserScan, Delivery.SENSOR)
 SHOWN_USERS = Topic("user_markers", ShownUsers, interface="visualization_msgs/msg/MarkerArray")
 FOUND = Topic("detected_user", FoundUser, interface="florence_interfaces/msg/DetectedUser")
-START = Service("~/Start", "std_srvs/srv/Trigger", Switched)
-STOP = Service("~/Stop", "std_srvs/srv/Trigger", Switched)
-LOOK = Action("look_for_user", "florence_interfaces/action/LookForUser", LookGoal, LookFeedback, LookResult)
+START = Service("~/Start", "std_srvs/srv/Trigger")
+STOP = Service("~/Stop", "std_srvs/srv/Trigger")
+LOOK = Action("look_for_user", "florence_interfaces/action/LookForUser", LookGoal)
 
 
 class UserTracking:
@@ -269,14 +230,14 @@ class UserTracking:
 
     # ---- start and stop -------------------------------------------------------------------------------
 
-    def _answer_start(self) -> Switched:
+    def _answer_start(self, _: NoFields) -> Fields:
         self._start()
         self._started_by_look = False
-        return Switched(True, "tracking")
+        return {"success": True, "message": "tracking"}
 
-    def _answer_stop(self) -> Switched:
+    def _answer_stop(self, _: NoFields) -> Fields:
         self._stop()
-        return Switched(True, "stopped")
+        return {"success": True, "message": "stopped"}
 
     def _start(self) -> None:
         self._tracker.start()
@@ -390,14 +351,15 @@ class UserTracking:
             return
         params, buffer = self._params, self._frames.buffer
         try:
-            laser_in_base = buffer.lookup(params.base_frame, scan.frame_id, scan.stamp)
-            robot = buffer.lookup_pose(params.odom_frame, params.base_frame, scan.stamp)
-            odom = buffer.lookup_pose(params.map_frame, params.odom_frame, scan.stamp)
+            laser_in_base = buffer.lookup(params.base_frame, scan.frame_id, scan.middle_stamp)
+            robot = buffer.lookup_pose(params.odom_frame, params.base_frame, scan.middle_stamp)
+            odom = buffer.lookup_pose(params.map_frame, params.odom_frame, scan.middle_stamp)
         except TransformUnavailable:
             return  # it overtook the pose of the robot; the next one comes soon
         laser = Transform3.from_pose2(robot) @ laser_in_base
-        for user in self._tracker.saw_scan(scan.stamp, self._known.unmapped_ends(scan, laser, odom), robot):
-            self._send_frame(user.moved_by(odom), scan.stamp)
+        ends = self._known.unmapped_ends(scan, laser, odom)
+        for user in self._tracker.saw_scan(scan.middle_stamp, ends, robot):
+            self._send_frame(user.moved_by(odom), scan.middle_stamp)
 
     def _ask_second_source(self, stamp: float) -> None:
         """Have the candidates of a picture looked at beside the depth pictures that follow."""
@@ -424,7 +386,7 @@ class UserTracking:
         self._users.send(UserIds.of(users))
         self._present.send(UserIds.of(present))
         self._lying.send(on_the_floor(users))
-        if self._shown.wanted:
+        if self._shown.listeners:
             self._shown.send(ShownUsers(present, self._params.map_frame, stamp))
         seen = self._tracker.in_view
         for user in present:
@@ -457,7 +419,7 @@ class UserTracking:
         before = self._look.users_seen
         self._look.feed(stamp, users, robot, undecided=self._tracker.undecided, view=view)
         if self._look.users_seen != before:
-            self._goals.feedback(LookFeedback(self._look.users_seen))
+            self._goals.feedback({"users_seen": self._look.users_seen})
         self._judge_look()
 
     def _judge_look(self) -> None:
@@ -468,11 +430,11 @@ class UserTracking:
         if result.succeeded:
             user = result.outputs["user"]
             self._found.send(FoundUser(True, user.x, user.y))
-        self._goals.finish(LookResult.of(result, self._look.pictures), result.outcome)
+        self._goals.finish(_fields_of(result, self._look.pictures), result.outcome)
 
     def _cancel_look(self) -> None:
         self._end_look()
-        self._goals.finish(LookResult(error_msg="cancelled on request"), Outcome.CANCELLED)
+        self._goals.finish({"error_msg": "cancelled on request"}, Outcome.CANCELLED)
 
     def _end_look(self) -> None:
         self._end_timer()
