@@ -33,6 +33,8 @@ class Delivery(enum.Enum):
     """Readings that are soon replaced; when somebody is late, the newest counts."""
     STATE = "state"
     """The same, many times a second."""
+    COMMAND = "command"
+    """Commands that are replaced by the next one: nobody is given an older one late."""
     RELIABLE = "reliable"
     """Each reaches everybody."""
     LATCHED = "latched"

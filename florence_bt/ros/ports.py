@@ -46,7 +46,7 @@ from florence_bt.ros.conversions import (
     twist_to_ros,
 )
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
+from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 
 T = TypeVar("T")
@@ -58,6 +58,7 @@ WARNING_PERIOD_S = 5.0
 _QOS = {
     Delivery.SENSOR: SENSOR,
     Delivery.STATE: STATE,
+    Delivery.COMMAND: COMMAND,
     Delivery.RELIABLE: RELIABLE,
     Delivery.LATCHED: LATCHED,
 }

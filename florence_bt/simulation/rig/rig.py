@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import get_type_hints
+from typing import TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,16 @@ from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import Config, RigRobot, parameters_of
 from florence_bt.simulation.rig.skills import RigVoice, rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
+from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaserParameters, ThrottleParameters
+from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters
+from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters
+from florence_bt.skills.filters.depth_to_laser.projecting import DepthProjecting
+from florence_bt.skills.filters.laser_combinator.combining import LaserCombining
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
+from florence_bt.skills.filters.laser_filter.filtering import LaserFiltering, LaserFilterTopics
+from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilterParameters
+from florence_bt.skills.filters.velocity_filter.limiting import VelocityLimiting
+from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
@@ -58,6 +68,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 
 BATTERY_PERIOD_S = 1.0
 """As of the base's driver."""
+T = TypeVar("T")
 FEET_SCAN = next(topic for topic, source in SCANS.items() if source == FEET)
 SETTLE_S = 2.0
 """Seconds before a mission, in which the gyro learns its rest offset and the costmaps fill."""
@@ -135,6 +146,7 @@ class Rig:
         )
         self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
         self.locator.map = setting.grid
+        _connect_filters(self.wires, setting.config)
         self._navigation = Navigation(
             self.wires.ports("navigate"),
             navigator_parameters(setting.config),
@@ -243,6 +255,26 @@ def navigator_parameters(config: Config) -> NavigatorParameters:
             field.name: parameters_of(hints[field.name], config, "navigate")
             for field in fields(NavigatorParameters)
         }
+    )
+
+
+def _connect_filters(wires: Wires, config: Config) -> None:
+    def of(kind: type[T], node: str) -> T:
+        return parameters_of(kind, config, node)
+
+    VelocityLimiting(wires.ports("velocity_filter"), of(VelocityFilterParameters, "velocity_filter"))
+    DepthProjecting(
+        wires.ports("kinect_laser"),
+        of(FakeLaserParameters, "kinect_laser"),
+        of(LowObstacleParameters, "kinect_laser"),
+        of(OverhangParameters, "kinect_laser"),
+        of(ThrottleParameters, "kinect_laser"),
+    )
+    LaserCombining(wires.ports("laser_combinator"), of(CombinatorParameters, "laser_combinator"))
+    LaserFiltering(
+        wires.ports("laser_filter"),
+        of(LaserFilterParameters, "laser_filter"),
+        of(LaserFilterTopics, "laser_filter"),
     )
 
 

@@ -1,4 +1,4 @@
-"""The robot of the rig: the pure parts of base, laser, Kinect, filters and localisation on one manual clock.
+"""The hardware of the rig: the pure parts of base, laser and Kinect on one manual clock; and localisation.
 
 Bytes and ROS are left out; everything else is what the nodes use, with the parameters the nodes have. Each
 part runs at its node's rate.
@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any, Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.ports import Delivery, Ports, Topic
-from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
@@ -29,37 +28,29 @@ from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
-from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
-from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
-from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters, Overhangs
-from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
-from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
-from florence_bt.skills.filters.velocity_filter.velocity_filter import (
-    VelocityFilterParameters,
-    VelocityTicker,
-)
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
-from florence_bt.skills.navigation.navigate.navigation import BASE_STOP, ODOMETRY, SCANS, VELOCITY
-from florence_bt.skills.navigation.navigate.navigator import FEET
+from florence_bt.skills.navigation.navigate.navigation import BASE_STOP, ODOMETRY, VELOCITY
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.tracking import COLOUR, DEPTH
 
-LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
-CAMERA_FRAME = "camera_depth_optical_frame"
+LASER_FRAME, CAMERA_FRAME = "base_laser_round_link", "camera_depth_optical_frame"
 MAP_FRAME, ODOM_FRAME, BASE_FRAME = "map", "odom", "base_footprint"
 BASE_PERIOD_S = 0.02
 KINECT_PERIOD_S = 0.2
-"""Slower than the Kinect's 30 Hz: a depth image is by far the dearest thing in the rig."""
+"""Slower than the Kinect's 30 Hz: to look for people in a picture is by far the dearest thing in the rig."""
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
+SCAN = Topic("scan", LaserScan, Delivery.SENSOR)
+FILTERED_VELOCITY = Topic("filtered_cmd_vel", Twist2)
 COMMANDED_S = 0.5
 """So long after a velocity command the robot counts as driven, whether it moves or not."""
-DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
-"""Columns and rows of the depth image: coarse for obstacles, as on the robot for looking at people."""
+PICTURE_SIZE = 320, 240
+"""Columns and rows of the depth picture, as on the robot."""
+COLOUR_CAMERA = CameraModel(160, 120, 131.25, 131.25, 79.5, 59.5)
+"""Of the colour picture: the detector looks at the colours of so many pixels only."""
 TRANSFORM_PERIOD_S, TRANSFORM_AHEAD_S = 0.05, 0.2
 """How often the place of the odometry frame is published, and how far ahead it is stamped: as the localiser's
 node does by default."""
@@ -127,10 +118,9 @@ class RigRobot:
         self._depth, self._colour = ports.output(DEPTH), ports.output(COLOUR)
         self._odometry = ports.output(ODOMETRY)
         self._stops = ports.output(BASE_STOP)
-        self._scans = {
-            source: ports.output(Topic(name, LaserScan, Delivery.SENSOR)) for name, source in SCANS.items()
-        }
-        ports.listen(VELOCITY, self.command)
+        self._scans = ports.output(SCAN)
+        ports.listen(FILTERED_VELOCITY, self._drive)
+        ports.listen(VELOCITY, self._note_command)
         self._told_stop = BaseStop()
         self._commanded = -math.inf
         self._clock = clock
@@ -140,26 +130,10 @@ class RigRobot:
         self._motion = MotionEstimator(base.odometry(), base.gyro(), has_gyro=base.has_gyro)
         self._base = BaseSensors(world, seed + 1)
         self._twist = STANDSTILL
-        self.velocity = VelocityTicker(
-            clock, self._drive, parameters_of(VelocityFilterParameters, config, "velocity_filter")
-        )
         self._laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
         self._laser_in_base = frames.lookup(BASE_FRAME, LASER_FRAME)
         mount = frames.lookup(BASE_FRAME, CAMERA_FRAME)
-        self._driving_kinect = KinectSensor(world, mount, *DRIVING_SIZE, seed=seed + 3)
-        self._looking_kinect = KinectSensor(world, mount, *LOOKING_SIZE, seed=seed + 4)
-        self._fake_laser = FakeLaser(parameters_of(FakeLaserParameters, config, "kinect_laser"))
-        self._low_obstacles = LowObstacles.between(
-            self._fake_laser.parameters, parameters_of(LowObstacleParameters, config, "kinect_laser")
-        )
-        self._overhangs = Overhangs.within(
-            self._fake_laser.parameters, parameters_of(OverhangParameters, config, "kinect_laser")
-        )
-        self._combinator = LaserCombinator(
-            parameters_of(CombinatorParameters, config, "laser_combinator"),
-            frames.lookup(LASER_FRAME, KINECT_SCAN_FRAME),
-        )
-        self._laser_filter = LaserFilter(parameters_of(LaserFilterParameters, config, "laser_filter"))
+        self._kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4)
         self._mapping, self._on_map = mapping, on_map
         self._touching = False
         self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
@@ -167,7 +141,7 @@ class RigRobot:
         self._localiser.believe(Pose2())
         self._last_map_from_odom = start
         self._moved = clock.now()
-        self._next_scan = self._next_kinect_scan = clock.now()
+        self._next_scan = clock.now()
         call_every(clock, BASE_PERIOD_S, self._step_base)
         call_every(clock, URG_04LX.scan_period, self._scan)
         call_every(clock, KINECT_PERIOD_S, self._look)
@@ -198,10 +172,8 @@ class RigRobot:
         bumper = StopReason.BUMPER
         return bumper.code, describe(bumper, SensorState(bumps_wheeldrops=bits))
 
-    def command(self, twist: Twist2) -> None:
-        """Take a velocity command, as the topic cmd_vel does."""
+    def _note_command(self, _: Twist2) -> None:
         self._commanded = self._clock.now()
-        self.velocity.command(twist)
 
     def _drive(self, twist: Twist2) -> None:
         self._twist = twist
@@ -233,7 +205,7 @@ class RigRobot:
             self._mapping.touched(self.odometry.pose, left=left, right=right)
         if not motion.at_rest or now - self._commanded < COMMANDED_S:
             self._moved = now
-            self._next_scan = self._next_kinect_scan = now
+            self._next_scan = now
 
     def _scan(self) -> None:
         now = self._clock.now()
@@ -251,8 +223,7 @@ class RigRobot:
         elif grid := self._mapping.update(scan, self._laser_in_base, self.odometry.pose, now):
             self._on_map(grid)
         self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
-        self._combinator.update_laser(scan, now)
-        self._pass_on(FEET, scan)
+        self._scans.send(scan)
 
     def _send_place(self) -> None:
         if self.map_from_odom is not None:
@@ -261,33 +232,13 @@ class RigRobot:
 
     def _look(self) -> None:
         now = self._clock.now()
-        if self._depth.listeners:
-            self._colour.send(TakenPicture(now, self._colours))
-            self._depth.send(TakenPicture(now, partial(self._depths, self._looking_kinect)))
-        if now < self._next_kinect_scan:
-            return
-        if now - self._moved >= SETTLED_S:
-            self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
-        depth = self._depths(self._driving_kinect)
-        kinect_scan = self._fake_laser.project(depth)
-        self._pass_on("depth", kinect_scan)
-        if self._low_obstacles is not None:
-            self._pass_on("low", self._low_obstacles.project(depth, kinect_scan))
-        if self._overhangs is not None:
-            self._pass_on("overhangs", self._overhangs.project(depth))
-        combined = self._combinator.update_kinect(kinect_scan, now)
-        if combined is not None:
-            self._pass_on("scan", combined)
+        self._colour.send(TakenPicture(now, self._colours))
+        self._depth.send(TakenPicture(now, self._depths))
 
-    def _pass_on(self, source: str, scan: LaserScan) -> None:
-        self._scans[source].send(self._laser_filter.filter(scan))
-
-    def _depths(self, kinect: KinectSensor) -> DepthImage:
-        depths = metres_from_raw(kinect.measure_depth())
-        return DepthImage(self._clock.now(), CAMERA_FRAME, kinect.camera, depths)
+    def _depths(self) -> DepthImage:
+        depths = metres_from_raw(self._kinect.measure_depth())
+        return DepthImage(self._clock.now(), CAMERA_FRAME, self._kinect.camera, depths)
 
     def _colours(self) -> ColourImage:
-        # Of so many pixels only: the detector looks at no more.
-        camera = self._driving_kinect.camera
-        step = self._looking_kinect.camera.width // camera.width
-        return ColourImage(self._clock.now(), CAMERA_FRAME, camera, self._looking_kinect.colours(step))
+        step = self._kinect.camera.width // COLOUR_CAMERA.width
+        return ColourImage(self._clock.now(), CAMERA_FRAME, COLOUR_CAMERA, self._kinect.colours(step))
