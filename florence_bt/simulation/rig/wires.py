@@ -40,6 +40,8 @@ class Link:
 
 
 PERFECT = Link()
+EVERY = "*"
+"""The link of the topics that have none of their own."""
 
 
 class RigTopic:
@@ -267,7 +269,8 @@ class Wires:
     Args:
         clock: Their time.
         mounts: Parent, child and transform of the frames that do not move.
-        links: How well topics are carried, by name, and frames by :data:`TRANSFORMS`; perfectly without one.
+        links: How well topics are carried, by name, frames by :data:`TRANSFORMS`, others by :data:`EVERY`;
+            perfectly without one.
         seed: Decides what is dropped.
 
     Attributes:
@@ -296,7 +299,7 @@ class Wires:
 
     def carry(self, name: str, deliver: Callable[[], None], value: Any = None, *, sure: bool = False) -> None:
         """Send something on its way over the link of a topic."""
-        link = self._links.get(name, PERFECT)
+        link = self._links.get(name) or self._links.get(EVERY, PERFECT)
         if link.drops and not sure and self._chance.random() < link.drops:
             return
         if link.delay and hasattr(value, "read"):
