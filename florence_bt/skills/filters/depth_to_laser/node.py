@@ -14,7 +14,9 @@ from florence_bt.skills.filters.depth_to_laser.projecting import DepthProjecting
 
 
 class FakeLaserNode(FlorenceNode):
-    """Makes scans of depth pictures."""
+    """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``,
+    ``kinect_low_scan`` of what is too low for that, and ``kinect_overhang_scan``.
+    """
 
     parameter_classes = (FakeLaserParameters, LowObstacleParameters, OverhangParameters, ThrottleParameters)
 

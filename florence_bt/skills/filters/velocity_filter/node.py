@@ -12,7 +12,7 @@ from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityF
 
 
 class VelocityFilterNode(FlorenceNode):
-    """Limits the acceleration, and stops.
+    """Limits the acceleration; the service ``~/hard_stop`` (true: stop, false: release) beats every program.
 
     Attributes:
         limiting: What does it.
