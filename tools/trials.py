@@ -32,6 +32,7 @@ from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
 from florence_bt.simulation.rig.rig import navigator_parameters
+from florence_bt.simulation.rig.wires import EVERY, Link
 from tools.best_case import BestCase, best_case
 from tools.tables import RowTable, command_of, table
 
@@ -115,6 +116,7 @@ def run_trial(
     homes: int | None = None,
     runs: Path | None = None,
     limit_s: float = LONGEST_S,
+    late_s: float = 0.0,
 ) -> Trial:
     """Run ``goto_user`` once.
 
@@ -126,6 +128,7 @@ def run_trial(
         homes: How many homes there are for all runs; each run has a home of its own when not given.
         runs: Where the run leaves its folder, None for nowhere.
         limit_s: Simulated seconds after which it is stopped.
+        late_s: So late every message and every frame comes, seconds.
 
     Raises:
         ConfigError: The home has no place for such a person.
@@ -146,6 +149,7 @@ def run_trial(
         user_room=sent_to,
         runs_folder=runs,
         flat=flat,
+        links={EVERY: Link(delay=late_s)},
     )
     best_cases = {spec.name: best_case(flat, rig.world, spec, flat.start) for spec in people}
     wall = time.perf_counter()
@@ -298,6 +302,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="S",
         help="simulated seconds after which a run stops",
     )
+    parser.add_argument(
+        "--late", type=float, default=0.0, metavar="S", help="so late every message and frame comes, seconds"
+    )
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
@@ -312,6 +319,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         homes=given.homes,
         runs=given.runs_folder,
         limit_s=given.limit,
+        late_s=given.late,
     )
     todo = [(name, seed) for name in classes for seed in range(given.first, given.first + given.runs)]
     trials = []

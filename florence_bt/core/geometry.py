@@ -92,6 +92,54 @@ class Pose2:
 
 
 @dataclass(frozen=True, slots=True)
+class FramedPose:
+    """A pose that somebody gives in a frame of theirs.
+
+    Attributes:
+        pose: In that frame.
+        frame: Its name; empty for the map's.
+        problem: Why it is none, empty when it is one.
+    """
+
+    pose: Pose2
+    frame: str = ""
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FramedPath:
+    """Poses of a way in a frame."""
+
+    poses: tuple[Pose2, ...]
+    frame: str
+
+
+@dataclass(frozen=True, slots=True)
+class Point3:
+    """A point or an offset in space, metres."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str:
+    """Tell why a quaternion is not a heading, empty when it is one.
+
+    Source:
+        REFERENCE 7.3 (goal quaternion).
+    """
+    squared = x * x + y * y + z * z + w * w
+    if not math.isfinite(squared):
+        return "the goal's orientation is not finite"
+    if squared < 1e-6:
+        return "the goal's orientation is the zero quaternion; w: 1.0 means straight ahead"
+    if 2.0 * (x * x + y * y) / squared > 1e-3:
+        return "the goal's orientation is tilted; the robot can only turn about the vertical axis"
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
 class Twist2:
     """A velocity in the plane, in the body frame of a differential drive.
 

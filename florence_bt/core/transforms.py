@@ -20,6 +20,10 @@ class TransformUnavailable(FlorenceError):
     """Two frames are not connected, or not at the time asked for."""
 
 
+class TransformTooOld(TransformUnavailable):
+    """The time asked for is before everything that is known of a frame: waiting does not help."""
+
+
 @dataclass(frozen=True, slots=True)
 class Transform3:
     """A rigid transform; applied to points of the child frame it gives points of the parent frame.
@@ -294,6 +298,10 @@ class TransformBuffer:
         """Forget every moving frame: the clock has jumped, and what was on its way may seem the newest."""
         self._moving.clear()
 
+    def mounts(self) -> list[tuple[str, str, Transform3]]:
+        """Return parent, child and transform of all frames that do not move."""
+        return [(parent, child, transform) for child, (parent, transform) in self._static.items()]
+
     def latest_stamp(self, child: str) -> float | None:
         """Return the time of the newest sample of a moving frame, None when it was never seen."""
         known = self._moving.get(child)
@@ -312,8 +320,9 @@ class TransformBuffer:
             stamp: The moment in seconds; None takes the newest sample of every link.
 
         Raises:
-            TransformUnavailable: No chain of frames connects the two, or a moving link has no sample near
-                the moment (before its first one, or more than 0.5 s after its last one).
+            TransformTooOld: The moment is before the first sample of a moving link.
+            TransformUnavailable: No chain of frames connects the two, or the moment is more than 0.5 s after
+                the last sample of a moving link.
         """
         known = self._static_lookups.get((target, source))
         if known is not None:
@@ -408,7 +417,7 @@ def _sample_at(samples: deque[tuple[float, Pose2]], stamp: float | None, frame: 
     if after_stamp == stamp:
         return after
     if index == 0:
-        raise TransformUnavailable(
+        raise TransformTooOld(
             f"{frame!r} is known only from {samples[0][0]:.2f} s on, requested: {stamp:.2f} s"
         )
     before_stamp, before = samples[index - 1]

@@ -76,7 +76,7 @@ def absent(*_: Any) -> Any:
 
 def tracker(folder: Path) -> UserTrackerNode:
     node = UserTrackerNode()
-    node._start()  # it takes pictures only then
+    node._tracking._start()  # it takes pictures only then
     return node
 
 

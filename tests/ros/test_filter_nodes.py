@@ -209,7 +209,7 @@ def step(ros: Any, node: VelocityFilterNode, driver: Driver, seconds: float = 0.
 def send(ros: Any, node: VelocityFilterNode, driver: Driver, speed: float) -> float:
     """Send a command to a filter at rest, wait until it has come, and give the first speed."""
     driver.command.publish(Twist(linear=Vector3(x=speed)))
-    ros.spin_until(lambda: node.tickers["cmd_vel"].running)
+    ros.spin_until(lambda: node.limiting.tickers["cmd_vel"].running)
     return step(ros, node, driver)
 
 
@@ -259,7 +259,7 @@ def test_who_drives_by_hand_has_a_filter_of_their_own(driven: Any) -> None:
         lambda: manual.get_subscription_count() and node.count_subscribers("filtered_manual_cmd_vel")
     )
     manual.publish(Twist(linear=Vector3(x=0.1)))
-    ros.spin_until(lambda: node.tickers["manual_cmd_vel"].running)
+    ros.spin_until(lambda: node.limiting.tickers["manual_cmd_vel"].running)
     for speed in (0.02, 0.04):
         count = len(heard)
         driver.set_time(driver.time + 0.02)
@@ -301,7 +301,7 @@ class ByHand:
 
     def expect_held(self, *topics: str) -> None:
         def held() -> set[str]:
-            return {topic for topic, ticker in self._node.tickers.items() if ticker.filter.stopped}
+            return {topic for topic, ticker in self._node.limiting.tickers.items() if ticker.filter.stopped}
 
         self._ros.spin_until(lambda: held() == set(topics), what=f"the stop of {topics}")
 

@@ -78,9 +78,10 @@ from florence_bt.skills.navigation.map_server import map_file as map_file_module
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
-from florence_bt.skills.navigation.navigate import node as navigate_node
+from florence_bt.skills.navigation.navigate import navigation as navigation_module
+from florence_bt.skills.navigation.navigate.navigation import OVERRIDDEN
 from florence_bt.skills.navigation.navigate.navigator import Navigator
-from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
+from florence_bt.skills.navigation.navigate.node import NavigationNode
 from florence_bt.skills.navigation.navigate.parameters import REPLACED_PARAMETERS, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.trees.language.declarations import own_declarations
@@ -251,7 +252,9 @@ class Scene:
 
         velocity.publish = count_and_publish
         self.ros.spin_until(lambda: self.poses.server_is_ready() and self.spins.server_is_ready())
-        self.ros.spin_until(lambda: self.navigation.has_map and velocity.get_subscription_count())
+        self.ros.spin_until(
+            lambda: self.navigation.navigation.navigator and velocity.get_subscription_count()
+        )
         self.meet()
         if localised:
             self.play_until(self.is_located)
@@ -428,7 +431,7 @@ def slow_map(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
         may_be_made.wait(60.0)
         return Navigator(*arguments)
 
-    monkeypatch.setattr(navigate_node, "Navigator", make_late)
+    monkeypatch.setattr(navigation_module, "Navigator", make_late)
     yield may_be_made
     may_be_made.set()
 
@@ -444,7 +447,7 @@ def test_goals_are_accepted_while_the_costmaps_are_made_and_begin_then(
     maps = scene.client.create_publisher(OccupancyGridMsg, "map", LATCHED)
     scene.ros.spin_until(lambda: maps.get_subscription_count() >= 2 and plans.server_is_ready())
     maps.publish(grid_to_ros(make_map(), "map", 0.0))
-    scene.ros.spin_until(lambda: scene.navigation.makes_costmaps, what="the map")
+    scene.ros.spin_until(lambda: scene.navigation.navigation.makes_costmaps, what="the map")
     given_up = scene.send(scene.poses, to(Pose2(3.0, 3.4)))
     end = given_up.get_result_async()
     cancelling = given_up.cancel_goal_async()
@@ -562,7 +565,7 @@ def test_the_way_and_the_goal_of_a_drive_go_with_it(scene: Scene) -> None:
     override.publish(Bool(data=True))
     scene.play_until(is_over)
     override.publish(Bool(data=False))
-    scene.play_until(lambda: not scene.navigation._overridden)
+    scene.play_until(lambda: not scene.navigation.navigation._overridden)
     assert scene.result_of(drive(scene.robot.world.pose.x + 0.3)).status == 4
     scene.play_until(is_over)
     drive(3.0)
@@ -616,7 +619,7 @@ def test_what_the_base_says_is_the_failure_of_the_drive_and_of_the_turn(scene: S
         assert (answer.status, answer.result.error_code) == (6, SERVER_CODES["wheel_drop"])
         assert answer.result.error_msg == dropped
     publisher.publish(StopReason())
-    scene.ros.spin_until(lambda: not scene.navigation._base_stop.code)
+    scene.ros.spin_until(lambda: not scene.navigation.navigation._base_stop.code)
     assert scene.result_of(scene.send(scene.poses, to(Pose2(2.0, 2.4)))).status == 4
 
 
@@ -693,7 +696,7 @@ def test_plans_and_costmaps_by_service(scene: Scene) -> None:
         return future.result()
 
     def marked(which: str) -> int:
-        costmap = scene.navigation._costmap(which)
+        costmap = scene.navigation.navigation._costmap(which)
         return sum(int((layer == 254).sum()) for layer in costmap._layers.values())
 
     def pose(*numbers: float) -> PoseStamped:
@@ -713,7 +716,7 @@ def test_plans_and_costmaps_by_service(scene: Scene) -> None:
         assert marked(which) <= around
         ask(ClearEntireCostmap, f"{which}_costmap/clear_entirely_{which}_costmap")
         assert not marked(which)
-    costmap = scene.navigation._costmap("global")
+    costmap = scene.navigation.navigation._costmap("global")
     costmap._static[:] = 255
     ask(Empty, "navigate/clear_unknown_space")
     free = np.argwhere(costmap._static == 0)
@@ -894,7 +897,7 @@ def test_a_person_is_approached_without_a_place_in_the_map(scene: Scene) -> None
     near = approached(scene, skill, x=1.0, distance=0.2)
     assert near.code == "bad_input" and "0.5 m and more" in near.reason
     scene.client.create_publisher(Bool, "manual_override", LATCHED).publish(Bool(data=True))
-    scene.play_until(lambda: scene.navigation._overridden)
+    scene.play_until(lambda: scene.navigation.navigation._overridden)
     refused = approached(scene, skill, x=1.0)
     assert (refused.code, refused.reason) == ("rejected", OVERRIDDEN)
 
@@ -960,7 +963,7 @@ def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> 
     assert refusal.status == 6 and "florence release" in refusal.result.error_msg
     assert len(scene.robot.commands) == commands
     override.publish(Bool(data=False))
-    scene.ros.spin_until(lambda: not scene.navigation._overridden, what="the release")
+    scene.ros.spin_until(lambda: not scene.navigation.navigation._overridden, what="the release")
     scene.play_until(lambda: scene.robot.world.now > end + 1.0)
     assert len(scene.robot.commands) == commands, "what was stopped stays so"
     publisher.publish(to(Pose2(3.0, 2.4)).pose)

@@ -130,7 +130,7 @@ def navigation(going: Any) -> NavigationNode:
     for subscription in node.subscriptions:
         if subscription.topic_name in ("/map", "/odom"):
             give(subscription, ordinary(subscription.msg_type, node.timebase.now()))
-    going.spin_until(lambda: node.has_map, what="the costmaps")
+    going.spin_until(lambda: node.navigation.navigator, what="the costmaps")
     return node
 
 
@@ -138,7 +138,7 @@ def navigation(going: Any) -> NavigationNode:
 def test_navigation_that_fails_stops_the_robot_and_ends_the_goal(
     going: Any, navigation: NavigationNode, action: Any, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(navigation._navigator, "step", lambda *_: 1 / 0)
+    monkeypatch.setattr(navigation.navigation.navigator, "step", lambda *_: 1 / 0)
     node = going.add(FlorenceNode("client"))
     commands: list[Twist] = []
     node.create_subscription(Twist, "cmd_vel", commands.append, RELIABLE)
@@ -172,7 +172,7 @@ def test_a_bad_goal_gets_its_reason_and_the_running_one_goes_on(
     assert ends[1].result().status == 6
     assert ends[1].result().result.error_code == 700
     assert "target_yaw is 1e+30" in ends[1].result().result.error_msg
-    assert not ends[0].done() and navigation._navigator.active
+    assert not ends[0].done() and navigation.navigation.navigator.active
     handles[0].cancel_goal_async()
     going.spin_until(ends[0].done, what="the end of the goal that went on")
     assert ends[0].result().status == 5
@@ -241,11 +241,11 @@ def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> No
     tell = clock_of(ros, node)
     tell(100.0)
     give(odometry, ordinary(Odometry, 100.0))
-    assert node._queue.odometry.stamp == 100.0
+    assert node.navigation._queue.odometry.stamp == 100.0
     tell(40.0)
-    assert node._queue.odometry is None
+    assert node.navigation._queue.odometry is None
     give(odometry, ordinary(Odometry, 40.0))
-    assert node._queue.odometry.stamp == 100.0, "the time goes on, whatever the stamps say"
+    assert node.navigation._queue.odometry.stamp == 100.0, "the time goes on, whatever the stamps say"
 
 
 def test_who_tells_another_time_is_not_believed_while_the_first_one_goes_on(
@@ -284,13 +284,13 @@ def test_a_map_that_is_refused_leaves_the_one_there_is(ros: Any) -> None:
     node = ros.add(NavigationNode())
     publisher = ros.add(FlorenceNode("maps")).create_publisher(OccupancyGrid, "map", LATCHED)
     publisher.publish(ordinary(OccupancyGrid, 0.0))
-    ros.spin_until(lambda: node.has_map)
-    navigator = node._navigator
+    ros.spin_until(lambda: node.navigation.navigator)
+    navigator = node.navigation.navigator
     bad = ordinary(OccupancyGrid, 0.0)
     bad.info.resolution = 1e-30
     publisher.publish(bad)
     ros.spin_until(lambda: node.health.refused["map"])
-    assert node._navigator is navigator
+    assert node.navigation.navigator is navigator
 
 
 SERVICE_PACKAGES = (

@@ -44,7 +44,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
-from florence_bt.skills.people.user_tracker import node as tracker_node
+from florence_bt.skills.people.user_tracker import tracking as tracker_node
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.colour_detector import ColourNetworkUnusable
 from florence_bt.skills.people.user_tracker.detector import Detection

@@ -144,7 +144,7 @@ def test_zones_are_told_as_nav2s_filters_read_them(terminal: Terminal) -> None:
 def test_navigation_keeps_to_the_zones_of_the_file_also_after_a_reload(terminal: Terminal) -> None:
     ros, navigation = terminal.ros, terminal.ros.add(NavigationNode())
     terminal.tell_map()
-    ros.spin_until(lambda: navigation.has_map, what="the costmaps")
+    ros.spin_until(lambda: navigation.navigation.navigator, what="the costmaps")
     plans = ActionClient(terminal.caller, ComputePathToPose, "compute_path_to_pose")
     ros.spin_until(plans.server_is_ready, what="the planner")
 

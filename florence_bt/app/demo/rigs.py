@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -17,6 +17,7 @@ from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.rig.rig import Rig, RigSetting
 from florence_bt.simulation.rig.robot import Config, parameters_of
+from florence_bt.simulation.rig.wires import Link
 from florence_bt.skills.locator.hotspots import Hotspots, parse_hotspots
 from florence_bt.skills.navigation.mapping.growing_map import EMPTY_MAP, GrowingMap, GrowingMapParameters
 from florence_bt.trees.language.loader import MissionLibrary
@@ -37,6 +38,7 @@ def make_rig(
     mapping: bool = False,
     hotspots: Hotspots | None = None,
     missions: MissionLibrary | None = None,
+    links: Mapping[str, Link] | None = None,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -55,6 +57,7 @@ def make_rig(
         mapping: Whether the robot makes its map and knows no places; the map's frame is where it starts.
         hotspots: The rooms; those of the home when not given.
         missions: The missions; those of this installation when not given.
+        links: How well topics are carried, by name; perfectly when not given.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -91,6 +94,7 @@ def make_rig(
             runs_folder=runs_folder,
             mapping=_growing_map(config) if mapping else None,
             missions=missions,
+            links=links or {},
         )
     )
 

@@ -1,4 +1,4 @@
-"""The robot of the rig: the pure parts of base, laser, Kinect, filters and localisation on one manual clock.
+"""The hardware of the rig: the pure parts of base, laser and Kinect on one manual clock; and localisation.
 
 Bytes and ROS are left out; everything else is what the nodes use, with the parameters the nodes have. Each
 part runs at its node's rate.
@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.ports import Delivery, Ports, Topic
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
@@ -27,34 +28,51 @@ from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
-from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
-from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
-from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters, Overhangs
-from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
-from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
-from florence_bt.skills.filters.velocity_filter.velocity_filter import (
-    VelocityFilterParameters,
-    VelocityTicker,
-)
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
-from florence_bt.skills.navigation.navigate.navigator import FEET
+from florence_bt.skills.navigation.navigate.navigation import BASE_STOP, ODOMETRY, VELOCITY
+from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.people.user_tracker.tracking import COLOUR, DEPTH
 
-LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
-CAMERA_FRAME = "camera_depth_optical_frame"
-BASE_FRAME = "base_footprint"
+LASER_FRAME, CAMERA_FRAME = "base_laser_round_link", "camera_depth_optical_frame"
+MAP_FRAME, ODOM_FRAME, BASE_FRAME = "map", "odom", "base_footprint"
 BASE_PERIOD_S = 0.02
 KINECT_PERIOD_S = 0.2
-"""Slower than the Kinect's 30 Hz: a depth image is by far the dearest thing in the rig."""
+"""Slower than the Kinect's 30 Hz: to look for people in a picture is by far the dearest thing in the rig."""
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
-DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
-"""Columns and rows of the depth image: coarse for obstacles, as on the robot for looking at people."""
+SCAN = Topic("scan", LaserScan, Delivery.SENSOR)
+FILTERED_VELOCITY = Topic("filtered_cmd_vel", Twist2)
+COMMANDED_S = 0.5
+"""So long after a velocity command the robot counts as driven, whether it moves or not."""
+PICTURE_SIZE = 320, 240
+"""Columns and rows of the depth picture, as on the robot."""
+COLOUR_CAMERA = CameraModel(160, 120, 131.25, 131.25, 79.5, 59.5)
+"""Of the colour picture: the detector looks at the colours of so many pixels only."""
+TRANSFORM_PERIOD_S, TRANSFORM_AHEAD_S = 0.05, 0.2
+"""How often the place of the odometry frame is published, and how far ahead it is stamped: as the localiser's
+node does by default."""
 
 T = TypeVar("T")
+
+
+class TakenPicture(Generic[T]):
+    """A picture that is rendered when somebody reads it first, before the world moves on."""
+
+    def __init__(self, stamp: float, render: Callable[[], T]) -> None:
+        self.stamp = stamp
+        self._render = render
+        self._rendered: T | None = None
+
+    def read(self) -> T:
+        """Return the picture."""
+        if self._rendered is None:
+            self._rendered = self._render()
+        return self._rendered
+
+
 Config = Mapping[str, Mapping[str, Any]]
 
 
@@ -75,11 +93,7 @@ class RigRobot:
         clock: Drives everything.
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
-        on_scan: Called with each scan for navigation and the name of its source.
-        on_images: Called with each depth image and, when somebody looks, what makes the colours of the
-            same moment; it may be called until the world moves on.
-        driving: Whether something drives the robot; otherwise scans and images may be rare.
-        looking: Whether somebody looks for people and needs larger images.
+        ports: Where its pictures, scans and frames go.
         on_map: Called with each newer map that is made.
     """
 
@@ -93,20 +107,22 @@ class RigRobot:
         *,
         seed: int,
         start: Pose2,
-        on_scan: Callable[[str, LaserScan], None],
-        on_images: Callable[[DepthImage, Callable[[], ColourImage] | None], None],
-        driving: Callable[[], bool],
-        looking: Callable[[], bool],
+        ports: Ports,
         mapping: GrowingMap | None = None,
         on_map: Callable[[OccupancyGrid], None] = lambda grid: None,
     ) -> None:
         self.world = world
         self.frames = frames
         self.odometry = Odometry(clock.now(), Pose2())
-        self._on_scan = on_scan
-        self._on_images = on_images
-        self._driving = driving
-        self._looking = looking
+        self._ports = ports
+        self._depth, self._colour = ports.output(DEPTH), ports.output(COLOUR)
+        self._odometry = ports.output(ODOMETRY)
+        self._stops = ports.output(BASE_STOP)
+        self._scans = ports.output(SCAN)
+        ports.listen(FILTERED_VELOCITY, self._drive)
+        ports.listen(VELOCITY, self._note_command)
+        self._told_stop = BaseStop()
+        self._commanded = -math.inf
         self._clock = clock
         base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
         self._wheels = base.wheels()
@@ -114,26 +130,10 @@ class RigRobot:
         self._motion = MotionEstimator(base.odometry(), base.gyro(), has_gyro=base.has_gyro)
         self._base = BaseSensors(world, seed + 1)
         self._twist = STANDSTILL
-        self.velocity = VelocityTicker(
-            clock, self._drive, parameters_of(VelocityFilterParameters, config, "velocity_filter")
-        )
         self._laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
         self._laser_in_base = frames.lookup(BASE_FRAME, LASER_FRAME)
         mount = frames.lookup(BASE_FRAME, CAMERA_FRAME)
-        self._driving_kinect = KinectSensor(world, mount, *DRIVING_SIZE, seed=seed + 3)
-        self._looking_kinect = KinectSensor(world, mount, *LOOKING_SIZE, seed=seed + 4)
-        self._fake_laser = FakeLaser(parameters_of(FakeLaserParameters, config, "kinect_laser"))
-        self._low_obstacles = LowObstacles.between(
-            self._fake_laser.parameters, parameters_of(LowObstacleParameters, config, "kinect_laser")
-        )
-        self._overhangs = Overhangs.within(
-            self._fake_laser.parameters, parameters_of(OverhangParameters, config, "kinect_laser")
-        )
-        self._combinator = LaserCombinator(
-            parameters_of(CombinatorParameters, config, "laser_combinator"),
-            frames.lookup(LASER_FRAME, KINECT_SCAN_FRAME),
-        )
-        self._laser_filter = LaserFilter(parameters_of(LaserFilterParameters, config, "laser_filter"))
+        self._kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4)
         self._mapping, self._on_map = mapping, on_map
         self._touching = False
         self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
@@ -141,10 +141,11 @@ class RigRobot:
         self._localiser.believe(Pose2())
         self._last_map_from_odom = start
         self._moved = clock.now()
-        self._next_scan = self._next_kinect_scan = clock.now()
+        self._next_scan = clock.now()
         call_every(clock, BASE_PERIOD_S, self._step_base)
         call_every(clock, URG_04LX.scan_period, self._scan)
         call_every(clock, KINECT_PERIOD_S, self._look)
+        call_every(clock, TRANSFORM_PERIOD_S, self._send_place)
 
     @property
     def map_from_odom(self) -> Pose2 | None:
@@ -171,9 +172,8 @@ class RigRobot:
         bumper = StopReason.BUMPER
         return bumper.code, describe(bumper, SensorState(bumps_wheeldrops=bits))
 
-    def command(self, twist: Twist2) -> None:
-        """Take a velocity command, as the topic cmd_vel does."""
-        self.velocity.command(twist)
+    def _note_command(self, _: Twist2) -> None:
+        self._commanded = self._clock.now()
 
     def _drive(self, twist: Twist2) -> None:
         self._twist = twist
@@ -193,13 +193,19 @@ class RigRobot:
             wheels_stopped=self._twist.is_zero(),
         )
         self.odometry = motion.odometry
+        self._ports.send_frame(ODOM_FRAME, BASE_FRAME, now, self.odometry.pose)
+        self._odometry.send(self.odometry)
+        stop = BaseStop(*self.stop)
+        if stop != self._told_stop:
+            self._told_stop = stop
+            self._stops.send(stop)
         before, self._touching = self._touching, bool(self.stop[0])
         if self._mapping is not None and self._touching and not before:
             left, right = self.world.bumpers()
             self._mapping.touched(self.odometry.pose, left=left, right=right)
-        if not motion.at_rest or self._driving():
+        if not motion.at_rest or now - self._commanded < COMMANDED_S:
             self._moved = now
-            self._next_scan = self._next_kinect_scan = now
+            self._next_scan = now
 
     def _scan(self) -> None:
         now = self._clock.now()
@@ -209,45 +215,30 @@ class RigRobot:
             self._next_scan = now + IDLE_SCAN_PERIOD_S - URG_04LX.scan_period / 2
         geometry = URG_04LX
         distances = self._laser.measure(geometry.first_step, geometry.last_step)
-        scan = scan_from_distances(distances, geometry.first_step, 1, geometry, now, LASER_FRAME)
+        # All beams are of now: the middle of the scan, at which a real one stands for all of them.
+        begun = now - geometry.time_increment * (len(distances) - 1) / 2
+        scan = scan_from_distances(distances, geometry.first_step, 1, geometry, begun, LASER_FRAME)
         if self._mapping is None:
             self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
         elif grid := self._mapping.update(scan, self._laser_in_base, self.odometry.pose, now):
             self._on_map(grid)
         self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
-        self._combinator.update_laser(scan, now)
-        self._on_scan(FEET, self._laser_filter.filter(scan))
+        self._scans.send(scan)
+
+    def _send_place(self) -> None:
+        if self.map_from_odom is not None:
+            when = self._clock.now() + TRANSFORM_AHEAD_S
+            self._ports.send_frame(MAP_FRAME, ODOM_FRAME, when, self.map_from_odom)
 
     def _look(self) -> None:
-        looking = self._looking()
-        if not looking and not self._driving():
-            return
         now = self._clock.now()
-        depth, colour = self._take_images(now, looking=looking)
-        self._on_images(depth, colour)
-        if now < self._next_kinect_scan:
-            return
-        if now - self._moved >= SETTLED_S:
-            self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
-        kinect_scan = self._fake_laser.project(depth)
-        self._on_scan("depth", self._laser_filter.filter(kinect_scan))
-        if self._low_obstacles is not None:
-            low_scan = self._low_obstacles.project(depth, kinect_scan)
-            self._on_scan("low", self._laser_filter.filter(low_scan))
-        if self._overhangs is not None:
-            self._on_scan("overhangs", self._laser_filter.filter(self._overhangs.project(depth)))
-        combined = self._combinator.update_kinect(kinect_scan, now)
-        if combined is not None:
-            self._on_scan("scan", self._laser_filter.filter(combined))
+        self._colour.send(TakenPicture(now, self._colours))
+        self._depth.send(TakenPicture(now, self._depths))
 
-    def _take_images(
-        self, now: float, *, looking: bool
-    ) -> tuple[DepthImage, Callable[[], ColourImage] | None]:
-        """Take a depth image; a larger one, and what makes its colours, while somebody looks for people."""
-        kinect = self._looking_kinect if looking else self._driving_kinect
-        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
-        if not looking:
-            return depth, None
-        camera = self._driving_kinect.camera  # the detector looks at the colours of so many pixels only
-        step = kinect.camera.width // camera.width
-        return depth, lambda: ColourImage(now, CAMERA_FRAME, camera, kinect.colours(step))
+    def _depths(self) -> DepthImage:
+        depths = metres_from_raw(self._kinect.measure_depth())
+        return DepthImage(self._clock.now(), CAMERA_FRAME, self._kinect.camera, depths)
+
+    def _colours(self) -> ColourImage:
+        step = self._kinect.camera.width // COLOUR_CAMERA.width
+        return ColourImage(self._clock.now(), CAMERA_FRAME, COLOUR_CAMERA, self._kinect.colours(step))

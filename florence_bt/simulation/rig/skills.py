@@ -2,70 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, MutableMapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from random import Random
-from types import SimpleNamespace
 from typing import Any
 
-from florence_bt.core.clock import Clock
 from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled, success
 from florence_bt.core.serving import (
+    ActionBinding,
     AnswerBinding,
     ClockBinding,
     ConditionBinding,
     NodeBinding,
     PublicationBinding,
     QuestionBinding,
+    ServiceBinding,
     SkillBinding,
     WaitBinding,
 )
-from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, InstantSkill, Skill, SkillRun
+from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill, Skill, SkillRun
+from florence_bt.simulation.rig.wires import ExclusiveComponent, RigTopic, Wires
 from florence_bt.skills.served import BINDINGS
 from florence_bt.skills.speech.voice import SilentVoice
-
-
-class ComponentRun(BaseRun):
-    """A run of a component in this process: accepted at once, ended by :meth:`finish`.
-
-    Args:
-        feedback: What the component does.
-        on_cancel: Asks the component to stop; it then finishes the run.
-    """
-
-    def __init__(self, feedback: str, on_cancel: Callable[[], None]) -> None:
-        super().__init__(feedback)
-        self._on_cancel = on_cancel
-        self.handle(Event.ACCEPTED)
-
-    def cancel(self) -> None:
-        """Ask the component to stop."""
-        if self.handle(Event.CANCEL):
-            self._on_cancel()
-
-    def finish(self, result: Result) -> None:
-        """End the run; later results are dropped."""
-        self.handle(Event.FINISHED, result)
-
-
-class ExclusiveComponent:
-    """A component that serves one run at a time; a newer run ends the older one, as a Nav2 server would."""
-
-    def __init__(self) -> None:
-        self._run: ComponentRun | None = None
-
-    def begin(self, feedback: str, on_cancel: Callable[[], None]) -> ComponentRun:
-        """Make the run that is served from now on."""
-        self.finish(cancelled("preempted by a newer goal"))
-        self._run = ComponentRun(feedback, on_cancel)
-        return self._run
-
-    def finish(self, result: Result) -> None:
-        """End the run that is served, if there is one."""
-        run, self._run = self._run, None
-        if run is not None:
-            run.finish(result)
 
 
 class ComponentSkill:
@@ -84,35 +43,33 @@ class ComponentSkill:
         return FinishedRun(answer) if isinstance(answer, Result) else answer
 
 
-class RigTopic:
-    """A topic of the rig: what is published reaches every subscriber at once."""
+class WiredSkill:
+    """A skill that a component serves over the rig's wires."""
 
-    def __init__(self) -> None:
-        self._subscribers: list[Callable[[Any], None]] = []
+    def __init__(self, served: NodeBinding, wires: Wires) -> None:
+        self._served, self._wires = served, wires
 
-    def subscribe(self, callback: Callable[[Any], None]) -> None:
-        """Call back with each message."""
-        self._subscribers.append(callback)
-
-    def publish(self, **values: Any) -> None:
-        """Send a message with these fields."""
-        message = SimpleNamespace(**values)
-        for callback in tuple(self._subscribers):
-            callback(message)
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Send the goal, or ask the service."""
+        served = self._served
+        if isinstance(served, ActionBinding):
+            action = self._wires.actions[served.name]
+            return action.start(served.request(inputs), served.result, served.feedback)
+        assert isinstance(served, ServiceBinding)
+        return FinishedRun(served.result(self._wires.services[served.name](served.request(inputs))))
 
 
 class RigVoice:
     """The robot's voice: sentences take their time, and the topics ``say`` and ``speaking`` have them.
 
     Args:
-        topics: Receives the topics.
-        clock: The time of the robot.
+        wires: Carry the topics.
     """
 
-    def __init__(self, topics: MutableMapping[str, RigTopic], clock: Clock) -> None:
-        self._say = topics.setdefault("say", RigTopic())
-        self._speaking = topics.setdefault("speaking", RigTopic())
-        self._voice = SilentVoice(clock)
+    def __init__(self, wires: Wires) -> None:
+        self._say = wires.topics["say"]
+        self._speaking = wires.topics["speaking"]
+        self._voice = SilentVoice(wires.clock)
         self._component = ExclusiveComponent()
 
     def say(self, text: str) -> SkillRun:
@@ -133,44 +90,36 @@ class RigVoice:
         self._component.finish(result)
 
 
-def rig_skills(
-    components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock, seed: int = 0
-) -> dict[str, Skill]:
+def rig_skills(components: Mapping[str, Any], wires: Wires, seed: int = 0) -> dict[str, Skill]:
     """Make every shipped skill by name.
 
     Args:
         components: Those that the tables of the skills name.
-        topics: Receives the topics that the tables name, by name.
-        clock: Says how old messages are.
+        wires: Carry topics, actions and services.
         seed: Where chance comes from.
     """
     chance = Random(seed)
-    return {served.skill: _in_rig(served, components, topics, clock, chance) for served in BINDINGS}
+    return {served.skill: _in_rig(served, components, wires, chance) for served in BINDINGS}
 
 
-def _in_rig(
-    served: SkillBinding,
-    components: Mapping[str, Any],
-    topics: MutableMapping[str, RigTopic],
-    clock: Clock,
-    chance: Random,
-) -> Skill:
+def _in_rig(served: SkillBinding, components: Mapping[str, Any], wires: Wires, chance: Random) -> Skill:
+    clock = wires.clock
     if isinstance(served, AnswerBinding):
         return InstantSkill(lambda inputs: served.answer(inputs, chance))
     if isinstance(served, ClockBinding):
         return served.make(clock, clock.now)
     if isinstance(served, NodeBinding):
-        assert served.start_in_rig is not None, f"{served.skill} names no component of the rig"
+        if served.start_in_rig is None:
+            return WiredSkill(served, wires)
         return ComponentSkill(partial(served.start_in_rig, components[served.component]))
-    topic = topics.setdefault(served.name, RigTopic())
+    topic = wires.topics[served.name]
     if isinstance(served, PublicationBinding):
         return InstantSkill(partial(_publish, topic, served))
     label = f"topic {served.name}"
     answered: MessageCondition | MessageWait
     if isinstance(served, QuestionBinding):
         answered = wait = AnswerWait(clock, label, served, _ignore)
-        said = topics.setdefault(served.said, RigTopic())
-        said.subscribe(lambda message: wait.hear(message.data))
+        wires.topics[served.said].subscribe(lambda message: wait.hear(message.data))
     elif isinstance(served, WaitBinding):
         answered = MessageWait(clock, label, served)
     else:

@@ -12,7 +12,8 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.simulation.rig.skills import ComponentRun, ComponentSkill, ExclusiveComponent, rig_skills
+from florence_bt.simulation.rig.skills import ComponentSkill, rig_skills
+from florence_bt.simulation.rig.wires import ComponentRun, ExclusiveComponent, Wires
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.people.approach_user.polite_pose import propose_approach
@@ -109,11 +110,11 @@ def test_a_skill_is_the_function_that_starts_it():
     assert started == [{"way": 1.0}] and run.poll() is None
 
 
-COMPONENTS = ("base", "people", "locator", "approach", "voice")
+COMPONENTS = ("locator", "approach", "voice")
 
 
 def skills_of(**components):
-    return rig_skills(dict.fromkeys(COMPONENTS) | components, {}, ManualClock())
+    return rig_skills(dict.fromkeys(COMPONENTS) | components, Wires(ManualClock(), []))
 
 
 def test_the_locator_as_skills():
@@ -148,17 +149,17 @@ def test_proposals_look_at_the_costmap():
 
 def test_what_is_left_to_chance_is_the_same_with_the_same_seed():
     def picks(seed):
-        pick = rig_skills(dict.fromkeys(COMPONENTS), {}, ManualClock(), seed)["pick_random"]
+        pick = rig_skills(dict.fromkeys(COMPONENTS), Wires(ManualClock(), []), seed)["pick_random"]
         return [pick.start({"items": tuple(range(9))}).poll().outputs["item"] for _ in range(20)]
 
     assert picks(1) == picks(1) != picks(2)
 
 
 def test_conditions_judge_the_messages_of_the_topics_of_the_rig():
-    topics, heard = {}, []
-    battery = rig_skills(dict.fromkeys(COMPONENTS), topics, ManualClock())["battery_above"]
+    wires, heard = Wires(ManualClock(), []), []
+    battery = rig_skills(dict.fromkeys(COMPONENTS), wires)["battery_above"]
     assert battery.start({"charge": 0.2}).poll().code == "server_lost"
     battery.watch({"charge": 0.2}, lambda: heard.append(battery.start({"charge": 0.2}).poll().code))
     for charge in (0.5, 0.4, 0.1):
-        topics["battery_state"].publish(percentage=charge)
+        wires.topics["battery_state"].publish(percentage=charge)
     assert heard == ["ok", "battery_low"]

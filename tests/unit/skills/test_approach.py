@@ -32,6 +32,7 @@ class Visit:
     """Approaches somebody whom the camera sees as far as its picture and the walls allow."""
 
     def __init__(self, robot: Pose2 = ROBOT, person: Point = PERSON, boxes: tuple[Box, ...] = WALLS) -> None:
+        self.last_sight: tuple[float, list[Point]] | None = None
         self.boxes = boxes
         self.person = person
         self.camera = True
@@ -74,7 +75,10 @@ class Visit:
         if self.sees():
             in_odom = world.odom @ world.pose.inverse() @ Pose2(*self.person)
             stranger = in_odom.x + 1.0, in_odom.y + 1.0
-            self.trip.navigator.saw_people(world.now, [stranger, (in_odom.x, in_odom.y)])
+            self.last_sight = world.now, [stranger, (in_odom.x, in_odom.y)]
+        # As long as nobody sees them anew, navigation tells the last sight in every cycle.
+        if self.last_sight is not None:
+            self.trip.navigator.saw_people(*self.last_sight)
         result = self.trip.cycle()
         self.commands.append(world.command)
         self.distances.append(math.dist((world.pose.x, world.pose.y), self.person))

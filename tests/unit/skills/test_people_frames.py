@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
-
-import pytest
-
-pytest.importorskip("rclpy")
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import KEEP_S, TransformBuffer
-from florence_bt.skills.navigation.navigate.node import NavigationNode, NavigationNodeParameters
+from florence_bt.skills.navigation.navigate.people_frames import see_people
 
 
 class CountingBuffer(TransformBuffer):
@@ -46,11 +41,6 @@ def test_who_was_seen_long_ago_is_not_looked_up_in_every_cycle() -> None:
         buffer.set_moving("map", "odom", now - 1.0 + moment / 2.0, Pose2(1.0, 0.0))
     buffer.set_moving("map", "user_70", now - 0.5, Pose2(3.0, 2.0))
     buffer.set_moving("map", "user_x", now, Pose2())
-    node = SimpleNamespace(
-        _frames=SimpleNamespace(buffer=buffer),
-        _p=NavigationNodeParameters(),
-        timebase=SimpleNamespace(now=lambda: now),
-    )
-    NavigationNode._see_people(node, seen)  # type: ignore[arg-type]
+    see_people(seen, buffer, "odom", now)  # type: ignore[arg-type]
     assert seen.persons == [(now - 0.5, 70, 2.0, 2.0)] and seen.newest == [(2.0, 2.0)]
     assert buffer.lookups == 1

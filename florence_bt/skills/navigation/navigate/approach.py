@@ -84,7 +84,7 @@ class Approach:
         self._progress = ProgressWatch(parameters.recovery)
         self._progress.reset(now)
         self._track = PersonTrack(parameters.people.people_velocity_time, 0.0)
-        self._recognised = -math.inf
+        self._recognised = self._told = -math.inf
         self._began = self._there = now
         self._start: Pose2 | None = None
         self._from_person: float | None = None
@@ -100,9 +100,13 @@ class Approach:
         return self._start.apply(self._goal.x, self._goal.y)
 
     def saw(self, stamp: float, people: Sequence[Point2]) -> None:
-        """Note that the camera saw people: time in seconds, places in the odometry frame in metres."""
-        if self._start is None or not people or stamp < self._began:
+        """Note that the camera saw people: time in seconds, places in the odometry frame in metres.
+
+        What was told before counts once: who asks in every cycle tells the last sight again and again.
+        """
+        if self._start is None or not people or stamp < self._began or stamp <= self._told:
             return
+        self._told = stamp
         expected = self.person
         around = expected or (self._start.x, self._start.y)
         place = min(people, key=lambda each: math.dist(each, around))

@@ -85,8 +85,6 @@ BINDINGS = (
         error_codes=NAVIGATE_CODES_BY_NUMBER,
         result=partial(result_from_server, "navigate_to", NAVIGATE_CODES_BY_NUMBER, "blocked"),
         feedback=_driving,
-        component="base",
-        start_in_rig=lambda base, inputs: base.navigate(inputs["goal"], inputs.get("precise", False)),
     ),
     ActionBinding(
         skill="turn",
@@ -96,8 +94,6 @@ BINDINGS = (
         error_codes=SPIN_CODES_BY_NUMBER,
         result=partial(result_from_server, "turn", SPIN_CODES_BY_NUMBER, "turn_failed"),
         feedback=lambda message: "turning",
-        component="base",
-        start_in_rig=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
     ),
     ActionBinding(
         skill="navigate_through",
@@ -107,8 +103,6 @@ BINDINGS = (
         error_codes=THROUGH_CODES_BY_NUMBER,
         result=partial(result_from_server, "navigate_through", THROUGH_CODES_BY_NUMBER, "blocked"),
         feedback=_driving,
-        component="base",
-        start_in_rig=lambda base, inputs: base.navigate_through([inputs["via"], inputs["goal"]]),
     ),
     ActionBinding(
         skill="plan_to",
@@ -118,8 +112,6 @@ BINDINGS = (
         error_codes=PLAN_CODES_BY_NUMBER,
         result=_plan_result,
         feedback=lambda message: "planning",
-        component="base",
-        start_in_rig=lambda base, inputs: base.plan(inputs["goal"]),
     ),
     ActionBinding(
         skill="drive_back",
@@ -129,10 +121,6 @@ BINDINGS = (
         error_codes=BACK_UP_CODES_BY_NUMBER,
         result=partial(result_from_server, "drive_back", BACK_UP_CODES_BY_NUMBER, "drive_failed"),
         feedback=lambda message: "backing up",
-        component="base",
-        start_in_rig=lambda base, inputs: base.drive_straight(
-            -inputs["distance"], inputs["speed"], inputs["time_allowance"]
-        ),
     ),
     ActionBinding(
         skill="drive_straight",
@@ -142,16 +130,12 @@ BINDINGS = (
         error_codes=HEADING_CODES_BY_NUMBER,
         result=partial(result_from_server, "drive_straight", HEADING_CODES_BY_NUMBER, "drive_failed"),
         feedback=lambda message: "driving straight on",
-        component="base",
-        start_in_rig=lambda base, inputs: base.drive_straight(**inputs),
     ),
     ServiceBinding(
         skill="clear_costmap",
         interface="nav2_msgs/srv/ClearEntireCostmap",
         name="global_costmap/clear_entirely_global_costmap",
         result=lambda response: success(),
-        component="base",
-        start_in_rig=lambda base, inputs: base.clear_costmap(),
     ),
     ActionBinding(
         skill="follow_user",
@@ -161,8 +145,6 @@ BINDINGS = (
         error_codes=FOLLOW_CODES_BY_NUMBER,
         result=partial(result_from_server, "follow_user", FOLLOW_CODES_BY_NUMBER, "blocked"),
         feedback=lambda message: message.text,
-        component="base",
-        start_in_rig=lambda base, inputs: base.follow(**inputs),
     ),
     ActionBinding(
         skill="search_for_user",
@@ -172,8 +154,6 @@ BINDINGS = (
         error_codes=SEARCH_CODES_BY_NUMBER,
         result=partial(result_from_server, "search_for_user", SEARCH_CODES_BY_NUMBER, "user_lost"),
         feedback=lambda message: message.text,
-        component="base",
-        start_in_rig=lambda base, inputs: base.search(**inputs),
     ),
     ActionBinding(
         skill="approach_person",
@@ -184,8 +164,6 @@ BINDINGS = (
         },
         result=lambda message, outcome: result_from_approach(outcome, message.code, message.reason),
         feedback=lambda message: "approaching the person",
-        component="base",
-        start_in_rig=lambda base, inputs: base.approach(**inputs),
     ),
     ServiceBinding(
         skill="get_frontier",
@@ -193,8 +171,6 @@ BINDINGS = (
         name="navigate/get_frontier",
         request=dict,
         result=_frontier_result,
-        component="base",
-        start_in_rig=lambda base, inputs: base.get_frontier(inputs["number"]),
     ),
     PublicationBinding(
         skill="set_speed_limit",

@@ -43,16 +43,12 @@ BINDINGS = (
         interface="std_srvs/srv/Trigger",
         name="user_tracker_ni_node/Start",
         result=_switched,
-        component="people",
-        start_in_rig=lambda people, inputs: people.start_tracker(),
     ),
     ServiceBinding(
         skill="stop_tracker",
         interface="std_srvs/srv/Trigger",
         name="user_tracker_ni_node/Stop",
         result=_switched,
-        component="people",
-        start_in_rig=lambda people, inputs: people.stop_tracker(),
     ),
     ActionBinding(
         skill="look_for_user",
@@ -62,8 +58,6 @@ BINDINGS = (
         error_codes=LOOK_CODES_BY_NUMBER,
         result=_looked,
         feedback=lambda message: f"looking; people seen so far: {message.users_seen}",
-        component="people",
-        start_in_rig=lambda people, inputs: people.look(**inputs),
     ),
     ConditionBinding(
         skill="user_lying", interface="std_msgs/msg/Bool", name="user_lying", judge=_lies, max_age_s=2.0

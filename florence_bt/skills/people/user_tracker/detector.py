@@ -98,7 +98,7 @@ class Detection:
 def detect_people(
     depth: DepthImage,
     optical_in_base: Transform3,
-    colour: ColourImage | Callable[[], ColourImage] | None = None,
+    colour: ColourImage | Callable[[], ColourImage | None] | None = None,
     parameters: DetectorParameters | None = None,
     *,
     known: KnownObstacles | None = None,
@@ -109,7 +109,7 @@ def detect_people(
     Args:
         depth: The picture.
         optical_in_base: Takes points of the optical frame to the robot frame (base_footprint).
-        colour: The colour picture of about the same moment, for the histograms; or what makes it, which is
+        colour: The colour picture of about the same moment, for the histograms; or what gives it, which is
             called when somebody is found.
         parameters: What counts; the defaults when None.
         known: The map; together with ``robot`` it lowers the confidence in what stands where the map has
@@ -125,9 +125,9 @@ def detect_people(
     found: list[Detection] = []
     for mine in _groups(votes, params):
         detection = _judge(votes, mine, optical_in_base, params, (known, robot) if known and robot else None)
-        if detection is not None and colour is not None:
-            if callable(colour):
-                colour = colour()
+        if detection is not None and callable(colour):
+            colour = colour()
+        if detection is not None and isinstance(colour, ColourImage):
             # A vote stands for STRIDE x STRIDE pixels.
             down, right = np.indices((STRIDE, STRIDE)).reshape(2, -1)
             rows = (votes.rows[mine, None] + down).ravel()

@@ -1,0 +1,373 @@
+"""The wires of the rig: they connect the ports of its components by name, in one process on one clock.
+
+What is sent comes at the same moment, after what is going on, in the order in which it was sent. A
+:class:`Link` makes a topic late, or drops some of what it carries, as a real network does.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from random import Random
+from types import SimpleNamespace
+from typing import Any, Generic, TypeVar, get_type_hints
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.geometry import FramedPath, FramedPose, Pose2
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure
+from florence_bt.core.ports import Action, Delivery, Fields, Service, Topic
+from florence_bt.core.skill import BaseRun, Event
+from florence_bt.core.transforms import Transform3, TransformBuffer
+
+T = TypeVar("T")
+TRANSFORMS = "/tf"
+"""The link of the frames that move."""
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """How well a topic is carried.
+
+    Attributes:
+        delay: Seconds until a value is there.
+        drops: The share of values that is lost, 0 to 1; of reliable and latched topics none is.
+    """
+
+    delay: float = 0.0
+    drops: float = 0.0
+
+
+PERFECT = Link()
+EVERY = "*"
+"""The link of the topics that have none of their own."""
+
+
+class RigTopic:
+    """A topic as skills see it, whose messages have the fields of the interface."""
+
+    def __init__(self) -> None:
+        self._subscribers: list[Callable[[Any], None]] = []
+        self.last: Any = None
+
+    @property
+    def listeners(self) -> int:
+        """How many listen."""
+        return len(self._subscribers)
+
+    def subscribe(self, callback: Callable[[Any], None]) -> None:
+        """Call back with each message."""
+        self._subscribers.append(callback)
+
+    def unsubscribe(self, callback: Callable[[Any], None]) -> None:
+        """Call back no more."""
+        self._subscribers.remove(callback)
+
+    def publish(self, **values: Any) -> None:
+        """Send a message with these fields, at once."""
+        self.carry(SimpleNamespace(**values))
+
+    def carry(self, message: Any) -> None:
+        """Give a message to who listens."""
+        self.last = message
+        for callback in tuple(self._subscribers):
+            callback(message)
+
+
+class ComponentRun(BaseRun):
+    """A run of a component in this process: accepted at once, ended by :meth:`finish`.
+
+    Args:
+        feedback: What the component does.
+        on_cancel: Asks the component to stop; it then finishes the run.
+    """
+
+    def __init__(self, feedback: str, on_cancel: Callable[[], None]) -> None:
+        super().__init__(feedback)
+        self._on_cancel = on_cancel
+        self.handle(Event.ACCEPTED)
+
+    def cancel(self) -> None:
+        """Ask the component to stop."""
+        if self.handle(Event.CANCEL):
+            self._on_cancel()
+
+    def finish(self, result: Result) -> None:
+        """End the run; later results are dropped."""
+        self.handle(Event.FINISHED, result)
+
+
+class ExclusiveComponent:
+    """A component that serves one run at a time; a newer run ends the older one, as a Nav2 server would."""
+
+    def __init__(self) -> None:
+        self._run: ComponentRun | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether a run is served."""
+        return self._run is not None
+
+    def begin(self, feedback: str, on_cancel: Callable[[], None]) -> ComponentRun:
+        """Make the run that is served from now on."""
+        self.finish(cancelled("preempted by a newer goal"))
+        self._run = ComponentRun(feedback, on_cancel)
+        return self._run
+
+    def tell(self, feedback: str) -> None:
+        """Change what the run says of itself, if there is one."""
+        if self._run is not None:
+            self._run.set_feedback(feedback)
+
+    def finish(self, result: Result) -> None:
+        """End the run that is served, if there is one."""
+        run, self._run = self._run, None
+        if run is not None:
+            run.finish(result)
+
+
+class WiredAction:
+    """An action that a component serves."""
+
+    def __init__(
+        self, action: Action, begin: Callable[[Any], str | None], cancel: Callable[[], None]
+    ) -> None:
+        self._action, self._begin, self._cancel = action, begin, cancel
+        self._component = ExclusiveComponent()
+        self._read: Callable[[Any, Outcome], Result] = lambda result, outcome: cancelled()
+        self._told: Callable[[Any], str] = str
+
+    @property
+    def active(self) -> bool:
+        """Whether a goal is being worked on."""
+        return self._component.active
+
+    def start(
+        self,
+        goal: Mapping[str, Any],
+        read: Callable[[Any, Outcome], Result],
+        told: Callable[[Any], str],
+    ) -> ComponentRun:
+        """Send a goal.
+
+        Args:
+            goal: Its fields.
+            read: The skill's result from the result's fields and the way the goal ended.
+            told: A text for people from feedback.
+
+        Returns:
+            The run of the goal.
+        """
+        run = self._component.begin(self._action.name, self._cancel)
+        self._read, self._told = read, told
+        refusal = self._begin(made_of(self._action.goal, goal))
+        if refusal is not None:
+            self._component.finish(failure("rejected", refusal))
+        return run
+
+    def feedback(self, feedback: Fields) -> None:
+        """Tell of the running goal."""
+        self._component.tell(self._told(as_message(feedback)))
+
+    def finish(self, result: Fields, outcome: Outcome) -> None:
+        """End the running goal."""
+        self._component.finish(self._read(as_message(result), outcome))
+
+
+def made_of(kind: type[T], values: Fields) -> T:
+    """Make a goal or request of the fields that a skill sends.
+
+    Args:
+        kind: Its dataclass.
+        values: Path of a field -> value; a pose is of the map.
+    """
+    hints = get_type_hints(kind)
+    made: dict[str, Any] = {}
+    parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+    for path, value in values.items():
+        name, _, rest = path.partition(".")
+        if rest:
+            parts[name][rest] = value
+        else:
+            made[name] = _framed(value)
+    made |= {name: made_of(hints[name], below) for name, below in parts.items()}
+    return kind(**made)
+
+
+def _framed(value: Any) -> Any:
+    match value:
+        case Pose2():
+            return FramedPose(value)
+        case list() | tuple():
+            return tuple(_framed(each) for each in value)
+        case _:
+            return value
+
+
+def as_message(values: Fields) -> SimpleNamespace:
+    """Make what skills read of a result, feedback or answer: it has the fields of the interface."""
+    return SimpleNamespace(**{name: _as_field(value) for name, value in values.items()})
+
+
+def _as_field(value: Any) -> Any:
+    if isinstance(value, FramedPath):
+        places = [SimpleNamespace(position=SimpleNamespace(x=each.x, y=each.y)) for each in value.poses]
+        return SimpleNamespace(poses=[SimpleNamespace(pose=place) for place in places])
+    return value
+
+
+class _Wire:
+    """What listens to a topic until it is closed."""
+
+    def __init__(self, topic: RigTopic, receive: Callable[[Any], None]) -> None:
+        self._topic, self._receive = topic, receive
+        topic.subscribe(receive)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._topic.unsubscribe(self._receive)
+
+
+class _WiredFrames:
+    """The frames as one component knows them."""
+
+    def __init__(self, wires: Wires) -> None:
+        self._wires = wires
+        self.buffer = TransformBuffer()
+        for parent, child, transform in wires.mounts:
+            self.buffer.set_static(parent, child, transform)
+
+    def close(self) -> None:
+        """Keep them no more."""
+        self._wires.buffers.remove(self.buffer)
+
+
+class _WiredOutput(Generic[T]):
+    """A topic that a component publishes."""
+
+    def __init__(self, wires: Wires, topic: Topic[T]) -> None:
+        self._wires, self._topic = wires, topic
+        self._carried = wires.topics[topic.name]
+        self._plain = topic.kind in (bool, float, str)
+
+    @property
+    def listeners(self) -> int:
+        """How many listen."""
+        return self._carried.listeners
+
+    def send(self, value: T) -> None:
+        """Send a value on its way."""
+        message = SimpleNamespace(data=value) if self._plain else value
+        sure = self._topic.delivery in (Delivery.RELIABLE, Delivery.LATCHED)
+        self._wires.carry(self._topic.name, partial(self._carried.carry, message), value, sure=sure)
+
+
+class Wires:
+    """Connects components.
+
+    Args:
+        clock: Their time.
+        mounts: Parent, child and transform of the frames that do not move.
+        links: How well topics are carried, by name, frames by :data:`TRANSFORMS`, others by :data:`EVERY`;
+            perfectly without one.
+        seed: Decides what is dropped.
+
+    Attributes:
+        topics: By name.
+        actions: Those that are served, by name.
+        services: The same.
+        buffers: Where the frames are, as each component knows them.
+        mounts: As given.
+    """
+
+    def __init__(
+        self,
+        clock: ManualClock,
+        mounts: list[tuple[str, str, Transform3]],
+        links: Mapping[str, Link] | None = None,
+        seed: int = 0,
+    ) -> None:
+        self.clock = clock
+        self.mounts = mounts
+        self.topics: defaultdict[str, RigTopic] = defaultdict(RigTopic)
+        self.actions: dict[str, WiredAction] = {}
+        self.services: dict[str, Callable[[Fields], Any]] = {}
+        self.buffers: list[TransformBuffer] = []
+        self._links = links or {}
+        self._chance = Random(seed)
+
+    def carry(self, name: str, deliver: Callable[[], None], value: Any = None, *, sure: bool = False) -> None:
+        """Send something on its way over the link of a topic."""
+        link = self._links.get(name) or self._links.get(EVERY, PERFECT)
+        if link.drops and not sure and self._chance.random() < link.drops:
+            return
+        if link.delay and hasattr(value, "read"):
+            value.read()  # what a picture shows is of the moment at which it is taken
+        self.clock.call_at(self.clock.now() + link.delay, deliver)
+
+    def ports(self, node: str) -> WiredPorts:
+        """Make the ports of a component that has the name of its node."""
+        return WiredPorts(self, node)
+
+
+class WiredPorts:
+    """The ports of one component in the rig."""
+
+    def __init__(self, wires: Wires, node: str) -> None:
+        self._wires, self._node = wires, node
+        self.clock = self.steady = wires.clock
+
+    def output(self, topic: Topic[T]) -> _WiredOutput[T]:
+        """Publish on a topic."""
+        return _WiredOutput(self._wires, topic)
+
+    def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Wire:
+        """Listen to a topic."""
+        carried = self._wires.topics[topic.name]
+        plain = topic.kind in (bool, float, str)
+        wire = _Wire(carried, (lambda message: take(message.data)) if plain else take)
+        if topic.delivery is Delivery.LATCHED and carried.last is not None:
+            last = carried.last
+            self.clock.call_at(self.clock.now(), lambda: take(last.data if plain else last))
+        return wire
+
+    def listen_to_frames(self) -> _WiredFrames:
+        """Keep where all frames are."""
+        frames = _WiredFrames(self._wires)
+        self._wires.buffers.append(frames.buffer)
+        return frames
+
+    def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
+        """Publish where a frame was."""
+        for buffer in self._wires.buffers:
+            self._wires.carry(TRANSFORMS, partial(_place, buffer, parent, child, when, pose))
+
+    def serve(self, service: Service, answer: Callable[[Any], Fields]) -> None:
+        """Serve a service."""
+
+        def respond(request: Fields) -> Any:
+            return as_message(answer(made_of(service.request, request)))
+
+        self._wires.services[service.name.replace("~", self._node)] = respond
+
+    def serve_goals(
+        self, action: Action, begin: Callable[[Any], str | None], cancel: Callable[[], None]
+    ) -> WiredAction:
+        """Serve an action."""
+        served = self._wires.actions[action.name] = WiredAction(action, begin, cancel)
+        return served
+
+    def work(self, task: Callable[[], T], done: Callable[[T], None]) -> None:
+        """Do it at once; what comes of it is known after what is going on."""
+        self.clock.call_at(self.clock.now(), partial(done, task()))
+
+    def on_time_jump(self, callback: Callable[[], None]) -> None:
+        """Forget the callback: this time does not jump."""
+
+    def warn(self, text: str, about: Hashable = None) -> None:
+        """Tell nobody: nobody reads along in the rig."""
+
+
+def _place(buffer: TransformBuffer, parent: str, child: str, when: float, pose: Pose2) -> None:
+    buffer.set_moving(parent, child, when, pose)

@@ -1,1 +1,0 @@
-"""The actions that drive the robot, as one table."""
