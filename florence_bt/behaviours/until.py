@@ -184,6 +184,7 @@ class Interruptible(Branching):
         self._question = question
         self._interruption = interruption
         self._times = 0
+        self._goes_on = False
         self.memory = question.watch is None
 
     @property
@@ -192,25 +193,34 @@ class Interruptible(Branching):
         return self._question.skills
 
     def steps(self) -> Steps:
-        """Ask, then go on with the body, or with the interruption."""
+        """Go on with the body, then ask; or go on with the interruption."""
         if self.status is not Status.RUNNING:
             self.begin()
-            self._times = 0
+            self._times, self._goes_on = 0, False
             self._question.begin()
         if self.branch is not self._interruption:
-            if (answer := (yield from self._question.steps())) is Status.FAILURE:
-                self.branch = self._question.node
-                self.halt_running()
-                return answer
             self.branch = self._body
+            # What ends in this step has ended, and does not begin again.
+            if self._goes_on and (status := (yield from self.branch_steps())) is not Status.RUNNING:
+                return self._ended(status)
+            answer = yield from self._question.steps()
+            if answer is Status.FAILURE:
+                self.branch = self._question.node
+                return self._ended(answer)
             if answer is Status.SUCCESS:
                 self._interrupt()
+            elif self._goes_on:
+                return answer
+            self._goes_on = answer is Status.RUNNING
         status = yield from self.branch_steps()
         if self.branch is self._interruption and status is Status.SUCCESS:
             self.branch = self._body
             self._question.begin()
             self._context.wake()
             return Status.RUNNING
+        return self._ended(status)
+
+    def _ended(self, status: Status) -> Status:
         if status is not Status.RUNNING:
             self.halt_running()
         return status

@@ -170,17 +170,18 @@ class World:
         kind, asked = kind_of(node), node["interrupted_by"]
         in_turn = kind in ("sequence", "selector", "for_each", "retry", "repeat")
         in_turn = in_turn and node.get("memory") is not False
-        goal, begun = self.ask(asked["if"], scope), False
+        goal, begun, goes_on = self.ask(asked["if"], scope), False, False
         try:
             while True:
+                if goes_on and (result := step(body)) is not None:
+                    return result
                 answer = step(goal)
                 if isinstance(answer, Failed):
                     return answer
                 if answer is None:
-                    begun = True
-                    result = step(body)
-                    if result is not None:
+                    if not goes_on and (result := step(body)) is not None:
                         return result
+                    begun = goes_on = True
                     yield
                     continue
                 goal.close()
@@ -193,7 +194,7 @@ class World:
                 if isinstance(result, Failed):
                     return result
                 yield from self.next_step()
-                goal = self.ask(asked["if"], scope)
+                goal, goes_on = self.ask(asked["if"], scope), False
         finally:
             body.close()
             goal.close()

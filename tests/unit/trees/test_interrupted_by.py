@@ -9,6 +9,8 @@ from florence_bt.core.outcome import failure
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.loader import MissionLibrary
 from tests.ticking import drain
+from tests.unit.trees.interpreted import by_the_engine
+from tests.unit.trees.interpreter import World
 from tests.unit.trees.language import BROKEN, DECLARATIONS, ENDLESS, Play, takes
 
 KEYS = "keys: {low: {type: boolean, default: false}, l: {type: list of integer, default: []}}\n"
@@ -71,6 +73,21 @@ def test_it_comes_again_as_long_as_the_answer_is_yes(tmp_path):
 def test_what_ends_in_that_step_has_ended(tmp_path):
     run = play(tmp_path, f"{{sequence: [{{work: }}, {{set: {{low: true}}}}], {CHARGE}}}", low_after=())
     assert (run.run(), [skill for _, skill in run.started]) == ("success", ["work"])
+
+
+@pytest.mark.parametrize(
+    ("node", "begins"),
+    [({"task": {"name": "body"}}, ["body"]), ({"repeat": 2, "do": {"task": {"name": "body"}}}, ["body", "first", "body"])],
+)  # fmt: skip
+def test_what_ends_at_the_moment_of_the_event_has_ended(tmp_path, node, begins):
+    tasks = World(
+        {"body": [(1.0, None, 0)], "calls": [(1.0, None, 0), (9.0, None, 0)], "first": [(1.0, None, 0)]}
+    )
+    interrupted_by = {"if": {"task": {"name": "calls"}}, "do": {"task": {"name": "first"}}}
+    tree = {**node, "interrupted_by": interrupted_by}
+    result, _, log, _ = by_the_engine(tmp_path, tree, tasks)
+    began = [name for _, name, what in log if what == "begins" and name != "calls"]
+    assert (result, began) == ("ok", begins)
 
 
 @pytest.mark.parametrize(
