@@ -34,6 +34,8 @@ SHORTEST_S = 0.01
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _TIME_OF_DAY = re.compile(r"(?P<time>\d{1,2}:\d{2})(?: or (?P<sooner>.+))?")
 """A time of day, perhaps with what ends the waiting sooner: ``22:00``, ``22:00 or $done``."""
+_TIME_TO_WAIT_FOR = re.compile(r"(?:until|till|at) ((?:[01]?\d|2[0-3]):[0-5]\d)")
+"""A time of day where a duration is wanted: ``until 22:00``."""
 _TIME_MEANT = re.compile(
     r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
     r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
@@ -378,6 +380,13 @@ class _MissionParser(Reader):
             case "fail":
                 reason, fields = self._template(value, "fail"), self._fields(key, mapping)
                 return model.Fail(reason=reason, **fields) if reason is not None else None
+            case "wait" if isinstance(value, YamlScalar) and (
+                time := _TIME_TO_WAIT_FOR.fullmatch(value.text)
+            ):
+                self.error(
+                    value.position, f"wait: {value.text!r} is a time of day", [f"wait_until: {time[1]}"]
+                )
+                return None
             case "wait":
                 duration, fields = self.value(value, "wait"), self._fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None
