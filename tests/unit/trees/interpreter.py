@@ -8,7 +8,7 @@ step, says "not yet" by yielding, and returns its result. Closing it stops it. O
 from __future__ import annotations
 
 import re
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from operator import eq, gt, lt, ne
 from typing import Any
@@ -141,10 +141,7 @@ class World:
     def next_step(self) -> Generator[None, None, None]:
         """Go on in the next step, which comes at once."""
         self._again = True
-        try:
-            yield
-        except Interruption:
-            yield
+        yield from paused(lambda: None)
 
     def go_on_beside(self, run: Run) -> None:
         if step(run) is None:
@@ -202,14 +199,15 @@ class World:
     def in_turn(self, node: Node, scope: Scope) -> Run:
         """Run one of several nodes; when it was interrupted it begins again."""
         run = self.node(node, scope)
+
+        def begin_again() -> None:
+            nonlocal run
+            run.close()
+            run = self.node(node, scope)
+
         try:
             while (result := step(run)) is None:
-                try:
-                    yield
-                except Interruption:
-                    run.close()
-                    run = self.node(node, scope)
-                    yield
+                yield from paused(begin_again)
             return result
         finally:
             run.close()
@@ -596,6 +594,17 @@ def step(run: Run) -> Result | None:
         result: Result = end.value
         return result
     return None
+
+
+def paused(interrupted: Callable[[], None]) -> Generator[None, None, None]:
+    """Wait for the next step; tell of each interruption that comes before it."""
+    while True:
+        try:
+            yield
+        except Interruption:
+            interrupted()
+        else:
+            return
 
 
 def nothing() -> Run:
