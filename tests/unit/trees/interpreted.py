@@ -133,14 +133,15 @@ def by_the_engine(folder: Path, tree: Node, tasks: World, stop_at: float | None 
         else:
             clock.advance_to(due)
     keys = {key: context.keys.read(key) for key in (*KEYS, *LISTS)}
-    return result, clock.now(), sorted(skill.log), keys
+    return result, clock.now() if result is not None else LONGEST, sorted(skill.log), keys
 
 
 def by_the_page(tree: Node, tasks: World, stop_at: float | None = None) -> Played:
     world = World(tasks.tasks)
     world.play(tree, {**KEYS, **LISTS}, stop_at)
     keys = {key: world.keys.values[key] for key in (*KEYS, *LISTS)}
-    return world.result, world.now, sorted(world.log), keys
+    now = world.now if world.result is not None else LONGEST
+    return world.result, now, sorted(world.log), keys
 
 
 class Writer:

@@ -29,8 +29,8 @@ SUB = {
 """The mission that others call: its inputs with their defaults, and its tree; its output is ``y``."""
 
 
-LONGEST = 60.0
-"""Longer than what a mission of these does; one that still runs then goes on for ever."""
+LONGEST = 20.0
+"""When both readers give up a mission that still runs, seconds: some are interrupted for ever."""
 
 
 class Interruption(BaseException):
