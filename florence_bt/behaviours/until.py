@@ -1,4 +1,4 @@
-"""Nodes that go on until something is so: ``until``, ``wait_until``."""
+"""Nodes that go on until something is so: ``until``, ``interrupted_by``, ``wait_until``."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.composites import Selector, Sequence
 
 from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.branching import Branching
 from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.looping import ForEach, Loop
 from florence_bt.behaviours.skipping import was_skipped
 from florence_bt.behaviours.stepping import Steps
 from florence_bt.behaviours.watched_skill import EVERY_S
@@ -145,6 +147,98 @@ class Until(Branching):
         self.branch = self._question.node
         self.halt_running()
         return answer
+
+    def terminate(self, new_status: Status) -> None:
+        """Ask no more."""
+        self._question.end()
+
+
+class Interruptible(Branching):
+    """Does its body, and something else first whenever a question is answered with success.
+
+    What of the body runs then is stopped. A body that does one thing after the other keeps its place, and
+    begins the thing again that was interrupted; every other body begins again as a whole. The question is
+    not asked during the interruption, and anew after it.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        body: What is done.
+        question: What interrupts it.
+        interruption: What is done then.
+
+    Attributes:
+        memory: False where the question is watched, as of a composite that asks its conditions again.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: TreeContext,
+        body: Behaviour,
+        question: Question,
+        interruption: Behaviour,
+    ) -> None:
+        super().__init__(name, context, [body, question.node, interruption])
+        self._body = body
+        self._question = question
+        self._interruption = interruption
+        self._times = 0
+        self._goes_on = False
+        self.memory = question.watch is None
+
+    @property
+    def watched(self) -> tuple[Any, ...]:
+        """The skills of the question that are asked in the background."""
+        return self._question.skills
+
+    def steps(self) -> Steps:
+        """Go on with the body, then ask; or go on with the interruption."""
+        if self.status is not Status.RUNNING:
+            self.begin()
+            self._times, self._goes_on = 0, False
+            self._question.begin()
+        if self.branch is not self._interruption:
+            self.branch = self._body
+            # What ends in this step has ended, and does not begin again.
+            if self._goes_on and (status := (yield from self.branch_steps())) is not Status.RUNNING:
+                return self._ended(status)
+            answer = yield from self._question.steps()
+            if answer is Status.FAILURE:
+                self.branch = self._question.node
+                return self._ended(answer)
+            if answer is Status.SUCCESS:
+                self._interrupt()
+            elif self._goes_on:
+                return answer
+            self._goes_on = answer is Status.RUNNING
+        status = yield from self.branch_steps()
+        if self.branch is self._interruption and status is Status.SUCCESS:
+            self.branch = self._body
+            self._question.begin()
+            self._context.wake()
+            return Status.RUNNING
+        return self._ended(status)
+
+    def _ended(self, status: Status) -> Status:
+        if status is not Status.RUNNING:
+            self.halt_running()
+        return status
+
+    def _interrupt(self) -> None:
+        self._question.end()
+        self.halt(self._question.node)
+        self._halt_step(self._body)
+        self.branch = self._interruption
+        self._times += 1
+        self.feedback_message = f"interrupted {self._times} time{'s' if self._times > 1 else ''}"
+
+    def _halt_step(self, body: Behaviour) -> None:
+        """Stop what runs of the body; a body that does one thing after the other keeps its place."""
+        in_turn = isinstance(body, Loop | ForEach) or (isinstance(body, Sequence | Selector) and body.memory)
+        for each in body.children if in_turn else [body]:
+            if each.status is Status.RUNNING:
+                self.halt(each)
 
     def terminate(self, new_status: Status) -> None:
         """Ask no more."""

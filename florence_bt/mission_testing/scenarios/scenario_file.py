@@ -118,6 +118,19 @@ Users = list[tuple[SkillDeclaration, NodeRef | None]]
 # ---- pieces of the grammar ------------------------------------------------------------------------------
 
 
+def _where_it_belongs(word: str, value: YamlNode) -> str | None:
+    """Write what stands beside the keys of a scenario where it belongs; None when it belongs nowhere."""
+    shown = value.text if isinstance(value, YamlScalar) else "..."
+    if _OTHER_EVENTS.get(word) == "expect" or word == "expect":
+        return f"then: {shown}"
+    if word in GIVEN_KEYS:
+        return f"given: {{{word}: {shown}}}"
+    if word in THEN_KEYS:
+        return f"then: {{{word}: {shown}}}"
+    event = word if word in WHEN_KEYS else _OTHER_EVENTS.get(word)
+    return f"when: [{{{event}: {shown}}}]" if event else None
+
+
 class SourceReader(WordReader):
     """Reads pieces of a scenario file and collects what is wrong with them.
 
@@ -154,6 +167,8 @@ class SourceReader(WordReader):
         for key, value in self.table(source, what, keys):
             if key.text in keys:
                 found[key.text] = (key, value)
+            elif keys is SCENARIO_KEYS and (below := _where_it_belongs(key.text, value)):
+                self.error(key.position, f"{what} has no key {key.text!r}", [below])
             else:
                 self.unknown(key.position, f"{what} has no key {key.text!r}", key.text, keys)
         return found

@@ -251,6 +251,8 @@ class KeyFlow:
             return self._for_each(node, before, observer)
         if isinstance(node, model.Until):
             return self._until(node, before, observer)
+        if isinstance(node, model.Interruptible):
+            return self._interruptible(node, before, observer)
         if isinstance(node, model.Retry | model.Repeat):
             return self._loop(node, self._start_of_rounds(node, before), observer)
         flow = self.follow(child, before, observer)
@@ -304,6 +306,18 @@ class KeyFlow:
         success = Written(touched, before.surely | goal.success.surely) if goal.success is not None else None
         if self._outcomes(node.child).can_skip:
             success = Written(touched, before.surely)
+        return Flow(success, Written(touched, before.surely), touched)
+
+    def _interruptible(
+        self, node: model.Interruptible, before: Written, observer: ReadObserver | None
+    ) -> Flow:
+        state = self._together(node.parts, before)
+        done = self.follow(node.child, state, observer).success
+        asked = self.follow(node.goal, state, observer).success
+        if asked is not None:
+            self.follow(node.interruption, Written(state.maybe, asked.surely), observer)
+        touched = self._together(node.parts, state).maybe
+        success = Written(touched, done.surely) if done is not None else None
         return Flow(success, Written(touched, before.surely), touched)
 
     def _together(self, children: Iterable[Node], before: Written) -> Written:

@@ -77,7 +77,9 @@ class ReachChecks:
                 case model.OnFailure():
                     self._check_on_failure(node)
                 case model.Until():
-                    self._check_until(node)
+                    self._check_goal(node, "until")
+                case model.Interruptible():
+                    self._check_goal(node, "interrupted_by")
                 case model.WaitUntil():
                     self._check_wait_until(node)
                 case model.Condition(condition=condition):
@@ -279,12 +281,12 @@ class ReachChecks:
             elif code.text != ANY:
                 self._check_code(code, f"on_failure: {title!r}", below.outcomes.codes, ANY)
 
-    def _check_until(self, node: model.Until) -> None:
+    def _check_goal(self, node: model.Until | model.Interruptible, word: str) -> None:
         goal = self._known.of(node.goal)
         if not goal.known:
             return
         if not goal.outcomes.can_succeed:
-            message = f"until: {node.goal.title!r} never succeeds"
+            message = f"{word}: {node.goal.title!r} never succeeds"
             self._findings.in_vain(node.goal.position, message, ["a node that succeeds at some point"])
         elif not goal.outcomes.can_fail and not goal.lasting:
             message = f"{node.child.title!r} is never reached: {node.goal.title!r} succeeds at once"

@@ -30,8 +30,9 @@ def check_structure(mission: Mission, analysis: Analysis, findings: FindingList)
         match node:
             case model.Parallel(children=children):
                 _check_resources(children, mission, analysis, findings, "sequence: one after the other")
-            case model.Until():
-                _check_resources(node.parts, mission, analysis, findings, "sequence: one after the other")
+            case model.Until() | model.Interruptible():
+                together = (node.child, node.goal)
+                _check_resources(together, mission, analysis, findings, "sequence: one after the other")
             case model.If(memory=False, condition=Node() as asked):
                 # While a question that takes time is asked again, the branch goes on.
                 for branch in node.parts[1:]:

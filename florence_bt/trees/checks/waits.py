@@ -13,6 +13,13 @@ from florence_bt.trees.language.watching import guards_of
 
 _Beside = tuple[tuple[Counter[str], frozenset[str]], ...]
 """Of each node whose parts run together: how many of them write each key, and the keys of this part."""
+_Asking = model.WaitUntil | model.Until | model.Interruptible
+"""Nodes that ask again until the answer is yes."""
+_WORDS: dict[type[Node], str] = {
+    model.WaitUntil: "wait_until",
+    model.Until: "until",
+    model.Interruptible: "interrupted_by",
+}
 
 
 class WaitChecks:
@@ -48,7 +55,7 @@ class WaitChecks:
         for part in node.parts:
             others = (*beside, (writers, self._writes(part))) if together else beside
             self._check(part, others)
-            if isinstance(node, model.WaitUntil | model.Until) and part is node.goal:
+            if isinstance(node, _Asking) and part is node.goal:
                 self._check_goal(node, others)
         if node.cleanup is not None:
             self._check(node.cleanup, beside)
@@ -57,14 +64,14 @@ class WaitChecks:
             valid = [f"when: {node.holds.text}, to ask once", "set: in the node, or in one beside it"]
             self._findings.warning(node.holds.position, message, valid)
 
-    def _check_goal(self, node: model.WaitUntil | model.Until, beside: _Beside) -> None:
+    def _check_goal(self, node: _Asking, beside: _Beside) -> None:
         goal = node.goal
         asked = tuple(model.walk(goal))
         if any(isinstance(each, model.RunSkill | model.CallMission) for each in asked):
             return  # whose answer changes by itself
         keys = tuple(dict.fromkeys(reference.key for each in asked for reference in _read_by(each)))
         if self._never_change(keys, goal, beside):
-            word = "wait_until" if isinstance(node, model.WaitUntil) else "until"
+            word = _WORDS[type(node)]
             message = f"{word}: nothing that runs meanwhile writes {_named(keys)}"
             valid = ["parallel: with a node that writes it beside this one", "a skill that asks for it"]
             self._findings.warning(goal.position, message, valid)
@@ -88,7 +95,7 @@ class WaitChecks:
 
 def _run_together(node: Node) -> tuple[Node, ...]:
     """Return the nodes below a node of which one may run, or be asked, while another one does."""
-    together = isinstance(node, model.Parallel | model.Until) or guards_of(node)
+    together = isinstance(node, model.Parallel | model.Until | model.Interruptible) or guards_of(node)
     return node.parts if together else ()
 
 

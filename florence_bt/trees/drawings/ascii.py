@@ -17,7 +17,7 @@ from florence_bt.behaviours.catching import OnFailure
 from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.decorators import CallMission
 from florence_bt.behaviours.parallel import CountingParallel
-from florence_bt.behaviours.until import Until
+from florence_bt.behaviours.until import Interruptible, Until
 from florence_bt.behaviours.why import EARLIER, Why, explain
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}
@@ -42,6 +42,7 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
     (Finally, "finally"),
     (OnFailure, "on_failure"),
     (Until, "until"),
+    (Interruptible, "interrupted_by"),
 )
 
 

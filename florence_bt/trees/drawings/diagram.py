@@ -91,6 +91,8 @@ def _kind(node: Node) -> str:
             return "on_failure"
         case model.WaitUntil():
             return "wait_until"
+        case model.Interruptible():
+            return "interrupted_by"
         case model.ForEach():
             return "for_each"
     return type(node).__name__.lower()
@@ -113,6 +115,8 @@ def _edges(node: Node) -> list[str]:
             return ["", *(f"on {code.text}" for code, _ in handlers)]
         case model.Until():
             return ["", "until"]
+        case model.Interruptible():
+            return ["", "interrupted if", "then first"]
     return [""] * len(node.parts)
 
 

@@ -28,6 +28,7 @@ SYMBOLS = {
     "succeed": "✓",
     "on_failure": "!",
     "until": "⇥",
+    "interrupted_by": "⇄",
     "ensure": "≟",
     "fail": "✗",
     "wait": "⏸",

@@ -34,7 +34,7 @@ from florence_bt.behaviours.looping import ForEach, Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.until import Question, Until, WaitUntil
+from florence_bt.behaviours.until import Interruptible, Question, Until, WaitUntil
 from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
@@ -512,6 +512,8 @@ class _TreeBuilder:
                 return self._on_failure(node, name, child)
             case model.Until():
                 return self._until(node, name, child)
+            case model.Interruptible():
+                return self._interruptible(node, name, child)
             case model.ForEach():
                 return self._for_each(node, name, child, own)
             case model.Repeat(rounds=None):
@@ -575,6 +577,12 @@ class _TreeBuilder:
         question = self._question(node.goal)
         _numbered([body, question.node])
         return Until(name, self.context, body, question, node.own_failure(UNTIL_NOT_MET))
+
+    def _interruptible(self, node: model.Interruptible, name: str, body: Behaviour) -> Behaviour:
+        question = self._question(node.goal)
+        interruption = self._node(node.interruption, skipped_fails=False)
+        _numbered([body, question.node, interruption])
+        return Interruptible(name, self.context, body, question, interruption)
 
     def _question(self, node: Node) -> Question:
         """Build what is asked until it succeeds: watched when it only asks."""

@@ -530,6 +530,29 @@ class Until(Wrapper):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Interruptible(Wrapper):
+    """``interrupted_by``: what comes before the node below, which goes on afterwards.
+
+    Attributes:
+        goal: The node whose success interrupts it.
+        interruption: What is done then.
+    """
+
+    goal: Node
+    interruption: Node
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The child, what interrupts it, and what is done then."""
+        return (self.child, self.goal, self.interruption)
+
+    @property
+    def default_title(self) -> str:
+        """As the node below."""
+        return self.child.title
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Composite(Node):
     """A node with several nodes below."""
 

@@ -198,6 +198,10 @@ class MissionOutcomes:
                 codes = child.codes | (ends.codes & LASTING_CODES)
                 codes |= {node.own_failure(UNTIL_NOT_MET)} if child.can_succeed else _NO_CODES
                 return NodeOutcomes(ends.can_succeed, codes)
+            case model.Interruptible(goal=goal, interruption=interruption):
+                asked = self._of(goal, skip_fails=True).codes & LASTING_CODES
+                done = self._of(interruption, skip_fails=False)
+                return NodeOutcomes(child.can_succeed, child.codes | asked | done.codes)
             case model.Repeat(rounds=value):
                 assert value is not None  # that was a case above
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, COUNT))

@@ -34,6 +34,8 @@ SHORTEST_S = 0.01
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _TIME_OF_DAY = re.compile(r"(?P<time>\d{1,2}:\d{2})(?: or (?P<sooner>.+))?")
 """A time of day, perhaps with what ends the waiting sooner: ``22:00``, ``22:00 or $done``."""
+_TIME_TO_WAIT_FOR = re.compile(r"(?:until|till|at) ((?:[01]?\d|2[0-3]):[0-5]\d)")
+"""A time of day where a duration is wanted: ``until 22:00``."""
 _TIME_MEANT = re.compile(
     r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
     r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
@@ -214,7 +216,7 @@ class _MissionParser(Reader):
             self.error(until.position, message, ["first_success: true"])
             until = None
         if until is None and handlers is None:
-            return self._of_kind(key, value, source)
+            return self._interruptible(key, value, source)
         return self._wrapped(key, value, source, until, handlers)
 
     def _without_unless(self, source: YamlMapping) -> YamlMapping:
@@ -281,7 +283,7 @@ class _MissionParser(Reader):
         inner = tuple(entry for entry in entries if entry[0].text not in outside)
         outer = tuple(entry for entry in entries if entry[0].text in outside)
         fields = self._fields(key, YamlMapping(outer, source.position))
-        node = self._of_kind(key, value, YamlMapping(inner, source.position))
+        node = self._interruptible(key, value, YamlMapping(inner, source.position))
         goal = self._question(until, "until") if until is not None else None
         caught = self._handlers(handlers) if handlers is not None else ()
         if node is None or (goal is None and until is not None):
@@ -292,6 +294,35 @@ class _MissionParser(Reader):
             code = fields.pop("code", None)
             node = model.Until(child=node, goal=goal, code=code, position=key.position)
         return model.OnFailure(child=node, handlers=caught, **fields)
+
+    def _interruptible(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
+        """Read a node of a kind, and what interrupts it."""
+        interrupted_by = source.get("interrupted_by")
+        if interrupted_by is None:
+            return self._of_kind(key, value, source)
+        entries = [entry for entry in source.entries if entry[0].text != "interrupted_by"]
+        guarded = source.get("while") is not None
+        outside = (*vocabulary.ANYWHERE, *(("code",) if guarded else ()))
+        inner = tuple(entry for entry in entries if entry[0].text not in outside)
+        outer = tuple(entry for entry in entries if entry[0].text in outside)
+        node = self._of_kind(key, value, YamlMapping(inner, source.position))
+        goal, interruption = self._interruption(interrupted_by)
+        fields = self._fields(key, YamlMapping(outer, source.position))
+        if node is None or goal is None or interruption is None:
+            return None
+        return model.Interruptible(child=node, goal=goal, interruption=interruption, **fields)
+
+    def _interruption(self, source: YamlNode) -> tuple[model.Node | None, model.Node | None]:
+        """Read ``interrupted_by``: what is asked, and what is done then."""
+        entries = source.entries if isinstance(source, YamlMapping) else ()
+        unknown = [key for key, _ in entries if key.text not in vocabulary.INTERRUPTION_KEYS]
+        if unknown or len(entries) != len(vocabulary.INTERRUPTION_KEYS):
+            position = unknown[0].position if unknown else source.position
+            valid = ["interrupted_by: {if: an expression or a node, do: a node}"]
+            self.error(position, "interrupted_by needs what is asked and what is done then", valid)
+            return None, None
+        parts = {key.text: item for key, item in entries}
+        return self._question(parts["if"], "interrupted_by"), self.node(parts["do"])
 
     def _question(self, source: YamlNode, what: str) -> model.Node | None:
         """Read a node that is asked; an expression is the condition of that text."""
@@ -349,6 +380,13 @@ class _MissionParser(Reader):
             case "fail":
                 reason, fields = self._template(value, "fail"), self._fields(key, mapping)
                 return model.Fail(reason=reason, **fields) if reason is not None else None
+            case "wait" if isinstance(value, YamlScalar) and (
+                time := _TIME_TO_WAIT_FOR.fullmatch(value.text)
+            ):
+                self.error(
+                    value.position, f"wait: {value.text!r} is a time of day", [f"wait_until: {time[1]}"]
+                )
+                return None
             case "wait":
                 duration, fields = self.value(value, "wait"), self._fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None

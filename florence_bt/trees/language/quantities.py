@@ -149,6 +149,10 @@ def range_of(port: Port) -> tuple[str, ...]:
     return (f"{low} and more",) if low is not None else (f"{high} and less",) if high is not None else ()
 
 
+_CLOCK_AND_UNIT = re.compile(r"(\d+):(\d{2})\s*(h|min)\b.*")
+"""A duration as on a clock, with the unit of its first part: ``1:30 h``."""
+
+
 def _suggestion(text: str, kind: Kind) -> str:
     """Suggest what is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
@@ -157,6 +161,9 @@ def _suggestion(text: str, kind: Kind) -> str:
     value, *comment = (part.strip() for part in _COMMENT.split(text, maxsplit=1))
     if comment:
         return f"{value if QUANTITY.fullmatch(value) else _suggestion(value, kind)} # {comment[0]}"
+    if kind is Kind.DURATION and (clock := _CLOCK_AND_UNIT.fullmatch(text)):
+        smaller = {"h": "min", "min": "s"}[clock[3]]
+        return f"{int(clock[1])} {clock[3]} {int(clock[2])} {smaller}"
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     match = QUANTITY.fullmatch(plain)
     if match and match[2] in units:

@@ -253,6 +253,7 @@ MODIFIER_TEXTS: dict[str, str] = {
     "when": "must hold before the node starts; the node is skipped otherwise",
     "while": "must hold all along; the node is stopped and fails otherwise",
     "until": "what ends the node: a node that succeeds, or an expression that holds",
+    "interrupted_by": "what comes first when something is so; then the node goes on",
     "on_failure": "what is done about failures: codes, groups of codes or any, each with a node",
     "ensure": "must hold when the node has succeeded; it has failed otherwise",
     "because": "the reason of a failure in your own words, or one for each code",
@@ -376,6 +377,12 @@ class NodeSchemas:
                 ]
             },
             "until": {"anyOf": [EXPRESSION, NODE]},
+            "interrupted_by": {
+                "type": "object",
+                "properties": {"if": {"anyOf": [EXPRESSION, NODE]}, "do": NODE},
+                "required": ["if", "do"],
+                "additionalProperties": False,
+            },
             "on_failure": {
                 "type": "object",
                 "properties": {

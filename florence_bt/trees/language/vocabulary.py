@@ -35,7 +35,7 @@ GUARDS = ("when", "while")
 OUTSIDE = ("name", "when", "because", "finally")
 """Modifiers that are about a node together with what its `until`, `on_failure` and `ensure` do."""
 
-ANYWHERE = ("name", *GUARDS, "until", "on_failure", "ensure", "because", "finally")
+ANYWHERE = ("name", *GUARDS, "interrupted_by", "until", "on_failure", "ensure", "because", "finally")
 """Modifiers that every node may have."""
 
 MODIFIERS: dict[str, tuple[str, ...]] = {
@@ -72,6 +72,7 @@ NEVER_INPUTS = (
     "with",
     "when",
     "while",
+    "interrupted_by",
     "until",
     "on_failure",
     "ensure",
@@ -88,6 +89,8 @@ RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS, "time"))
 """Names that no skill can have; ``time`` stands under ``wait_until``."""
 
 MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
+INTERRUPTION_KEYS = ("if", "do")
+"""What stands under ``interrupted_by``: what is asked, and what is done then."""
 INPUT_KEYS = ("type", "default", "min", "max", "description")
 KEY_KEYS = INPUT_KEYS
 OUTPUT_KEYS = ("type", "description")

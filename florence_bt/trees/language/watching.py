@@ -40,7 +40,9 @@ def unwatched(node: Node, *, watched: bool = False) -> Iterator[model.RunSkill]:
     """
     if isinstance(node, model.RunSkill) and not watched:
         yield node
-    guards = {*guards_of(node), *((node.goal,) if isinstance(node, model.Until | model.WaitUntil) else ())}
+    guards = set(guards_of(node))
+    if isinstance(node, model.Until | model.WaitUntil | model.Interruptible):
+        guards.add(node.goal)
     watched = watched and passes_on(node)
     for part in node.parts:
         yield from unwatched(part, watched=watched or part in guards)

@@ -6,14 +6,14 @@ of each element: controls, decorators, leaves, and in the end the table of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions.parser import negated, parse_expression
-from florence_bt.trees.language.vocabulary import BESIDE, FOREVER, MODIFIERS, OUTSIDE
+from florence_bt.trees.language.vocabulary import ANYWHERE, BESIDE, FOREVER, MODIFIERS, OUTSIDE
 from florence_btcpp.custom_nodes import CustomNode, CustomNodes
 from florence_btcpp.data_flow import DataFlow, TreeFlow
 from florence_btcpp.key_uses import READ, WRITE, Ports, SubTreeCall, pointer, port_of_skill, registration
@@ -1096,6 +1096,16 @@ def florence_until(c: Converter, e: Element) -> Node:
     return put(_enclosed(c.node(e.children[0])), "until", _question(c, e.children[1]))
 
 
+@_converts("FlorenceInterruptible")
+def florence_interruptible(c: Converter, e: Element) -> Node:
+    """Convert ``FlorenceInterruptible``."""
+    if len(e.children) != 3:
+        return c.stand_in(e, "it needs exactly 3 nodes below it")
+    body, asked, interruption = e.children
+    interrupted_by = {"if": _question(c, asked), "do": c.node(interruption)}
+    return put(_enclosed(c.node(body), ANYWHERE), "interrupted_by", interrupted_by)
+
+
 @_converts("FlorenceWaitUntil")
 def florence_wait_until(c: Converter, e: Element) -> Node:
     """Convert ``FlorenceWaitUntil``."""
@@ -1114,9 +1124,9 @@ def florence_catch(c: Converter, e: Element) -> Node:
     return put(_enclosed(body), "on_failure", dict(zip(codes, handlers, strict=True)))
 
 
-def _enclosed(body: Node) -> Node:
+def _enclosed(body: Node, modifiers: Iterable[str] = OUTSIDE) -> Node:
     """Enclose a node whose own guards, names and clean-up stay its own when a modifier is put round it."""
-    return {"sequence": [body]} if set(OUTSIDE) & set(body) else body
+    return {"sequence": [body]} if set(modifiers) & set(body) else body
 
 
 @_converts("FlorenceParallel")

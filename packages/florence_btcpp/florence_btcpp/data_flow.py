@@ -51,7 +51,7 @@ _UNSURE = frozenset(
     }
 )
 """Nodes that can succeed although what is below them did not."""
-_FIRST_COUNTS = ("RecoveryNode", "Finally", "FlorenceFinally", "FlorenceRetry")
+_FIRST_COUNTS = ("RecoveryNode", "Finally", "FlorenceFinally", "FlorenceRetry", "FlorenceInterruptible")
 """Controls that succeed when their first node does."""
 _ONE_OF = ("Fallback", "AsyncFallback", "ReactiveFallback", "RoundRobin", "FlorenceSwitch", "FlorenceCatch")
 """Controls that succeed when one of their nodes does."""

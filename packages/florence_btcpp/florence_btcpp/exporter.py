@@ -308,6 +308,11 @@ class NodeWriter:
                 reason = "BehaviorTree.CPP has no node that ends another one with success"
                 self._florence_node(node, "FlorenceUntil", reason)
                 return _control("FlorenceUntil", [*children, self.node(goal)])
+            case model.Interruptible(goal=goal, interruption=interruption):
+                reason = "BehaviorTree.CPP has no node that goes on where it was interrupted"
+                self._florence_node(node, "FlorenceInterruptible", reason)
+                children += [self.node(goal), self.node(interruption)]
+                return _control("FlorenceInterruptible", children)
             case model.Repeat(rounds=rounds):
                 assert rounds is not None  # that was a case above
                 if not isinstance(rounds, Literal | Reference):

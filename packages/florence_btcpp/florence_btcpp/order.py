@@ -12,6 +12,7 @@ CONCURRENT = frozenset(
         *(
             "FlorenceParallel",
             "FlorenceUntil",
+            "FlorenceInterruptible",
             "FlorenceWaitUntil",
             "Parallel",
             "ParallelAll",

@@ -20,12 +20,10 @@ from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from tests.ticking import make_context
-from tests.unit.trees.interpreter import GROUPS, SUB, Failed, Node, World
+from tests.unit.trees.interpreter import GROUPS, LONGEST, SUB, Failed, Node, World
 
 KEYS: dict[str, Any] = {"a": 1, "b": 1, "c": 1, "x": 0, "y": 0}
 LISTS: dict[str, Any] = {"l": ()}
-SHORT = 60.0
-"""Longer than what a mission of these does; one that still runs then is stuck."""
 TASK = SkillDeclaration(
     "task",
     "Do something",
@@ -130,19 +128,20 @@ def by_the_engine(folder: Path, tree: Node, tasks: World, stop_at: float | None 
                 result = "stopped"
                 ticker.stop()
                 context.wake()
-        elif due is None or due > SHORT:
+        elif due is None or due > LONGEST:
             break
         else:
             clock.advance_to(due)
     keys = {key: context.keys.read(key) for key in (*KEYS, *LISTS)}
-    return result, clock.now(), sorted(skill.log), keys
+    return result, clock.now() if result is not None else LONGEST, sorted(skill.log), keys
 
 
 def by_the_page(tree: Node, tasks: World, stop_at: float | None = None) -> Played:
     world = World(tasks.tasks)
     world.play(tree, {**KEYS, **LISTS}, stop_at)
     keys = {key: world.keys.values[key] for key in (*KEYS, *LISTS)}
-    return world.result, world.now, sorted(world.log), keys
+    now = world.now if world.result is not None else LONGEST
+    return world.result, now, sorted(world.log), keys
 
 
 class Writer:
@@ -192,6 +191,8 @@ class Writer:
                 node[guard] = self.formula()
         if self.chance(10):
             node["until"] = self.formula() if self.chance(50) else self.task()
+        if self.chance(8):
+            node["interrupted_by"] = self.interruption()
         if {"while", "until", "ensure"} & set(node):
             node.pop("code", None)  # it would not be clear whose it is
         if self.chance(12):
@@ -200,6 +201,12 @@ class Writer:
         if self.chance(10):
             node["finally"] = self.pick((self.task(), {"sequence": [self.task(), self.task()]}))
         return node
+
+    def interruption(self) -> Node:
+        key = self.key()
+        asked = self.task() if self.chance(40) else f"${key} == {self.pick(range(3))}"
+        then = self.pick(({"set": {key: 7}}, {"set": {key: 7}}, self.node(0)))
+        return {"if": asked, "do": {"sequence": [{"wait": self.pick(("0.5 s", "1 s"))}, then]}}
 
     def leaf(self, depth: int) -> Node:
         return self.pick(

@@ -8,7 +8,7 @@ step, says "not yet" by yielding, and returns its result. Closing it stops it. O
 from __future__ import annotations
 
 import re
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from operator import eq, gt, lt, ne
 from typing import Any
@@ -27,6 +27,14 @@ SUB = {
     },
 }
 """The mission that others call: its inputs with their defaults, and its tree; its output is ``y``."""
+
+
+LONGEST = 20.0
+"""When both readers give up a mission that still runs, seconds: some are interrupted for ever."""
+
+
+class Interruption(BaseException):
+    """What runs of a node that does one thing after the other begins again, when it goes on."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +91,7 @@ class World:
     result: Result | None = None
 
     def __post_init__(self) -> None:
+        self._root: Run = nothing()
         self._moments: set[float] = set()
         self._again = False
         self._beside: list[Run] = []
@@ -94,7 +103,7 @@ class World:
     def play(self, tree: Node, keys: Mapping[str, Any], stop_at: float | None = None) -> None:
         """Play a mission to its end, or as long as something can still happen."""
         self.keys = Scope(None, keys)
-        root = self.node(tree, self.keys)
+        root = self._root = self.node(tree, self.keys)  # kept: what still runs in the end is not stopped
         stopped = False
         while True:
             while True:
@@ -109,7 +118,7 @@ class World:
                 if self.result is None:
                     self.result = "stopped"
                     root.close()
-            elif moment is None:
+            elif moment is None or moment > LONGEST:
                 return
             else:
                 self.now = moment
@@ -132,7 +141,7 @@ class World:
     def next_step(self) -> Generator[None, None, None]:
         """Go on in the next step, which comes at once."""
         self._again = True
-        yield
+        yield from paused(lambda: None)
 
     def go_on_beside(self, run: Run) -> None:
         if step(run) is None:
@@ -153,6 +162,55 @@ class World:
         modifier, method = LAYERS[depth - 1]
         inner = self.layer(node, scope, depth - 1)
         return getattr(self, method)(node, scope, inner) if modifier in node else inner
+
+    def interrupted(self, node: Node, scope: Scope, body: Run) -> Run:
+        kind, asked = kind_of(node), node["interrupted_by"]
+        in_turn = kind in ("sequence", "selector", "for_each", "retry", "repeat")
+        in_turn = in_turn and node.get("memory") is not False
+        goal, begun, goes_on = self.ask(asked["if"], scope), False, False
+        try:
+            while True:
+                if goes_on and (result := step(body)) is not None:
+                    return result
+                answer = step(goal)
+                if isinstance(answer, Failed):
+                    return answer
+                if answer is None:
+                    if not goes_on and (result := step(body)) is not None:
+                        return result
+                    begun = goes_on = True
+                    yield
+                    continue
+                goal.close()
+                if begun and in_turn:
+                    body.throw(Interruption())
+                elif begun:
+                    body.close()
+                    body, begun = self.layer(node, scope, 0), False
+                result = yield from self.node(asked["do"], scope)
+                if isinstance(result, Failed):
+                    return result
+                yield from self.next_step()
+                goal, goes_on = self.ask(asked["if"], scope), False
+        finally:
+            body.close()
+            goal.close()
+
+    def in_turn(self, node: Node, scope: Scope) -> Run:
+        """Run one of several nodes; when it was interrupted it begins again."""
+        run = self.node(node, scope)
+
+        def begin_again() -> None:
+            nonlocal run
+            run.close()
+            run = self.node(node, scope)
+
+        try:
+            while (result := step(run)) is None:
+                yield from paused(begin_again)
+            return result
+        finally:
+            run.close()
 
     def held(self, node: Node, scope: Scope, body: Run) -> Run:
         broken = Failed(node.get("code", "guard_failed") if "until" not in node else "guard_failed")
@@ -248,7 +306,7 @@ class World:
         if node.get("memory") is False:
             return (yield from self.watched(node["sequence"], scope, OK))
         for child in node["sequence"]:
-            result = yield from self.node(child, scope)
+            result = yield from self.in_turn(child, scope)
             if isinstance(result, Failed):
                 return result
         return OK
@@ -257,7 +315,7 @@ class World:
         if node.get("memory") is False:
             return (yield from self.watched(node["selector"], scope, None))
         for child in node["selector"]:
-            result = yield from self.node(child, scope)
+            result = yield from self.in_turn(child, scope)
             if result == OK:
                 return result
         return Failed(SKIPPED) if result == SKIPPED else result
@@ -348,13 +406,13 @@ class World:
                 own.write(node["attempt"], attempt)
             if attempt > 1 and "between" not in node:
                 yield from self.next_step()
-            result = yield from self.node(node["do"], own)
+            result = yield from self.in_turn(node["do"], own)
             ends = not isinstance(result, Failed) or attempt == node["retry"]
             if ends or (codes and result.code not in codes):
                 return result
             if "between" in node:
                 yield from self.next_step()
-                pause = yield from self.node(node["between"], own)
+                pause = yield from self.in_turn(node["between"], own)
                 if isinstance(pause, Failed):
                     return pause
             attempt += 1
@@ -363,7 +421,7 @@ class World:
         for number in range(node["repeat"]):
             if number:
                 yield from self.next_step()
-            result = yield from self.node(node["do"], scope)
+            result = yield from self.in_turn(node["do"], scope)
             if isinstance(result, Failed):
                 return result
         return OK
@@ -377,7 +435,7 @@ class World:
                 own.write(name, each)
             if index:
                 yield from self.next_step()
-            result = yield from self.node(node["do"], own)
+            result = yield from self.in_turn(node["do"], own)
             if result == OK and first:
                 return OK
             if isinstance(result, Failed) and not (result.code in over or (first and not over)):
@@ -490,6 +548,7 @@ class World:
 
 
 LAYERS = (
+    ("interrupted_by", "interrupted"),
     ("while", "held"),
     ("until", "ended"),
     ("on_failure", "handled"),
@@ -535,6 +594,17 @@ def step(run: Run) -> Result | None:
         result: Result = end.value
         return result
     return None
+
+
+def paused(interrupted: Callable[[], None]) -> Generator[None, None, None]:
+    """Wait for the next step; tell of each interruption that comes before it."""
+    while True:
+        try:
+            yield
+        except Interruption:
+            interrupted()
+        else:
+            return
 
 
 def nothing() -> Run:

@@ -76,7 +76,7 @@ def test_branches_guards_and_words_are_in_the_diagram(workshop):
 
 
 def test_every_kind_of_node_has_a_sign():
-    assert set(NODE_KINDS) | {"skill", "until", "on_failure", "ensure"} == set(SYMBOLS)
+    assert set(NODE_KINDS) | {"skill", "until", "interrupted_by", "on_failure", "ensure"} == set(SYMBOLS)
 
 
 def test_text_drawing(workshop):

@@ -56,6 +56,10 @@ GENERAL: dict[str, list[object]] = {
     "when": ["$a == 1", "$a == 2"],
     "ensure": ["$a == 2"],
     "while": ["$a < 2", "$a < 1"],
+    "interrupted_by": [
+        {"if": "$a == 2", "do": {"sequence": [{"task": {"name": "first"}}, {"set": {"a": 1}}]}},
+        {"if": {"task": {"name": "calls"}}, "do": {"task": {"name": "first"}, "when": "$a < 3"}},
+    ],
     "until": ["$a == 2", {"task": {"name": "goal"}}],
     "on_failure": [
         {"any": {"task": {"name": "mends"}}},
@@ -118,6 +122,8 @@ def test_every_pair_of_modifiers(tmp_path: Path, kind: str, end: str):
         {
             "body": [ENDS[end], (1.0, None, 3)],
             "goal": [(0.5, "broken", 0), (0.5, None, 0)],
+            "calls": [(0.5, None, 0), (0.5, "broken", 0), (0.5, None, 0), (100.0, None, 0)],
+            "first": [(0.5, None, 0), (0.5, None, 0), (0.5, "odd", 0)],
             **{name: [(1.0, None, 0)] for name in ("next", "mends", "tidy", "sub")},
         }
     )

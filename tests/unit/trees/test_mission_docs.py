@@ -41,7 +41,7 @@ GIVEN = {
 # Examples that fail by intention: a part of the text -> the code.
 FAILURES = {
     'fail: "nobody was': "nobody_home",
-    "invert:": "still_in_the_kitchen",
+    "invert:\n": "still_in_the_kitchen",
     "while: not $found": "somebody_is_here",
     'fail: "there is no chair': "no_chair",
 }

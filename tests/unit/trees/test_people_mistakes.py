@@ -688,6 +688,16 @@ REMEDIES = {
         "6:3",
         "when: ($n < 9) and not $n == 1",
     ),
+    "a time of day that is waited for": (
+        HEAD + "  wait: until 22:00\n",
+        "3:9",
+        "wait_until: 22:00",
+    ),
+    "a time of day in an expression": (
+        HEAD + "  wait: 1 s\n  when: $time >= 22:00\n",
+        "4:20",
+        "wait_until: 22:00, as a node",
+    ),
     "a sum of another language": (HEAD + "  increment: n\n", "3:3", "add: {key: 1}"),
     "a difference of another language": (HEAD + "  decrement: {n: 1}\n", "3:3", "add: {key: -1}"),
     "add without a number": (

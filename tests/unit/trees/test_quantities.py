@@ -59,6 +59,8 @@ def test_reading(text, kind, value):
         ("5m", Kind.DURATION, "'m' is not a unit of a duration", ("5 min",)),
         ("5 m", Kind.ANGLE, "'m' is not a unit of an angle", ("5 deg", "5 °", "5 rad")),
         ("10 Min", Kind.DURATION, "'Min' is not a unit of a duration", ("10 min",)),
+        ("1:30 h", Kind.DURATION, "a duration is needed", ("1 h 30 min",)),
+        ("2:15 min", Kind.DURATION, "a duration is needed", ("2 min 15 s",)),
         ("2 days", Kind.DURATION, "'days' is not a unit of a duration", ("48 h",)),
         ("90 secnds", Kind.DURATION, "'secnds' is not a unit of a duration", ("90 s",)),
         ("5 metres", Kind.LENGTH, "'metres' is not a unit of a length", ("5 m",)),

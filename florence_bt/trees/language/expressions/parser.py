@@ -157,6 +157,10 @@ def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> No
     raise problem_at(position, f"{match[1]!r} is not a unit", *valid)
 
 
+_TIME_AROUND = re.compile(r"\d{1,2}:\d{2}$")
+"""A time of day of which the colon is met."""
+
+
 def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
     for sign, here in sorted(_OTHER_SIGNS.items(), key=lambda item: -len(item[0])):
         if text.startswith(sign, offset):
@@ -167,6 +171,8 @@ def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
         rest = re.match(r"\$\{?(\w*)", text[offset:])
         name = rest[1].lower() if rest else ""
         return problem_at(position, "a $ must stand before the name of a key", f"${name or 'key'}")
+    if text[offset] == ":" and (time := _TIME_AROUND.search(text[: offset + 3])):
+        return problem_at(position, "an expression knows no time of day", f"wait_until: {time[0]}, as a node")
     if text[offset] in "{}":
         return problem_at(position, f"{text[offset]!r} has no place in an expression", "( and )")
     return problem_at(position, f"{text[offset]!r} has no place in an expression")

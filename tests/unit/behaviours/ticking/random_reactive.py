@@ -33,14 +33,14 @@ from florence_bt.behaviours.looping import Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.until import Question, Until
+from florence_bt.behaviours.until import Interruptible, Question, Until
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import BaseRun, Event
 from tests.unit.behaviours.ticking import random_trees
 
-FIXED = (Finally, If, Switch)
+FIXED = (Finally, If, Interruptible, Switch)
 KEYS = ("a", "b", "c", "d")
 TICKS = 25
 
@@ -135,6 +135,10 @@ class Writes(Behaviour):
         return self._random.choice((Status.SUCCESS, Status.SUCCESS, Status.FAILURE, Status.RUNNING))
 
 
+class CleanUp(Sequence):
+    """What a clean-up does."""
+
+
 class ReactiveScript(random_trees.Script):
     """Builds the tree of a seed and does what the seed wants between the ticks."""
 
@@ -193,9 +197,7 @@ class ReactiveScript(random_trees.Script):
 
         def make(context: TreeContext) -> Behaviour:
             job = Job(f"{name} done", self.log)
-            return Sequence(
-                name, True, [Wait(f"{name} waits", context, 0.5), ForceSuccess("ends", Ends(job))]
-            )
+            return CleanUp(name, True, [Wait(f"{name} waits", context, 0.5), ForceSuccess("ends", Ends(job))])
 
         return make
 
@@ -233,6 +235,8 @@ class ReactiveScript(random_trees.Script):
         parent: Any = node.parent
         if isinstance(node, FIXED) or isinstance(parent, FIXED):
             return  # these know their children by heart
+        if any(isinstance(each, CleanUp) for each in (node, parent, getattr(parent, "parent", None))):
+            return  # another one is built like it when it is interrupted
         if random_trees.may_go(node):
             parent.replace_child(node, self.tree(1))
         elif isinstance(node, Composite):
@@ -252,6 +256,9 @@ OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [
     lambda s, c: Once(s.name("once"), c),
     lambda s, c: OnFailure(s.name("on failure"), s.context, c, [h := s.leaf()], {"broken": h}, h),
     lambda s, c: Until(s.name("until"), s.context, c, Question(s.context, s.leaf(), None), "not_met"),
+    lambda s, c: Interruptible(
+        s.name("interrupted"), s.context, c, Question(s.context, s.leaf(), None), s.leaf()
+    ),
     lambda s, c: Finally(s.name("finally"), s.context, c, s.cleanup()),
     lambda s, c: If(s.name("if"), s.context, s.formula(), c, s.leaf(), memory=s.random.random() < 0.5),
     lambda s, c: If(s.name("if node"), s.context, s.leaf(), c, memory=s.random.random() < 0.5),
