@@ -9,7 +9,7 @@ WORKERS ?= 3
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all unit ros check format manual trials bench figures colour lock clean
+.PHONY: help setup demo test test-all unit ros check format manual trials bench figures mutants colour lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -56,6 +56,9 @@ bench: setup ## run the benchmarks
 
 figures: setup ## list which tables of figures are old; ONLY=people (a page, a table, all) makes them again
 	$(BIN)/python -m tools.figures $(if $(ONLY),--only "$(ONLY)") $(ARGS)
+
+mutants: setup ## list small changes of the code that no unit test notices; FILES=... of these, CHANGED=main of lines changed since
+	$(BIN)/python -m tools.mutants $(if $(CHANGED),--changed $(CHANGED)) $(FILES) $(ARGS)
 
 colour: setup ## install the network of the colour detector, 144 MB (ARGS=--photographs: what its tests look at, too)
 	$(BIN)/python tools/colour_network $(ARGS)

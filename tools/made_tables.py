@@ -182,6 +182,14 @@ FIGURES: tuple[Figures, ...] = (
         alone=True,
     ),
     Figures(
+        "notes/mutants.md",
+        ("mutants",),
+        "-m tools.mutants",
+        "--count 40",
+        "--count 1 --jobs 1 florence_bt/core/unquoted_commas.py",
+        ("tools/mutants", "florence_bt", "tests/unit"),
+    ),
+    Figures(
         "notes/page.md",
         ("figures",),
         "-m tools.page_figures",

@@ -1,0 +1,72 @@
+"""Mutants: small changes of a module, of which none is idle, and the tests that could notice them."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+
+from tools.mutants.covering import tests_near as files_near
+from tools.mutants.mutations import Mutation, draw
+
+SOURCE = '''
+"""A module."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+LIMIT: int | None = 5
+
+
+@dataclass(frozen=True)
+class Counter:
+    count: int = 0
+    other: float | None
+
+    def add(self, number: int | None) -> int | None:
+        """Add what is not too much."""
+        if number is None or number > LIMIT:
+            raise ValueError("too much")
+        for each in range(number):
+            if each == 3:
+                continue
+            self.count += each
+            self.note(each)
+        left, right = self.count, -number
+        return left * 2 - right
+'''
+
+
+@pytest.fixture(scope="module")
+def mutants() -> list[Mutation]:
+    return [each for seed in range(12) for each in draw("a.py", SOURCE, 40, str(seed))]
+
+
+def test_every_mutant_is_another_module_that_parses(mutants: list[Mutation]) -> None:
+    whole = ast.dump(ast.parse(SOURCE))
+    assert all(ast.dump(ast.parse(each.text)) != whole for each in mutants)
+    families = {each.family for each in mutants}
+    assert families == {"arithmetic", "sign", "comparison", "logic", "loop", "number", "statement"}
+
+
+def test_annotations_decorators_and_docstrings_stay(mutants: list[Mutation]) -> None:
+    changed = {each.before for each in mutants}
+    assert not any("def " in line or "@" in line or "other" in line or '"""' in line for line in changed)
+    assert all("int | None) -> int | None" in each.text for each in mutants)
+
+
+def test_a_name_is_never_left_unbound(mutants: list[Mutation]) -> None:
+    left_out = {each.before for each in mutants if each.family == "statement"}
+    assert left_out == {'raise ValueError("too much")', "self.count += each", "self.note(each)"}
+
+
+def test_a_seed_draws_the_same_and_lines_are_kept_to() -> None:
+    assert draw("a.py", SOURCE, 5, "x") == draw("a.py", SOURCE, 5, "x")
+    only = draw("a.py", SOURCE, 40, "x", [range(17, 19)])
+    assert {each.line for each in only} == {17, 18}
+
+
+def test_tests_of_a_module_and_of_those_that_import_it_are_near() -> None:
+    near = files_near(["florence_bt/skills/navigation/navigate/_wave_kernels.py"])
+    assert "tests/unit/skills/test_planner.py" in near, "the planner imports the kernels"
+    assert "tests/unit/trees/test_schema.py" not in near

@@ -1,0 +1,89 @@
+"""Tries a mutation in a copy of the repository: do its tests notice?"""
+
+from __future__ import annotations
+
+import enum
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tools.mutants.mutations import Mutation
+from tools.tables import ROOT, git
+
+LONGEST_S = 300.0
+"""A mutant whose tests take longer goes round for ever, which somebody notices."""
+_NOTICED = (1, 2, 4)
+"""What pytest exits with when a test fails, or a module cannot be imported."""
+
+
+class Verdict(enum.Enum):
+    """What the tests say of a mutation."""
+
+    NOTICED = "noticed"
+    UNNOTICED = "unnoticed"
+    UNTESTED = "no test runs it"
+
+
+class Copy:
+    """A copy of the repository's files in which one mutation at a time is made."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        shutil.rmtree(folder, ignore_errors=True)
+        for name in git("ls-files").splitlines():
+            if (ROOT / name).is_file():
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, folder / name)
+        for folder_name in ("build", ".venv"):
+            if (ROOT / folder_name).exists() and not (folder / folder_name).exists():
+                (folder / folder_name).symlink_to(ROOT / folder_name)
+        paths = [folder, folder / "packages/florence_btcpp"]
+        self._environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(map(str, paths)),
+            "OPENBLAS_NUM_THREADS": "1",
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
+
+    def judge(self, mutation: Mutation, tests: Sequence[str]) -> Verdict:
+        """Run tests with a mutation, until one fails."""
+        if not tests:
+            return Verdict.UNTESTED
+        file = self._folder / mutation.path
+        before = file.read_text()
+        file.write_text(mutation.text)
+        try:
+            return Verdict.NOTICED if self._fails(tests) else Verdict.UNNOTICED
+        finally:
+            file.write_text(before)
+
+    def _fails(self, tests: Sequence[str]) -> bool:
+        names = self._folder / "tests-of-the-mutant"
+        names.write_text("\n".join(tests))
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-x",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "--benchmark-disable",
+        ]
+        try:
+            done = subprocess.run(
+                [*command, f"@{names}"],
+                cwd=self._folder,
+                env=self._environment,
+                capture_output=True,
+                timeout=LONGEST_S,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return True
+        if done.returncode not in (0, *_NOTICED):
+            raise RuntimeError(f"pytest ended with {done.returncode}: {done.stdout.decode()[-2000:]}")
+        return done.returncode != 0
