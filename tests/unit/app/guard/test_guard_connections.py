@@ -45,6 +45,7 @@ def port() -> Iterator[int]:
     """The port of a server that has begun."""
     listening = socket.create_server(("127.0.0.1", 0))
     server = make_server(Guard(application, NoTokens()), "127.0.0.1", 0)
+    server.config.timeout_keep_alive = round(PATIENCE_S)  # a busy machine may take the default of 5 s
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
     thread.start()
     try:
