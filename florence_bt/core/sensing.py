@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 
 FloatArray = NDArray[np.float32]
+ERROR_CODES_M = 0.02
+"""Ranges of up to this are error codes of a laser, mostly for an echo that was too weak (REFERENCE 4.8)."""
 Posture = Literal["standing", "sitting", "lying", "unknown"]
 
 
@@ -29,7 +31,7 @@ class LaserScan:
         scan_time: Seconds between scans.
         range_min: Smaller ranges are not measurements, in metres.
         range_max: Ranges from here on are not measurements, in metres.
-        ranges: Shape (n,), float32, metres; NaN and infinities as in REP-117.
+        ranges: Shape (n,), float32, metres; NaN and infinities as in REP-117 (:meth:`valid`, :meth:`empty`).
         intensities: Shape (n,) or (0,), device units.
     """
 
@@ -65,6 +67,14 @@ class LaserScan:
     def valid(self) -> NDArray[np.bool_]:
         """Tell which ranges are measurements: finite and range_min <= r < range_max, shape (n,)."""
         return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges < self.range_max)
+
+    def empty(self) -> NDArray[np.bool_]:
+        """Tell which beams met nothing within range, shape (n,): plus infinity.
+
+        Drivers from before REP-117 write range_max for it. A finite range beyond that is no measurement, nor
+        are NaN, minus infinity and what is too near: those say nothing of what is free.
+        """
+        return (self.ranges == np.inf) | (self.ranges == np.float32(self.range_max))
 
 
 def _angles(angle_min: float, angle_increment: float, count: int) -> NDArray[np.float64]:

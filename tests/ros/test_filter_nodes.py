@@ -156,7 +156,7 @@ def test_the_laser_filter_listens_where_it_is_told(ros: Any) -> None:
     ros.add(LaserFilterNode(parameters={"input_topic": "scan", "robot_radius": 0.05}))
     sensors = ros.add(Sensors())
 
-    sensors.create_timer(PERIOD_S, lambda: sensors.send_laser(6.0))
+    sensors.create_timer(PERIOD_S, lambda: sensors.send_laser(np.inf))
     ros.spin_until(lambda: "filtered_scan" in sensors.heard)
     assert sensors.heard["filtered_scan"].ranges[0] == np.float32(0.1)
     assert sensors.heard["filtered_scan"].ranges[100] == np.float32(5.5999)

@@ -44,7 +44,7 @@ def laser_scan(ranges=None, stamp: float = 10.0, **changes) -> LaserScan:
 
 
 def kinect_scan(ranges=None, stamp: float = 10.0, **changes) -> LaserScan:
-    """360 beams of half a degree, empty ones at range_max + 1."""
+    """360 beams of half a degree, empty ones at range_max + 1 as the old nodelet wrote them."""
     values = np.full(360, 5.0) if ranges is None else np.asarray(ranges)
     scan = LaserScan(
         stamp=stamp,
@@ -114,14 +114,19 @@ def test_a_laser_that_stands_upright():
         (3.0, NAN, 3.0),
         (3.0, INF, 3.0),
         (3.0, -INF, 3.0),
-        (0.001, 5.0, 6.6),  # none valid
-        (NAN, NAN, 6.6),
-        (6.0, 5.0, 6.6),
+        (0.001, 5.0, INF),  # nothing within range, or an echo that was too weak
+        (5.6, INF, INF),
+        (INF, NAN, INF),
+        (NAN, NAN, NAN),  # no measurement: nobody knows
+        (NAN, INF, NAN),
+        (-INF, 5.0, NAN),
+        (6.0, 5.0, NAN),
+        (-1.0, 5.0, NAN),
     ],
 )
 def test_nearest_valid_range(own, kinects, expected):
     result = merge_scans(laser_scan(np.full(512, own)), kinect_scan(np.full(360, kinects)), SEED)
-    assert np.all(result.ranges[1:-1] == np.float32(expected))
+    np.testing.assert_array_equal(result.ranges[1:-1], np.full(510, np.float32(expected)))
 
 
 def test_an_empty_direction_of_the_old_kinect_is_invalid():
@@ -136,7 +141,7 @@ def test_range_max_of_the_kinect_as_the_old_component_did():
         laser_scan(np.full(512, 5.0)), kinect_scan(), CombinatorParameters(range_max_source="kinect")
     )
     assert result.range_max == 4.0
-    assert not result.valid().any()
+    assert result.empty().all(), "nothing is nearer than the Kinect reaches"
 
 
 def test_the_kinect_counts_only_up_to_max_ang():

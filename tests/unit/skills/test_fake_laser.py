@@ -18,7 +18,7 @@ from tests.sweeps import examples
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54
 ROBOT = FakeLaserParameters(min_height=0.15 - CAMERA_HEIGHT, max_height=1.0 - CAMERA_HEIGHT)
-EMPTY = 5.0
+EMPTY = math.inf
 
 
 def picture(depth: np.ndarray, camera: CameraModel = CAMERA, stamp: float = 7.0) -> DepthImage:
@@ -51,7 +51,7 @@ def table_top(height: float, near: float, far: float) -> np.ndarray:
 
 def by_point_cloud(image: DepthImage, parameters: FakeLaserParameters) -> np.ndarray:
     """The old nodelet's way, point by point (REFERENCE 6.1)."""
-    camera, ranges = image.camera, np.full(parameters.beam_count, parameters.range_max + 1.0)
+    camera, ranges = image.camera, np.full(parameters.beam_count, math.inf)
     for v in range(camera.height):
         for u in range(camera.width):
             z = float(image.depth[v, u])
@@ -65,7 +65,8 @@ def by_point_cloud(image: DepthImage, parameters: FakeLaserParameters) -> np.nda
                 continue
             beam = int((angle - parameters.angle_min) / parameters.angle_increment)
             beam = min(beam, parameters.beam_count - 1)
-            ranges[beam] = min(ranges[beam], distance)
+            if distance < parameters.range_max:
+                ranges[beam] = min(ranges[beam], distance)
     return ranges
 
 

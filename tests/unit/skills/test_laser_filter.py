@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -46,7 +47,14 @@ def test_a_far_beam_is_valid_for_every_range_max(range_max, legacy):
 
 
 def test_far_beams_at_the_kinects_reach():
-    assert filtered([5.0], 4.0)[0] == np.float32(3.9999)
+    assert filtered([4.0], 4.0)[0] == np.float32(3.9999)
+
+
+@pytest.mark.parametrize("useless", [5.61, 6.6, 65.533, 1e30, -0.5, 0.3])
+def test_no_measurement_does_not_clear(useless):
+    """REP-117: beyond range_max, below 0, or nearer than the sensor can measure."""
+    scan = replace(scan_of([useless]), range_min=0.45)
+    assert np.isnan(LaserFilter().filter(scan).ranges).all()
 
 
 def test_the_limits_themselves():
@@ -60,6 +68,10 @@ def test_the_limits_themselves():
 
 def test_too_close_to_measure_does_not_clear():
     assert np.isnan(filtered([-INF]))[0]
+
+
+def test_the_old_order_clears_with_every_range_beyond_the_limit():
+    np.testing.assert_array_equal(filtered([6.6, 1e30], legacy_sequential=True), np.float32([5.5999] * 2))
 
 
 def test_error_codes_of_the_laser_clear():

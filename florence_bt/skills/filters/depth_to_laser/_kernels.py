@@ -65,7 +65,7 @@ def nearest_per_beam(
 
 
 @njit(cache=True)
-def without_feet(low: Ranges, tall: Ranges, beside: int, most: float, empty: float, apart: float) -> Ranges:
+def without_feet(low: Ranges, tall: Ranges, beside: int, most: float, apart: float) -> Ranges:
     """Leave out what is low and just before something tall, or beside that: it is its foot.
 
     Args:
@@ -73,7 +73,6 @@ def without_feet(low: Ranges, tall: Ranges, beside: int, most: float, empty: flo
         tall: Shape (n,), ranges of what is tall.
         beside: So many beams to each side count as beside.
         most: From this range on nothing is low.
-        empty: What a beam without anything low reads.
         apart: How near to something tall its foot is, metres.
 
     Returns:
@@ -85,30 +84,28 @@ def without_feet(low: Ranges, tall: Ranges, beside: int, most: float, empty: flo
         for i in range(max(0, k - beside), min(len(tall), k + beside + 1)):
             if tall[i] < nearest:  # not NaN
                 nearest = tall[i]
-        value = min(low[k], np.float32(empty)) if not math.isnan(low[k]) else low[k]
-        foot = min(value, np.float32(most)) > nearest - np.float32(apart)
-        kept[k] = np.float32(np.nan) if foot else value
+        foot = min(low[k], np.float32(most)) > nearest - np.float32(apart)
+        kept[k] = np.float32(np.nan) if foot else low[k]
     return kept
 
 
 @njit(cache=True)
-def what_hangs_over(above: Ranges, below: Ranges, nearest: float, empty: float, apart: float) -> Ranges:
+def what_hangs_over(above: Ranges, below: Ranges, nearest: float, apart: float) -> Ranges:
     """Keep what is nearer above than below.
 
     Args:
         above: Shape (n,), ranges of what is high, NaN where nothing was measured; metres.
         below: Shape (n,), ranges of what is below that.
         nearest: What is nearer may be above the picture, metres.
-        empty: What a beam without an overhang reads.
         apart: How much nearer than everything below an overhang is, metres.
 
     Returns:
-        Shape (n,), NaN where an overhang may be too near to be seen.
+        Shape (n,), NaN where an overhang may be too near to be seen, infinity where there is none.
     """
     kept = np.empty(len(above), np.float32)
     for k in range(len(above)):
         if math.isnan(above[k]) or above[k] < np.float32(nearest):
             kept[k] = np.nan
         else:
-            kept[k] = above[k] if above[k] < below[k] - np.float32(apart) else np.float32(empty)
+            kept[k] = above[k] if above[k] < below[k] - np.float32(apart) else np.float32(np.inf)
     return kept

@@ -18,9 +18,6 @@ from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegati
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import nearest_per_beam
 
-EMPTY_MARGIN_M = 1.0
-"""An empty direction reads range_max plus this (REFERENCE 6.1)."""
-
 
 @dataclass(frozen=True, slots=True)
 class FakeLaserParameters(CheckedParameters):
@@ -101,14 +98,14 @@ class FakeLaser:
 
         Returns:
             A scan with the picture's stamp in ``output_frame_id``: in every direction the nearest point whose
-            height is in the band, ``range_max + 1`` where there is none.
+            height is in the band, plus infinity where there is none nearer than ``range_max`` (REP-117; the
+            nodelet wrote ``range_max + 1``, which is no measurement by that).
 
         Raises:
             FrameError: The picture's shape is not that of its camera model, or the model is not usable.
         """
         parameters = self.parameters
         rays = self._rays_for(image)
-        empty = parameters.range_max + EMPTY_MARGIN_M
         ranges = nearest_per_beam(
             np.ascontiguousarray(image.depth),
             rays.rise_per_metre,
@@ -117,8 +114,9 @@ class FakeLaser:
             rays.beams,
             (float(parameters.min_height), float(parameters.max_height)),
             parameters.unseen_as_nan,
-            np.full(parameters.beam_count, empty),
+            np.full(parameters.beam_count, np.inf),
         )
+        ranges[ranges >= np.float32(parameters.range_max)] = np.inf
         return LaserScan(
             stamp=image.stamp,
             frame_id=parameters.output_frame_id,

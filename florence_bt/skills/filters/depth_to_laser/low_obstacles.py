@@ -15,7 +15,6 @@ from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Posi
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import without_feet
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
-    EMPTY_MARGIN_M,
     FakeLaser,
     FakeLaserParameters,
 )
@@ -83,7 +82,7 @@ class LowObstacles:
 
         Returns:
             A scan of the same directions: the nearest low obstacle; NaN where one would not be seen, or would
-            be the foot of something tall; ``low_range_max + 1`` where there is none.
+            be the foot of something tall; plus infinity where there is none.
         """
         scan = self._laser.project(image)
         most = float(self._params.low_range_max)
@@ -92,7 +91,6 @@ class LowObstacles:
             tall.ranges,
             self._beside,
             most,
-            most + EMPTY_MARGIN_M,
             float(self._params.low_apart),
         )
         return replace(scan, ranges=ranges)

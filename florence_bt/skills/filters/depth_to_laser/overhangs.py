@@ -14,7 +14,6 @@ from florence_bt.core.limits import CheckedParameters, Finite, NotNegative, Posi
 from florence_bt.core.sensing import DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import what_hangs_over
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
-    EMPTY_MARGIN_M,
     FakeLaser,
     FakeLaserParameters,
 )
@@ -64,14 +63,13 @@ class Overhangs:
 
         Returns:
             A scan of the same directions: the nearest overhang; NaN where one is, or may be, nearer than
-            ``overhang_range_min``, and where nothing was measured; ``range_max + 1`` where there is none.
+            ``overhang_range_min``, and where nothing was measured; plus infinity where there is none.
         """
         above, below = self._above.project(image), self._below.project(image)
         ranges = what_hangs_over(
             above.ranges,
             below.ranges,
             float(self._params.overhang_range_min),
-            above.range_max + EMPTY_MARGIN_M,
             float(self._params.overhang_apart),
         )
         return replace(above, range_min=self._params.overhang_range_min, ranges=ranges)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
-from florence_bt.core.sensing import LaserScan
+from florence_bt.core.sensing import ERROR_CODES_M, LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.filters.laser_combinator._kernels import project_beams
 
@@ -49,10 +49,6 @@ class CombinatorParameters(CheckedParameters):
     allow_partial: bool = False
 
 
-EMPTY_MARGIN_M = 1.0
-"""A beam without any valid range reads range_max plus this, as in the Kinect scan (REFERENCE 6.1)."""
-
-
 def merge_scans(
     laser: LaserScan,
     kinect: LaserScan,
@@ -69,7 +65,8 @@ def merge_scans(
             seen from the laser's place. None: equal directions are compared, as if both stood in one place.
 
     Returns:
-        The combined scan; ``range_max + 1`` where neither scan has a valid range.
+        The combined scan. Where neither scan has a valid range it says what the laser said: plus infinity
+        where that met nothing, or answered with an error code, else NaN (REP-117).
     """
     if laser_from_kinect is None:
         candidates = _same_direction(laser, kinect, parameters.upside_down)
@@ -84,7 +81,9 @@ def merge_scans(
         range_max = kinect.range_max
     else:
         range_max = max(laser.range_max, kinect.range_max)
-    nearest[~np.isfinite(nearest)] = range_max + EMPTY_MARGIN_M
+    nearest[nearest >= range_max] = np.inf
+    codes = (laser.ranges >= 0.0) & (laser.ranges <= np.float32(ERROR_CODES_M))
+    nearest[np.isinf(nearest) & ~(laser.valid() | laser.empty() | codes)] = np.nan
     return replace(
         laser,
         stamp=kinect.stamp if parameters.stamp_source == "kinect" else laser.stamp,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 @njit(cache=True)
 def filter_ranges(
     ranges: NDArray[np.float32],
+    codes: np.float32,
     low: np.float32,
     high: np.float32,
     radius: np.float32,
@@ -20,21 +21,24 @@ def filter_ranges(
 
     Args:
         ranges: Shape (n,), metres.
-        low: Ranges up to this are out of range.
-        high: Ranges from this on are out of range.
+        codes: Ranges from zero up to this are error codes of the laser, which count as out of range.
+        low: Ranges up to this are no measurements.
+        high: This range, and infinity, mean that nothing is within range; between them is no measurement.
         radius: What is nearer is the robot's own structure.
         far: What a beam out of range reads.
         legacy: Whether the structure's hits become far beams, too, in place of NaN.
 
     Returns:
-        Shape (n,); NaN stays NaN.
+        Shape (n,), NaN where nothing was measured.
     """
     filtered = np.empty(len(ranges), np.float32)
     for k in range(len(ranges)):
-        value = np.float32(0.0) if legacy and ranges[k] < radius else ranges[k]
-        outside = value >= high or value <= low
-        if not legacy and (value == -np.inf or (not outside and value < radius)):
-            filtered[k] = np.nan
+        value = ranges[k]
+        if legacy:
+            value = np.float32(0.0) if value < radius else value
+            filtered[k] = far if value >= high or value <= low else value
+        elif value == np.inf or value == high or 0.0 <= value <= min(codes, low):
+            filtered[k] = far
         else:
-            filtered[k] = far if outside else value
+            filtered[k] = value if low < value < high and value >= radius else np.nan
     return filtered

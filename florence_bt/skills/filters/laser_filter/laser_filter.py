@@ -1,6 +1,6 @@
-"""Out-of-range beams become valid "far" beams that clear a costmap; hits on the robot itself are removed.
+"""Beams that met nothing become valid "far" beams that clear a costmap; hits on the robot itself are removed.
 
-Source: REFERENCE 6.4; document, section 3.5.
+Source: REFERENCE 6.4; document, section 3.5; REP-117.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
-from florence_bt.core.sensing import LaserScan
+from florence_bt.core.sensing import ERROR_CODES_M, LaserScan
 from florence_bt.skills.filters.laser_filter._kernels import filter_ranges
 
 
@@ -23,7 +23,8 @@ class LaserFilterParameters(CheckedParameters):
             circumscribed radius of the footprint (REFERENCE 6.4).
         far_epsilon: How far below range_max a "far" beam reads, metres.
         legacy_sequential: Exactly the old order: structure hits are set to 0 first and so end as "far" beams,
-            which clear the space behind the robot's bars although nothing was measured there.
+            which clear the space behind the robot's bars although nothing was measured there; so does every
+            range beyond range_max.
     """
 
     robot_radius: NotNegative = 0.25
@@ -40,10 +41,10 @@ class LaserFilter:
     def filter(self, scan: LaserScan) -> LaserScan:
         """Filter one scan.
 
-        In the default order NaN stays NaN; then a range at or beyond either limit becomes
-        ``range_max - far_epsilon``; then a range below ``robot_radius`` becomes NaN, which neither marks nor
-        clears. Minus infinity ("too close to measure", REP-117) becomes NaN too: a beam that met something
-        must not clear.
+        Plus infinity ("nothing within range", REP-117), ``range_max`` itself and the error codes of a laser
+        become ``range_max - far_epsilon``. A range below ``robot_radius`` becomes NaN, which neither marks
+        nor clears, and so does what is no measurement: any other finite range beyond ``range_max`` or up to
+        ``range_min``, and minus infinity ("too close to measure"). NaN stays NaN.
 
         Args:
             scan: Any scan; it is not changed.
@@ -52,10 +53,11 @@ class LaserFilter:
             The same scan with new ranges, float32.
         """
         # Limits in messages are float32: compared with doubles, a range equal to its limit would not be.
-        low, high = np.float32(scan.range_min), np.float32(scan.range_max)
+        codes, low, high = np.float32(ERROR_CODES_M), np.float32(scan.range_min), np.float32(scan.range_max)
         radius = np.float32(self.parameters.robot_radius)
         ranges = filter_ranges(
             np.ascontiguousarray(scan.ranges, np.float32),
+            codes,
             low,
             high,
             radius,

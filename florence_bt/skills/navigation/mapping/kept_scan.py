@@ -39,9 +39,7 @@ def keep_scan(scan: LaserScan, laser_in_base: Transform3, parameters: SlamParame
         parameters: Say which beams count.
     """
     p = parameters
-    # +inf: nothing within reach; a finite range beyond range_max is no measurement (REP 117). Drivers from
-    # before it write range_max for nothing. NaN and too near say nothing.
-    empty = (scan.ranges == np.inf) | (scan.ranges == np.float32(scan.range_max))
+    empty = scan.empty()
     clear = np.full(np.count_nonzero(empty), min(p.no_return_clears, scan.range_max))
     return KeptScan(
         stamp=scan.middle_stamp,
