@@ -192,6 +192,15 @@ class Trip:
         self.commands: list[float] = []
         self.see()
 
+    def come(self, way: float) -> None:
+        """Drive straight on by so many metres: the robot may back over that floor again."""
+        self.navigator.start_straight(way, 0.3, self.world.now, 0.0)
+        result = None
+        while result is None:
+            result = self.cycle()
+        assert result.succeeded, result
+        self.commands.clear()
+
     def map_from_odom(self) -> Pose2:
         """The truth, with an error as a localisation has it."""
         x, y, yaw = self.jitter * self.world.random.standard_normal(3)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import BackUp
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
@@ -14,6 +16,7 @@ from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import RobotState
+from tests.sweeps import examples
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, outline
 
 GAP: tuple[Box, ...] = (*WALLS[:4], (4.0, 0.0, 4.1, 1.0), (4.0, 1.4, 4.1, 5.0), *WALLS[6:])
@@ -80,6 +83,54 @@ def test_backing_off_from_a_contact_goes_no_further_than_the_robot_came() -> Non
         trip.cycle()
         assert not touches_foot(trip.world)
     assert 3.1 < trip.world.pose.x < 3.18
+
+
+@pytest.mark.parametrize("asked", [0.15, 0.4, 2.0])
+def test_a_straight_drive_backs_over_floor_where_the_robot_was_and_no_other(asked: float) -> None:
+    """It has turned by a quarter: the foot of a lamp stands behind it, which nothing sees."""
+    trip = Trip(Pose2(3.2, 1.2, math.pi / 2), boxes=WALLS[:4], on_map=WALLS[:4])
+    trip.navigator.start_spin(-math.pi / 2, trip.world.now, 0.0)
+    while trip.cycle() is None:
+        pass
+    trip.navigator.start_straight(-asked, 0.1, trip.world.now, 0.0)
+    result = None
+    while result is None:
+        result = trip.cycle()
+        assert not touches_foot(trip.world)
+    got = 3.2 - trip.world.pose.x
+    assert result.code == "collision_ahead"
+    assert f"{got:.2f} m far" in result.reason and f"{asked - got:.2f} m were left" in result.reason
+
+
+@pytest.mark.parametrize("asked", [0.4, 2.0])
+def test_a_straight_drive_backs_as_far_as_the_robot_came(asked: float) -> None:
+    trip = Trip(Pose2(1.0, 2.4, 0.0))
+    trip.come(1.0)
+    start = trip.world.pose
+    trip.navigator.start_straight(-asked, 0.2, trip.world.now, 0.0)
+    result = None
+    while result is None:
+        result = trip.cycle()
+    # Where it was switched on it had 0.3 m behind it, and some centimetres are as good.
+    assert trip.world.pose.distance_to(start) == pytest.approx(min(asked, 1.32), abs=0.04)
+    assert result.succeeded if asked < 1.0 else result.code == "collision_ahead"
+
+
+@settings(max_examples=examples(40))
+@given(st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(-3.0, 3.0), st.floats(0.05, 1.5))
+def test_the_way_back_ends_on_floor_where_the_robot_was(
+    turn: float, on: float, bend: float, most: float
+) -> None:
+    """Straight on, a turn on the spot, and on along an arc."""
+    poses = straight(0.8)
+    poses += [poses[-1] @ Pose2(0.0, 0.0, turn * step / 40) for step in range(41)]
+    at = poses[-1]
+    poses += [integrate_twist(at, Twist2(on, on * bend), 0.02 * step) for step in range(51)]
+    driven, robot = way(*poses), poses[-1]
+    back = driven.way_back(robot, most)
+    assert 0.0 <= back <= most
+    assert back == 0.0 or driven.covers(robot, back)
+    assert back == most or not driven.covers(robot, min(most, back + 0.02))
 
 
 @pytest.mark.parametrize(("back", "covered"), [(0.0, True), (0.3, True), (1.2, True), (1.4, False)])

@@ -106,8 +106,10 @@ def test_a_path_that_is_blocked_ends_without_another_way() -> None:
 
 @pytest.mark.parametrize(("distance", "yaw"), [(0.8, 0.3), (-0.6, 0.3), (0.0, 0.0)])
 def test_straight_on_by_odometry(distance: float, yaw: float) -> None:
-    start = Pose2(2.2, 2.4, yaw)
-    trip = Trip(start)
+    trip = Trip(Pose2(2.2, 2.4, yaw))
+    if distance < 0.0:
+        trip.come(-distance)
+    start = trip.world.pose
     trip.navigator.start_straight(distance, 0.2, trip.world.now, 20.0)
     assert end_of(trip, 20.0).succeeded
     moved = start.inverse() @ trip.world.pose
@@ -119,8 +121,11 @@ def test_straight_on_by_odometry(distance: float, yaw: float) -> None:
 
 def test_a_straight_drive_goes_as_far_as_there_is_room() -> None:
     up = math.pi / 2
-    for start, distance, room in ((Pose2(1.0, 3.0, up), 3.0, 0.95), (Pose2(1.0, 1.0, up), -3.0, 0.8)):
-        trip = Trip(start)
+    for y, came, distance, room in ((3.0, 0.0, 3.0, 0.95), (0.4, 0.6, -3.0, 0.8)):
+        trip = Trip(Pose2(1.0, y, up))
+        if came:
+            trip.come(came)
+        start = trip.world.pose
         trip.navigator.start_straight(distance, 0.3, trip.world.now, 30.0)
         result = end_of(trip, 30.0)
         assert (result.code, trip.world.hits) == ("collision_ahead", 0)

@@ -163,7 +163,9 @@ def test_a_slow_zone_limits_the_speed_there_and_nowhere_else(
 @pytest.mark.parametrize("limit", [0.1, 0.3])
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_at_the_border_of_a_slow_zone_its_speed_holds_already(limit: float, way: float) -> None:
-    trip = Trip(Pose2(1.7 - way, 3.4, 0.0))
+    trip = Trip(Pose2(0.7, 3.4, 0.0))
+    if way < 0.0:
+        trip.come(2.0)
     slow = Zone("carpet", SLOW, rectangle(1.4, 2.8, 2.0, 4.0), limit)
     trip.navigator.set_zones([slow])
     trip.navigator.start_straight(1.6 * way, 0.45, trip.world.now, 0.0)

@@ -68,13 +68,27 @@ class DrivenWay:
 
     def covers(self, robot: Pose2, back: float) -> bool:
         """Tell whether the robot was where its rear gets when it backs straight, metres."""
-        steps = np.linspace(0.0, back, 1 + math.ceil(back / _LOOKS_M))
+        return bool(self._was_at(robot, _steps(back)).all())
+
+    def way_back(self, robot: Pose2, most: float) -> float:
+        """Return how far the robot can back straight over floor where it was, up to ``most``; metres."""
+        steps = _steps(most)
+        was_there = self._was_at(robot, steps)
+        return most if was_there.all() else float(steps[max(0, int(np.argmin(was_there)) - 1)])
+
+    def _was_at(self, robot: Pose2, steps: np.ndarray) -> np.ndarray:
+        """Tell for each step back, shape (n,), metres, whether the robot was where its rear gets by it."""
         rear = np.concatenate([self._rear - (step, 0.0) for step in steps])
         points = moved_points(rear, robot)
         was_there = np.zeros(len(points), np.bool_)
         for pose in self._poses:
             was_there |= _inside(moved_points(points, pose.inverse()), self._covered)
-        return bool(was_there.all())
+        everywhere: np.ndarray = np.logical_and.reduce(was_there.reshape(len(steps), -1), axis=1)
+        return everywhere
+
+
+def _steps(back: float) -> np.ndarray:
+    return np.linspace(0.0, back, 1 + math.ceil(back / _LOOKS_M))
 
 
 def _inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

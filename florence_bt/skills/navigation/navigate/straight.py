@@ -25,6 +25,8 @@ _AT_REST_MPS = 0.02
 class StraightDrive:
     """Drive straight on, or back, by odometry; as far as there is room when something is in the way.
 
+    It backs over floor where the robot was, and no other: nothing sees what stands low behind it.
+
     Args:
         distance: Metres, below zero backwards.
         speed: m/s, :data:`SLOWEST_MPS` or more.
@@ -59,20 +61,36 @@ class StraightDrive:
         if state.now > self._deadline:
             reason = f"{left:.2f} m were left when the time was over"
             return answer(STANDSTILL, failure("time_allowance", reason))
-        ahead = min(left, _AHEAD_S * self._speed + _AHEAD_M)
-        room = ahead * state.clearance.free_part(way * ahead, 0.0)
-        kept = _KEPT_AHEAD_M if way > 0.0 else _KEPT_BEHIND_M
-        room = left if room >= ahead else room - kept
+        room, obstacle = _room(state, way, left, _AHEAD_S * self._speed + _AHEAD_M)
         speed = min(self._speed, max(SLOWEST_MPS, math.sqrt(2.0 * _BRAKING_MPS2 * max(0.0, room))))
         if room <= _PRECISION_M:
-            where = "ahead" if way > 0.0 else "behind the robot"
-            reason = f"something is {where}; {left:.2f} m were left"
+            reason = f"{obstacle}; it got {max(0.0, travelled):.2f} m far, {left:.2f} m were left"
             return answer(STANDSTILL, failure("collision_ahead", reason))
         turn = _HEADING_GAIN * angle_difference(start.yaw, state.pose.yaw)
         command = state.people.slowed(state.pose, Twist2(way * speed, turn))
         if command.linear == 0.0:
             return answer(STANDSTILL, text=f"waiting: {SOMEBODY_IN_THE_WAY}")
         return answer(command)
+
+
+def _room(state: RobotState, way: float, left: float, sight: float) -> tuple[float, str]:
+    """Return how far the robot may go on, and what ends there.
+
+    Args:
+        state: The robot now.
+        way: 1 ahead, -1 back.
+        left: Metres that it still has to go.
+        sight: So far it looks, metres.
+    """
+    ahead = min(left, sight)
+    free = ahead * state.clearance.free_part(way * ahead, 0.0)
+    if way > 0.0:
+        return (left if free >= ahead else free - _KEPT_AHEAD_M), "something is ahead"
+    room = left if free >= ahead else free - _KEPT_BEHIND_M
+    driven = state.driven.way_back(state.pose, ahead)
+    if driven < min(ahead, room):
+        return driven, "behind the robot is floor where it was not, and nothing sees what stands low there"
+    return room, "something is behind the robot"
 
 
 class WaitInPlace:
