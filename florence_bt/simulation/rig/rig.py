@@ -37,11 +37,12 @@ from florence_bt.skills.navigation.navigate.costmap import BODIES, LASER
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import NO_POSE, BaseStop
-from florence_bt.skills.people.approach_user.polite_pose import propose_approach
+from florence_bt.skills.people.approach_user.polite_pose import Proposals
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.camera_view import view_of
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.laser_view import laser_view
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
@@ -132,13 +133,13 @@ class Rig:
         self._people.on_users = self._saw_users
         self._people.on_bodies = partial(self._base.on_scan, BODIES)
         self.topics: dict[str, RigTopic] = {}
-        room = parameters_of(RoomParameters, setting.config, "navigate")
+        room, proposals = parameters_of(RoomParameters, setting.config, "navigate"), Proposals()
         skills = rig_skills(
             {
                 "base": self._base,
                 "people": self._people,
                 "locator": self.locator,
-                "approach": lambda **inputs: propose_approach(
+                "approach": lambda **inputs: proposals.propose(
                     **inputs, costmap=self._base.global_grid(), room=room
                 ),
                 "voice": RigVoice(self.topics, self.clock),
@@ -420,6 +421,7 @@ class _PeopleSkills:
             return ()
         robot = self._robot.odometry.pose
         laser = Transform3.from_pose2(robot) @ self._frames.lookup(BASE_FRAME, scan.frame_id)
+        self._look.saw_scan(laser_view(scan, laser, odom))
         return self._tracker.saw_scan(self._clock.now(), self._known.unmapped_ends(scan, laser, odom), robot)
 
     def use_map(self, grid: OccupancyGrid) -> None:

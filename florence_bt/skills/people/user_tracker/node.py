@@ -49,6 +49,7 @@ from florence_bt.skills.people.user_tracker.colour_detector import ColourDetecto
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.evidence import Verdict, Verifier, verdicts
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.laser_view import laser_view
 from florence_bt.skills.people.user_tracker.look import GOAL_LIMITS, LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.markers import markers_of
 from florence_bt.skills.people.user_tracker.parameters import (
@@ -321,6 +322,7 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"a scan is left out: {error}")
             return
         laser = Transform3.from_pose2(robot) @ laser_in_base
+        self._look.saw_scan(laser_view(scan, laser, odom))
         for user in self._tracker.saw_scan(scan.stamp, self._known.unmapped_ends(scan, laser, odom), robot):
             self._send_frame(user.moved_by(odom), scan.stamp)
 
