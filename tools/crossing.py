@@ -11,7 +11,6 @@ import itertools
 import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -42,6 +41,7 @@ from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
+from tools.processes import processes
 from tools.tables import RowTable, command_of, table
 
 FIRST_SEED = 7000
@@ -362,7 +362,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     given = parser.parse_args(arguments)
     seeds = range(given.seed, given.seed + given.minutes)
-    with ProcessPoolExecutor(given.jobs) as pool:
+    with processes(given.jobs) as pool:
         judged = list(pool.map(partial(judge_seed, seconds=given.seconds), seeds))
     TABLE.publish(judged, given.write, command_of("tools/crossing.py", arguments))
     return 0

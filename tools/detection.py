@@ -12,7 +12,6 @@ import math
 import statistics
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,6 +26,7 @@ from florence_bt.skills.people.user_tracker.detector import Detection, detect_pe
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.person_network import POSTURES
 from tools.person_network.pictures import Picture, pictures_of_home, posture_of
+from tools.processes import processes
 from tools.recorded_pictures import Truth, recorded_pictures
 from tools.tables import RowTable, command_of, table
 
@@ -212,7 +212,7 @@ TABLE = RowTable("detection", Line, report)
 def of_homes(given: argparse.Namespace) -> list[Line]:
     """Judge the pictures of generated homes."""
     seeds = range(given.first, given.first + given.homes)
-    with ProcessPoolExecutor(given.jobs) as pool:
+    with processes(given.jobs) as pool:
         full = pool.map(partial(judge_home, count=given.pictures, empty=False), seeds)
         empty = pool.map(
             partial(judge_home, count=given.pictures, empty=True), seeds[: round(EMPTY_SHARE * given.homes)]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -28,6 +27,7 @@ from florence_bt.simulation.home.free_space import FreeSpace, free_space_of
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.navigation.map_server.map_writer import save_map
+from tools.processes import processes
 from tools.tables import BUILD, RowTable, command_of, table
 
 NAME = "exploration"
@@ -213,7 +213,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     given = parser.parse_args(arguments)
     homes = []
-    with ProcessPoolExecutor(given.jobs) as pool:
+    with processes(given.jobs) as pool:
         for home in pool.map(partial(explore, limit_s=given.limit), given.seeds):
             homes.append(home)
             print(" | ".join(row_of(home)), *home.misses, sep="\n  ", flush=True)

@@ -12,7 +12,6 @@ import statistics
 import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -29,6 +28,7 @@ from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import LedWalk, led_walk
 from florence_bt.simulation.rig.rig import Rig
+from tools.processes import processes
 from tools.tables import RowTable, command_of, table
 
 HOMES = {"flat": "the hand-made flat", "generated": "generated homes"}
@@ -304,7 +304,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     todo = [(home, seed) for home in given.homes for seed in range(given.first, given.first + given.runs)]
     trials = []
     try:
-        with ProcessPoolExecutor(given.jobs) as pool:
+        with processes(given.jobs) as pool:
             for trial in pool.map(run, *zip(*todo, strict=True)):
                 trials.append(trial)
                 print(told(trial), flush=True)

@@ -15,7 +15,6 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -24,16 +23,20 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 from scipy.spatial import cKDTree
 
+from florence_bt.app.bringup.simulated import robot_frames
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.app.maps.picture import draw_drive
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import FREE, OCCUPIED, LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.rig.robot import BASE_FRAME, LASER_FRAME, SCAN
 from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
 from florence_bt.skills.navigation.localisation.scan_match import match_scan
 from florence_bt.skills.navigation.mapping.slam import Slam
+from florence_bt.skills.navigation.navigate.drive_actions import NAVIGATE_TO_POSE
 from tools.carmen_log import Record, read_log, thinned
 from tools.generated_log import Conditions, Place, corridors, drive, home
 from tools.tables import command_of, table, write_table
@@ -168,16 +171,12 @@ def record_flat(part: float) -> tuple[list[tuple[LaserScan, Transform3, Pose2]],
     start = Pose2(flat.start.x, flat.start.y)
     rig = make_rig(start=start)
     recorded: list[tuple[LaserScan, Transform3, Pose2]] = []
-    localise = rig.robot._localiser.update
-
-    def listen(scan: LaserScan, mount: Transform3, odom: Pose2) -> Any:
-        recorded.append((scan, mount, odom))
-        return localise(scan, mount, odom)
-
-    rig.robot._localiser.update = listen  # type: ignore[method-assign]
+    mount = robot_frames().lookup(BASE_FRAME, LASER_FRAME)
+    drives = rig.wires.actions[NAVIGATE_TO_POSE.port.name]
+    rig.topics[SCAN.name].subscribe(lambda scan: recorded.append((scan, mount, rig.robot.odometry.pose)))
     rooms = (*flat.rooms, flat.rooms[0])
     for room in rooms[: max(1, round(part * len(rooms)))]:
-        run = rig._base.navigate(room.hotspot.pose, precise=False)
+        run = drives.start({"pose": room.hotspot.pose}, lambda _, outcome: Result(outcome), str)
         while run.poll() is None:
             rig.clock.run_next()
     return recorded, start

@@ -11,7 +11,6 @@ import statistics
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -34,6 +33,7 @@ from florence_bt.simulation.home.situations import company_in, person_in, room_w
 from florence_bt.simulation.rig.rig import navigator_parameters
 from florence_bt.simulation.rig.wires import EVERY, Link
 from tools.best_case import BestCase, best_case
+from tools.processes import processes
 from tools.tables import RowTable, command_of, table
 
 CLASSES = {
@@ -325,7 +325,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     trials = []
     try:
         choose_flat(given.world, given.world_seed)
-        with ProcessPoolExecutor(given.jobs) as pool:
+        with processes(given.jobs) as pool:
             for trial in pool.map(run, *zip(*todo, strict=True)):
                 trials.append(trial)
                 print(told(trial), flush=True)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from tools.person_network.network import Examples, new_network, read_onnx, train, write_onnx
 from tools.person_network.pictures import FIRST_SEED, Picture, example_of, pictures_of_home
 from tools.person_network.plain_rooms import plain_pictures
+from tools.processes import processes
 
 EPOCHS = (8, 6)
 """How often each picture is shown: bent homes first, then all kinds."""
@@ -93,7 +93,7 @@ def main() -> int:
     given.folder.mkdir(parents=True, exist_ok=True)
     first, some = FIRST_SEED + given.first, 3 * given.homes // 10
     true_homes = range(first + 1000, first + 1000 + given.homes)
-    with ProcessPoolExecutor(given.jobs) as pool:
+    with processes(given.jobs) as pool:
         true = pool.map(partial(true_home, folder=given.folder), true_homes)
         plain = pool.map(partial(plain_room, folder=given.folder), range(first, first + 2))
         count = some if given.start else given.homes

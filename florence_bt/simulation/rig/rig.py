@@ -49,7 +49,7 @@ from florence_bt.skills.navigation.navigate.navigation import (
 )
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.people.approach_user.polite_pose import propose_approach
+from florence_bt.skills.people.approach_user.polite_pose import Proposals
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
@@ -160,11 +160,11 @@ class Rig:
         self.found: list[Pose2] = []
         self.scan: LaserScan | None = None
         self.topics[FOUND.name].subscribe(self._note_found)
-        room = parameters_of(RoomParameters, setting.config, "navigate")
+        room, proposals = parameters_of(RoomParameters, setting.config, "navigate"), Proposals()
         skills = rig_skills(
             {
                 "locator": self.locator,
-                "approach": lambda **inputs: propose_approach(
+                "approach": lambda **inputs: proposals.propose(
                     **inputs, costmap=self._navigator.global_grid(), room=room
                 ),
                 "voice": RigVoice(self.wires),

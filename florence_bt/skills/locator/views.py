@@ -28,7 +28,9 @@ ROOMY_M = 0.6
 in a corner of which the map shows just enough, and the robot does not get in, or not out again."""
 WORTH_M2 = 0.6
 """What a view must show that no view before it does: about what one person covers."""
-MAX_VIEWS = 5
+MAX_VIEWS = 3
+"""Of 36 people who were met in trials 34 were seen at the first view or on the way there, 2 at the second,
+and none at a later one; each takes about 25 s."""
 STEP_M = 0.2
 """The room is judged at points so far apart, in a large room further."""
 MOST_POINTS, MOST_CANDIDATES = 400, 60
@@ -36,6 +38,12 @@ MOST_POINTS, MOST_CANDIDATES = 400, 60
 REACH_M = 10.0
 """What is further from the hotspot, in x or y, is not looked at."""
 _RAY_STEP_M = 0.1
+LOOKS, LOOK_STEP = 4, math.radians(45.0)
+"""At a further view the robot looks so often, so far apart: where something is new there (``goto_user``)."""
+PICTURE = math.radians(57.0)
+"""How wide a picture is. Source: REFERENCE 8 (Kinect)."""
+ARC = (LOOKS - 1) * LOOK_STEP + PICTURE
+"""What these looks show together, half of it to either side of the view."""
 
 
 def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: OccupancyGrid) -> Iterator[Pose2]:
@@ -74,14 +82,31 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
     shown = [_seen(candidate, points, open_floor, grid) for candidate in candidates]
     roomy = np.minimum(clearance[_cells_of(candidates, grid)] / ROOMY_M, 1.0)
     for _ in range(MAX_VIEWS - 1):
-        gains = np.array([(each & hidden).sum() for each in shown])
+        looks = [
+            _towards(x, y, points, each & hidden) for (x, y), each in zip(candidates, shown, strict=True)
+        ]
+        gains = np.array([new.sum() for _, new in looks])
         if not (gains * area >= WORTH_M2 * len(points)).any():
             return
         best = int(np.argmax(gains * roomy))
+        yaw, new = looks[best]
         x, y = candidates[best].tolist()
-        to_x, to_y = points[shown[best] & hidden].mean(axis=0).tolist()
-        yield Pose2(x, y, math.atan2(to_y - y, to_x - x))
-        hidden &= ~shown[best]
+        yield Pose2(x, y, yaw)
+        hidden &= ~new
+
+
+def _towards(
+    x: float, y: float, points: NDArray[np.float64], new: NDArray[np.bool_]
+) -> tuple[float, NDArray[np.bool_]]:
+    """Return the direction of what is new from a place, and which of it the looks that way show."""
+    import numpy as np
+
+    if not new.any():
+        return 0.0, new
+    to_x, to_y = points[new].mean(axis=0).tolist()
+    yaw = math.atan2(to_y - y, to_x - x)
+    beside = np.arctan2(points[:, 1] - y, points[:, 0] - x) - yaw
+    return yaw, new & (np.abs((beside + math.pi) % (2 * math.pi) - math.pi) <= ARC / 2)
 
 
 def _open_floor(grid: OccupancyGrid) -> NDArray[np.bool_]:

@@ -70,7 +70,8 @@ def test_paths_tell_one_call_from_the_other(stage):
     stage.mock("detect_user", SEEN)
     stage.mock("look round/**/detect_user", f"running 3 s, then FAILURE no_user_seen once, then {SEEN}")
     stage.mock("meet_user", MET)
-    stage.run("goto_user").assert_succeeded().assert_duration(10 + 3 + 10 + 8 + 5)
+    stage.mock("turn", "running 2 s, then SUCCESS")
+    stage.run("goto_user").assert_succeeded().assert_duration(10 + 3 + 10 + 2 + 8 + 5)
 
 
 def test_its_failure_reaches_the_caller(stage):

@@ -15,7 +15,7 @@ from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import Odometry
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
-from florence_bt.skills.navigation.navigate.costmap import Rays
+from florence_bt.skills.navigation.navigate.costmap import BODIES, Rays
 from florence_bt.skills.navigation.navigate.following import give_way
 from florence_bt.skills.navigation.navigate.following.motions import Motions
 from florence_bt.skills.navigation.navigate.navigator import Navigator
@@ -166,7 +166,8 @@ def test_it_turns_after_who_walks_past_and_follows_them() -> None:
 
 
 @pytest.mark.slow
-def test_without_a_way_it_forgets_what_the_camera_marked_where_somebody_was() -> None:
+@pytest.mark.parametrize("source", [BODIES, "overhangs"])
+def test_without_a_way_it_forgets_where_people_stood_and_nothing_else_that_the_camera_saw(source) -> None:
     walk = Walk(Pose2(0.6, 2.4), along([(2.6, 2.4), (3.4, 2.4)], 0.2))
     costmaps = walk.trip.navigator.global_costmap, walk.trip.navigator.local_costmap
     odom = walk.trip.world.odom @ walk.trip.world.pose.inverse()
@@ -176,10 +177,13 @@ def test_without_a_way_it_forgets_what_the_camera_marked_where_somebody_was() ->
     ):
         robot = Pose2(0.6, 2.4) if costmap is costmaps[0] else walk.trip.world.odom
         ranges = np.hypot(*(points - [robot.x, robot.y]).T)
-        costmap.add_rays("overhangs", Rays(robot.x, robot.y, points, ranges, 1.2, 4.0), robot)
-    assert walk.go(20.0) is None
-    assert "following, round what is in the way" in walk.trip.texts
-    assert walk.distances[-1] == pytest.approx(1.0, abs=0.2)
+        costmap.add_rays(source, Rays(robot.x, robot.y, points, ranges, 1.2, 4.0), robot)
+    walk.go(20.0)
+    if source == BODIES:
+        assert "following, round what is in the way" in walk.trip.texts
+        assert walk.distances[-1] == pytest.approx(1.0, abs=0.2)
+    else:
+        assert walk.trip.world.pose.x < 1.6, "a row of tables would stand there"
 
 
 def test_without_a_speed_to_back_off_with_it_stands_before_who_comes_nearer() -> None:

@@ -14,6 +14,8 @@ from florence_bt.skills.people.user_tracker.camera_view import UPRIGHT, CameraVi
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.trees.language.declarations import own_declarations
 from tests.unit.skills.test_camera_view import body, view
+from tests.unit.skills.test_laser_view import legs
+from tests.unit.skills.test_laser_view import seen as seen_by_laser
 
 HERE = Pose2(1.0, 2.0, math.pi / 2)
 """Where the robot stands, map frame: what is 1.5 m ahead is at (1.0, 3.5)."""
@@ -148,3 +150,18 @@ def test_a_place_of_long_ago_says_nothing():
     assert looks.at([person(1.0, 3.5)]).succeeded
     looks.now += 61.0
     assert looks.at(views=[HIDDEN] * 10, wanted=Wanted(7)).code == "no_user_seen"
+
+
+@pytest.mark.parametrize(
+    ("posture", "code"),
+    [("standing", "no_user_seen"), ("unknown", "no_user_seen"), ("sitting", "user_not_in_view")],
+)
+def test_from_nearby_the_laser_tells_who_stood_there_and_left(
+    looks: Looks, posture: Posture, code: str
+) -> None:
+    """The camera sees nobody at half a metre: before, whoever walked on counted as still there."""
+    near = Pose2(1.0, 3.0, math.pi / 2)
+    for circles, expected in (legs(1.0, 3.5), "user_not_in_view"), ((), code):
+        assert looks.at([person(1.0, 3.5, posture=posture)], robot=near).succeeded
+        looks.look.saw_scan(seen_by_laser(*circles, robot=near))
+        assert looks.at(wanted=Wanted(7), robot=near).code == expected

@@ -12,8 +12,13 @@ from hypothesis import strategies as st
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
-from florence_bt.skills.people.approach_user.polite_pose import RESERVE, polite_pose, propose_approach
-from florence_bt.skills.robot_description.room import RoomParameters
+from florence_bt.skills.people.approach_user.polite_pose import (
+    RESERVE,
+    Proposals,
+    polite_pose,
+    propose_approach,
+)
+from florence_bt.skills.robot_description.room import DEFAULT_ROOM, RoomParameters
 from florence_bt.trees.language.declarations import own_declarations
 
 PROPOSE_APPROACH_POSE = own_declarations()["propose_approach_pose"]
@@ -146,7 +151,7 @@ def test_a_place_without_room_to_turn_is_entered_straight_or_not_at_all() -> Non
     assert refused.code == "pose_occupied" and "no room" in refused.reason
 
 
-@pytest.mark.parametrize(("gap", "behind"), [(0.8, True), (0.42, False)])
+@pytest.mark.parametrize(("gap", "behind"), [(0.8, True), (0.42, False), (0.56, True)])
 def test_a_place_to_which_only_a_narrow_way_leads_is_taken_when_it_is_much_nearer(gap, behind) -> None:
     grid = costmap({})
     block(grid, (2.4, 3.2), (0.0, 2.8))
@@ -160,9 +165,28 @@ def test_a_place_to_which_only_a_narrow_way_leads_is_taken_when_it_is_much_neare
 
 
 def test_the_last_three_trials_are_different_places() -> None:
-    poses = [propose_approach(USER, ROBOT, trial, 0.5, costmap({})).outputs["pose"] for trial in (4, 5, 6)]
+    proposals, grid = Proposals(), costmap({})
+    poses = [
+        proposals.propose(USER, ROBOT, trial, 0.5, grid, DEFAULT_ROOM).outputs["pose"] for trial in (4, 5, 6)
+    ]
     apart = [one.distance_to(other) for one, other in zip(poses, poses[1:] + poses[:1], strict=True)]
     assert min(apart) >= 0.3
+
+
+def test_after_a_place_that_was_seen_to_be_occupied_the_best_of_what_is_left_is_next() -> None:
+    """Before, the second best of what was left: the next trial skipped the first one of the new map."""
+    proposals, grid = Proposals(), costmap({})
+    block(grid, (2.3, 3.7), (1.3, 2.7))
+    occupied = proposals.propose(USER, ROBOT, 4, 0.5, grid, DEFAULT_ROOM).outputs["pose"]
+    block(grid, (occupied.x - 0.2, occupied.x + 0.2), (occupied.y - 0.2, occupied.y + 0.2))
+    best = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    assert best.distance_to(occupied) > 0.3
+    following = proposals.propose(USER, ROBOT, 5, 0.5, grid, DEFAULT_ROOM).outputs["pose"]
+    assert following.distance_to(best) < 0.1
+    last = proposals.propose(USER, ROBOT, 6, 0.5, grid, DEFAULT_ROOM).outputs["pose"]
+    assert min(last.distance_to(occupied), last.distance_to(following)) >= 0.3
+    again = proposals.propose(USER, ROBOT, 4, 0.5, grid, DEFAULT_ROOM).outputs["pose"]
+    assert again == best, "another approach begins anew"
 
 
 def test_a_robot_that_stands_too_near_to_something_gets_away_from_it() -> None:

@@ -4,26 +4,34 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
+from florence_bt.skills.locator import views as views_module
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.locator.views import (
+    ARC,
     BLIND_M,
     FREE_M,
+    LOOK_STEP,
+    LOOKS,
     MAX_VIEWS,
     RANGE_M,
     REACH_M,
     ROOMY_M,
     STEP_M,
+    WORTH_M2,
     views,
 )
 
+GOTO_USER = Path(views_module.__file__).parents[2] / "trees" / "missions" / "goto_user.yaml"
 Box = tuple[tuple[float, float], tuple[float, float]]
 WALLS: list[Box] = [
     ((0.0, 6.0), (0.0, 0.1)),
@@ -49,6 +57,12 @@ def in_room(x: float, y: float) -> bool:
     return x < 6.0
 
 
+def sees(view: Pose2, point: Pose2, grid: OccupancyGrid) -> bool:
+    parts = np.linspace(0.0, 1.0, 40)
+    line = [(view.x + part * (point.x - view.x), view.y + part * (point.y - view.y)) for part in parts]
+    return all(grid.cells[grid.cell_of(x, y)] < OCCUPIED for x, y in line)
+
+
 def test_from_the_hotspot_of_a_small_open_room_all_is_seen_but_what_is_near_it() -> None:
     hotspot, second = views(Pose2(3.0, 2.0), in_room, room())
     assert hotspot == Pose2(3.0, 2.0)
@@ -62,6 +76,33 @@ def test_the_second_view_shows_what_is_hidden_from_the_hotspot() -> None:
     behind = Pose2(1.0, 3.0)
     assert second.x < 2.4 or second.y < 1.0, "beyond the screen or in line with the passage"
     assert abs(second.bearing_to(behind.x, behind.y)) < math.pi / 2
+
+
+def test_the_looks_of_a_view_show_what_the_view_is_for() -> None:
+    """What is new at the back of the looks counts as hidden: another view shows it, or this one turned."""
+    pillar: Box = ((2.4, 3.4), (1.3, 2.7))
+    grid = room(pillar)
+    found = list(views(Pose2(0.6, 2.0), in_room, grid))
+    points = [Pose2(x, y) for x in np.arange(0.5, 5.8, 0.3) for y in np.arange(0.5, 3.8, 0.3)]
+    free = [point for point in points if not (2.2 < point.x < 3.6 and 1.1 < point.y < 2.9)]
+    unseen = [
+        point
+        for point in free
+        if not any(
+            BLIND_M <= view.distance_to(point) <= RANGE_M
+            and (number == 0 or abs(view.bearing_to(point.x, point.y)) <= ARC / 2)
+            and sees(view, point, grid)
+            for number, view in enumerate(found)
+        )
+    ]
+    assert len(found) > 1 and len(unseen) * 0.3**2 < WORTH_M2
+
+
+def test_a_view_looks_the_way_that_goto_user_does() -> None:
+    text = str(yaml.safe_load(GOTO_USER.read_text())["tree"])
+    half = math.degrees(LOOK_STEP) * (LOOKS - 1) / 2
+    assert f"'angle': '-{half} deg'" in text and f"min($looks, {LOOKS})" in text
+    assert f"'step': '{math.degrees(LOOK_STEP):g} deg'" in text
 
 
 def test_the_robot_fits_at_every_view() -> None:

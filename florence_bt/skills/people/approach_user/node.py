@@ -20,7 +20,7 @@ from florence_bt.ros.conversions import grid_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
-from florence_bt.skills.people.approach_user.polite_pose import DEFAULT_SAFE_DISTANCE, propose_approach
+from florence_bt.skills.people.approach_user.polite_pose import DEFAULT_SAFE_DISTANCE, Proposals
 from florence_bt.skills.robot_description.room import RoomParameters
 
 UNCHECKED = "unchecked: no costmap was received yet"
@@ -53,6 +53,7 @@ class ApproachNode(FlorenceNode):
         self._params = self.read_parameters(ApproachNodeParameters)
         self._room = self.read_parameters(RoomParameters)
         self._costmap: OccupancyGrid | None = None
+        self._proposals = Proposals()
         self._status = ApproachStatus()
         self._timer: Timer | None = None
         self._status_topic = self.create_publisher(String, "approach_user/status", RELIABLE)
@@ -69,7 +70,7 @@ class ApproachNode(FlorenceNode):
     def _on_propose(
         self, request: ProposeApproach.Request, response: ProposeApproach.Response
     ) -> ProposeApproach.Response:
-        result = propose_approach(
+        result = self._proposals.propose(
             Pose2(request.user_x, request.user_y),
             Pose2(request.robot_x, request.robot_y),
             request.trial,

@@ -6,6 +6,7 @@ Pure functions.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from florence_bt.core.geometry import Pose2, normalize_angle
@@ -48,7 +49,7 @@ WAY_WORTH = 1.0
 the robot may get stuck."""
 SIGHT_WORTH = 0.5
 """What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
-_AROUND, _DETOUR = 1.0, 0.3
+_AROUND, _DETOUR = 0.95, 0.3
 """Metres: the way to a place leads no further from the person than the safe distance and the first, or than
 the robot is and the second. Somebody in a bed at a wall would otherwise be met from the room behind it."""
 _BESIDE = 0.1
@@ -125,14 +126,15 @@ class _Surroundings:
         footprint = room.make_footprint()
         self._outline = footprint.outline(costmap.resolution / 2.0)
         distances = ndimage.distance_transform_edt(np.pad(self._free, 1))
-        turning = footprint.circumscribed_radius + RESERVE
-        self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= turning
+        clearance, turning = distances[1:-1, 1:-1] * costmap.resolution, footprint.circumscribed_radius
+        self.has_room_to_turn = clearance >= turning + RESERVE
         around = self.from_user <= _farthest_way(user, robot, safe_distance)
         leaving = self._free & (self.from_robot <= room.start_clearance)
         free = costmap.cells < LETHAL_COST
         self.reached: NDArray[np.bool_] = self._connected(around & (free | leaving)) & free
         """Cells to which the robot gets without leaving the surroundings of the person."""
-        wide = self._connected(around & (self.has_room_to_turn | leaving))
+        # On the way navigation sees what is nearer than thought, and goes round it: it needs no reserve.
+        wide = self._connected(around & ((clearance >= turning + costmap.resolution / 2) | leaving))
         beside = ndimage.distance_transform_edt(~wide) if wide.any() else np.full(wide.shape, np.inf)
         self.has_wide_way = self.reached & (beside * costmap.resolution <= RUN_UP)
 
@@ -229,7 +231,7 @@ def nearest_pose(
     robot: Pose2,
     safe_distance: float,
     costmap: OccupancyGrid,
-    number: int = 1,
+    tried: Sequence[Pose2] = (),
     room: RoomParameters = DEFAULT_ROOM,
 ) -> Pose2 | None:
     """Return a place as near to a person as the robot gets, at the safe distance or more.
@@ -242,7 +244,7 @@ def nearest_pose(
         robot: Where the robot is, map frame.
         safe_distance: Metres.
         costmap: 99 and more where the robot would touch something, 100 where something stands.
-        number: 1 for the best place, 2 for the best one ``PLACES_APART`` from it, and so on.
+        tried: Places to which the robot did not get: the place is ``PLACES_APART`` from each of them.
         room: What the robot needs on the floor.
 
     Returns:
@@ -259,24 +261,19 @@ def nearest_pose(
     order = np.argsort(cost[places], kind="stable")
     candidates = list(zip(cost[places][order].tolist(), np.argwhere(places)[order].tolist(), strict=True))
     best: Pose2 | None = None
-    chosen: list[Pose2] = []
-    for _ in range(number):
-        best, least = None, math.inf
-        for worth, (row, column) in candidates:
-            if worth >= least:
-                break
-            x, y = float(near.x[column]), float(near.y[row])
-            place = Pose2(x, y, math.atan2(user.y - y, user.x - x))
-            if any(place.distance_to(other) < PLACES_APART for other in chosen) or not near.can_enter(place):
-                continue
-            worth += near.stops_before(place)
-            worth += 0.0 if near.is_in_sight(place) else SIGHT_WORTH
-            if worth < least:
-                best, least = place, worth
-        if best is None:
-            return None
-        chosen.append(near.stay_for(best, safe_distance) if number == 1 else best)
-    return chosen[-1]
+    least = math.inf
+    for worth, (row, column) in candidates:
+        if worth >= least:
+            break
+        x, y = float(near.x[column]), float(near.y[row])
+        place = Pose2(x, y, math.atan2(user.y - y, user.x - x))
+        if any(place.distance_to(other) < PLACES_APART for other in tried) or not near.can_enter(place):
+            continue
+        worth += near.stops_before(place)
+        worth += 0.0 if near.is_in_sight(place) else SIGHT_WORTH
+        if worth < least:
+            best, least = place, worth
+    return best if best is None or tried else near.stay_for(best, safe_distance)
 
 
 def propose_approach(
@@ -286,6 +283,7 @@ def propose_approach(
     safe_distance: float = DEFAULT_SAFE_DISTANCE,
     costmap: OccupancyGrid | None = None,
     room: RoomParameters = DEFAULT_ROOM,
+    tried: Sequence[Pose2] = (),
 ) -> Result:
     """Propose a pose and check that it is free.
 
@@ -296,6 +294,7 @@ def propose_approach(
         safe_distance: Metres.
         costmap: None when there is none yet: the proposals of :func:`polite_pose` then pass unchecked.
         room: What the robot needs on the floor, as navigation has it.
+        tried: What the trials of :func:`nearest_pose` have proposed before in this approach.
 
     Returns:
         Success with the output ``pose``; or ``pose_occupied``, with the pose as well if there is one; or
@@ -305,12 +304,11 @@ def propose_approach(
     if problem:
         return failure("bad_input", problem)
     if trial > POLITE_TRIALS:
-        number = trial - POLITE_TRIALS
         nearest = None
         if costmap is not None:
-            nearest = nearest_pose(user, robot, safe_distance, costmap, number, room)
+            nearest = nearest_pose(user, robot, safe_distance, costmap, tried, room)
         if nearest is None:
-            other = "no place" if number == 1 else "no other place"
+            other = "no other place" if tried else "no place"
             within = min(FARTHEST, _farthest_way(user, robot, safe_distance))
             return failure("pose_occupied", f"{other} within {within:.1f} m of the person can be reached")
         return success(pose=nearest)
@@ -321,6 +319,30 @@ def propose_approach(
         reason = f"the place ({pose.x:.2f}, {pose.y:.2f}) of trial {trial} {problem}"
         return failure("pose_occupied", reason, pose=pose)
     return success(pose=pose)
+
+
+class Proposals:
+    """Proposes where to stand, and no place twice in one approach, whatever has been seen meanwhile."""
+
+    def __init__(self) -> None:
+        self._tried: list[Pose2] = []
+
+    def propose(
+        self,
+        user: Pose2,
+        robot: Pose2,
+        trial: int,
+        safe_distance: float,
+        costmap: OccupancyGrid | None,
+        room: RoomParameters,
+    ) -> Result:
+        """Propose as :func:`propose_approach` does; the first of the nearest places begins anew."""
+        if trial <= POLITE_TRIALS + 1:
+            self._tried.clear()
+        result = propose_approach(user, robot, trial, safe_distance, costmap, room, self._tried)
+        if result.succeeded and trial > POLITE_TRIALS:
+            self._tried.append(result.outputs["pose"])
+        return result
 
 
 def _problem_with(user: Pose2, robot: Pose2, trial: int, safe_distance: float) -> str:

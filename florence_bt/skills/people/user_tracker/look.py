@@ -18,6 +18,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker.camera_view import UPRIGHT, CameraView
+from florence_bt.skills.people.user_tracker.laser_view import LaserView
 from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
 _REMEMBERED_S = 60.0
@@ -59,12 +60,14 @@ class _Place:
         y: The same.
         heights: Between them, above the floor, they would be seen, metres.
         found: When they were found there, seconds.
+        stands: Whether they may have stood: of who sits or lies the laser sees the sofa or nothing.
     """
 
     x: float
     y: float
     heights: tuple[float, float]
     found: float
+    stands: bool
 
 
 def _heights_of(user: TrackedUser) -> tuple[float, float]:
@@ -96,6 +99,7 @@ class LookForUser:
         self._wanted = Wanted()
         self._found_at: dict[int, _Place] = {}
         self._free_pictures = 0
+        self._laser: LaserView | None = None
 
     @property
     def deadline(self) -> float:
@@ -139,7 +143,7 @@ class LookForUser:
             users: The people, map frame; those out of range or not finite do not count.
             robot: Where the robot is, map frame; gives the person's yaw its meaning.
             undecided: Whether there is something else in view that may be a person.
-            view: What the picture says of places, map frame; without it no place is seen free.
+            view: What the picture says of places, map frame; without it the camera sees no place free.
         """
         self._pictures += 1
         self._first_picture = now if self._first_picture is None else self._first_picture
@@ -149,8 +153,14 @@ class LookForUser:
             if self._in_range(user.distance) and self._is_wanted(user):
                 self._samples.setdefault(user.user_id, []).append((now, user))
         place = self._expected()
-        if place is not None and view is not None:
-            self._free_pictures += view.is_free(place.x, place.y, place.heights)
+        if place is not None:
+            through = self._laser is not None and place.stands and self._laser.is_free(place.x, place.y)
+            seen = view is not None and view.is_free(place.x, place.y, place.heights)
+            self._free_pictures += through or seen
+
+    def saw_scan(self, laser: LaserView) -> None:
+        """Take a scan of the laser: from nearby it sees the legs of whom the camera does not."""
+        self._laser = laser
 
     def result(self, now: float) -> Result | None:
         """Return the end of the look, or None while it goes on.
@@ -212,7 +222,8 @@ class LookForUser:
         x, y = self._robot.apply(wanted.x, wanted.y)
         tolerance = self._params.place_tolerance
         there = [each for each in known.values() if self._beside_place(each.x, each.y) <= tolerance]
-        return _Place(x, y, there[-1].heights if there else UPRIGHT, self._started)
+        heights, stands = (there[-1].heights, there[-1].stands) if there else (UPRIGHT, False)
+        return _Place(x, y, heights, self._started, stands)
 
     def _in_range(self, distance: float) -> bool:
         return self._params.nearest <= distance <= self._params.farthest
@@ -244,7 +255,8 @@ class LookForUser:
         x, y = statistics.median(user.x for user in mine), statistics.median(user.y for user in mine)
         yaw = math.atan2(self._robot.y - y, self._robot.x - x) if self._robot else 0.0
         self._found_at.pop(user_id, None)  # the latest stands last
-        self._found_at[user_id] = _Place(x, y, _heights_of(mine[-1]), self._started)
+        stands = all(user.posture not in ("sitting", "lying") for user in mine)
+        self._found_at[user_id] = _Place(x, y, _heights_of(mine[-1]), self._started, stands)
         return success(
             user=Pose2(x, y, yaw),
             distance=statistics.median(user.distance for user in mine),

@@ -46,6 +46,7 @@ from florence_bt.skills.people.user_tracker.camera_view import CameraView, view_
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.evidence import Verdict, Verifier, verdicts
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.laser_view import laser_view
 from florence_bt.skills.people.user_tracker.look import GOAL_LIMITS, LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
@@ -357,6 +358,7 @@ class UserTracking:
         except TransformUnavailable:
             return  # it overtook the pose of the robot; the next one comes soon
         laser = Transform3.from_pose2(robot) @ laser_in_base
+        self._look.saw_scan(laser_view(scan, laser, odom))
         ends = self._known.unmapped_ends(scan, laser, odom)
         for user in self._tracker.saw_scan(scan.middle_stamp, ends, robot):
             self._send_frame(user.moved_by(odom), scan.middle_stamp)

@@ -11,17 +11,18 @@ from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Controller
+from florence_bt.skills.navigation.navigate.costmap import BODIES
 from florence_bt.skills.navigation.navigate.following.line_of_sight import PERSON_M
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.state import RobotState
-from florence_bt.skills.navigation.navigate.vacated_cells import CAMERA_SOURCES
 
 _PERIOD_S = 0.5
 """How often a path is planned: the person walks on."""
 _FORGET_AFTER_S, _FORGET_M = 2.0, 3.0
-"""Without a way for so long, the robot forgets what the camera has marked up to so far away."""
+"""Without a way for so long, the robot forgets where people stood up to so far away: whoever still stands
+there is marked anew. A table's corner that the camera has seen stays until its place is seen free."""
 
 
 class PathFollower:
@@ -85,14 +86,14 @@ class PathFollower:
         self._controller.set_plan(plan.points, plan.goal)
 
     def _forget_marks(self, state: RobotState) -> None:
-        """Forget what the camera marked nearby when there has been no way for long: people have walked on."""
+        """Forget where people stood nearby when there has been no way for long: they have walked on."""
         self._no_way_since = self._no_way_since or state.now
         if state.now - self._no_way_since < _FORGET_AFTER_S:
             return
         self._no_way_since = None
         costmaps = self._task.costmaps
         for costmap, here in (costmaps.global_costmap, state.map_pose), (costmaps.local_costmap, state.pose):
-            costmap.clear_disc(CAMERA_SOURCES, (here.x, here.y), _FORGET_M)
+            costmap.clear_disc((BODIES,), (here.x, here.y), _FORGET_M)
 
     def _costs_without(self, person: Pose2) -> NDArray[np.uint8]:
         """Return the costs of the global costmap; round the person (map frame) those of the map alone."""
