@@ -12,8 +12,8 @@ from tests.sweeps import sweep
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
-ROUND_SEARCH = """with: {window: $window, looks: $looks, step: "${360 deg / $looks}"}
-                out: {user: user, distance: distance, user_id: user_id}
+ROUND_SEARCH = """with: {window: $window, looks: $looks_here, step: $step}
+                    out: {user: user, distance: distance, user_id: user_id}
 """
 ENSURED = "ensure: $gap < $nearest + 0.1 m and $past < 15 deg"
 STORE = """            - succeed:
@@ -194,7 +194,7 @@ MUTANTS = [
     (
         "goto_user",
         ROUND_SEARCH,
-        ROUND_SEARCH.replace(", looks: $looks", ""),
+        ROUND_SEARCH.replace(", looks: $looks_here", ""),
         "'navigate_to' was started once",
         "the inputs reach the called missions",
     ),
@@ -323,7 +323,7 @@ MUTANTS = [
     ("make_sure", "on: [no_image]", "on: [no_user_seen]", "'look_for_user' was started"),
     ("make_sure", "        not_found:\n", "        no_image:\n", "make_sure is FAILED"),
     ("make_sure", "            - start_tracker:\n", "", "'start_tracker'"),
-    ("catch_up", "timeout: 90 s", "timeout: 10 min", "catch_up "),
+    ("catch_up", "timeout: 45 s", "timeout: 10 min", "catch_up "),
     (
         "catch_up",
         "max(0.9 m, $safe_distance)}",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -73,17 +75,25 @@ class Copy:
             "no:cacheprovider",
             "--benchmark-disable",
         ]
-        try:
-            done = subprocess.run(
+        said = self._folder / "said-by-the-tests"  # no pipe: what a mutated test leaves behind would hold it
+        with (
+            said.open("wb") as output,
+            subprocess.Popen(
                 [*command, f"@{names}"],
                 cwd=self._folder,
                 env=self._environment,
-                capture_output=True,
-                timeout=LONGEST_S,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return True
-        if done.returncode not in (0, *_NOTICED):
-            raise RuntimeError(f"pytest ended with {done.returncode}: {done.stdout.decode()[-2000:]}")
-        return done.returncode != 0
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            ) as tests_running,
+        ):
+            try:
+                code = tests_running.wait(LONGEST_S)
+            except subprocess.TimeoutExpired:
+                return True
+            finally:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(tests_running.pid, signal.SIGKILL)
+        if code not in (0, *_NOTICED):
+            raise RuntimeError(f"pytest ended with {code}: {said.read_text()[-2000:]}")
+        return code != 0
