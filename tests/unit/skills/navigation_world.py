@@ -14,10 +14,19 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_difference, integrate_twist
+from florence_bt.core.geometry import (
+    STANDSTILL,
+    FramedPose,
+    Point3,
+    Pose2,
+    Twist2,
+    angle_difference,
+    integrate_twist,
+)
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.navigate.drive_actions import HeadingGoal, PoseGoal
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 
@@ -52,6 +61,11 @@ def make_map(boxes: Sequence[Box] = WALLS, resolution: float = 0.05) -> Occupanc
     for x0, y0, x1, y1 in boxes:
         cells[np.ix_((y >= y0) & (y <= y1), (x >= x0) & (x <= x1))] = 100
     return OccupancyGrid(resolution, origin, cells)
+
+
+def ahead(way: float, speed: float, time_allowance: float = 0.0) -> HeadingGoal:
+    """Drive so many metres straight on, below zero back, at so many m/s."""
+    return HeadingGoal(Point3(way), math.copysign(speed, way), time_allowance)
 
 
 @njit(cache=True)
@@ -194,7 +208,7 @@ class Trip:
 
     def come(self, way: float) -> None:
         """Drive straight on by so many metres: the robot may back over that floor again."""
-        self.navigator.start_straight(way, 0.3, self.world.now, 0.0)
+        self.navigator.start(ahead(way, 0.3, 0.0), self.world.now)
         result = None
         while result is None:
             result = self.cycle()
@@ -224,7 +238,7 @@ class Trip:
         return step.result
 
     def go(self, goal: Pose2, limit: float = 90.0, each: Callable[[World], None] | None = None) -> Result:
-        self.navigator.start(goal, self.world.now)
+        self.navigator.start(PoseGoal(FramedPose(goal)), self.world.now)
         end = self.world.now + limit
         while self.world.now < end:
             if each is not None:

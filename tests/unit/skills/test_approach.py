@@ -11,6 +11,7 @@ import pytest
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate.approach import way_round
+from florence_bt.skills.navigation.navigate.drive_actions import ApproachMeGoal
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast
@@ -60,7 +61,7 @@ class Visit:
         place: Point | None = None,
     ) -> None:
         place = self.world.pose.inverse().apply(*self.person) if place is None else place
-        self.trip.navigator.start_approach(self.world.now, place, distance, (p2r, r2p), *speeds)
+        self.trip.navigator.start(ApproachMeGoal(*place, distance, p2r, r2p, *speeds), self.world.now)
 
     def sees(self) -> bool:
         robot = self.world.pose
@@ -303,7 +304,7 @@ def test_a_bumper_is_backed_off_from_and_marked_where_the_robot_is_known_to_be()
         if visit.step() is not None:
             break
     assert (navigator.global_costmap.master == before).all()
-    navigator.start_approach(visit.world.now, (1.0, 0.0))
+    navigator.start(ApproachMeGoal(1.0, 0.0), visit.world.now)
     visit.step()
     navigator.base_stop = BaseStop("wheel_drop", "the left wheel hangs in the air")
     result = visit.step()

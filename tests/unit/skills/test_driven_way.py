@@ -8,16 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
+from florence_bt.core.geometry import STANDSTILL, FramedPose, Pose2, Twist2, integrate_twist
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import BackUp
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal, SpinGoal
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import RobotState
 from tests.sweeps import examples
-from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, outline
+from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, ahead, outline
 
 GAP: tuple[Box, ...] = (*WALLS[:4], (4.0, 0.0, 4.1, 1.0), (4.0, 1.4, 4.1, 5.0), *WALLS[6:])
 """Of 0.40 m, at y = 1.2: the robot stops before it, and backs up."""
@@ -64,7 +65,7 @@ def test_backing_up_ends_where_the_robot_was_not() -> None:
 def test_a_recovery_backs_where_the_robot_came_from() -> None:
     trip = Trip(Pose2(2.0, 1.2, 0.0), boxes=GAP, on_map=GAP, jitter=0.007)
     farthest = 0.0
-    trip.navigator.start(Pose2(6.0, 1.2, 0.0), 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(6.0, 1.2, 0.0))), 0.0)
     while trip.world.pose.x > farthest - 0.07:
         farthest = max(farthest, trip.world.pose.x)
         assert trip.cycle() is None, "it has not backed"
@@ -72,11 +73,11 @@ def test_a_recovery_backs_where_the_robot_came_from() -> None:
 
 def test_backing_off_from_a_contact_goes_no_further_than_the_robot_came() -> None:
     trip = Trip(Pose2(3.2, 1.2, math.pi / 2), boxes=WALLS[:4], on_map=WALLS[:4])
-    trip.navigator.start_spin(-math.pi / 2, trip.world.now, 0.0)
+    trip.navigator.start(SpinGoal(-math.pi / 2, 0.0), trip.world.now)
     while trip.cycle() is None:
         pass
     trip.navigator.base_stop = BUMPER
-    trip.navigator.start(Pose2(6.0, 1.2, 0.0), trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(6.0, 1.2, 0.0))), trip.world.now)
     trip.cycle()
     while trip.texts[-1].startswith("backing off"):
         trip.navigator.base_stop = BUMPER if trip.world.pose.x > 3.18 else BaseStop()
@@ -89,10 +90,10 @@ def test_backing_off_from_a_contact_goes_no_further_than_the_robot_came() -> Non
 def test_a_straight_drive_backs_over_floor_where_the_robot_was_and_no_other(asked: float) -> None:
     """It has turned by a quarter: the foot of a lamp stands behind it, which nothing sees."""
     trip = Trip(Pose2(3.2, 1.2, math.pi / 2), boxes=WALLS[:4], on_map=WALLS[:4])
-    trip.navigator.start_spin(-math.pi / 2, trip.world.now, 0.0)
+    trip.navigator.start(SpinGoal(-math.pi / 2, 0.0), trip.world.now)
     while trip.cycle() is None:
         pass
-    trip.navigator.start_straight(-asked, 0.1, trip.world.now, 0.0)
+    trip.navigator.start(ahead(-asked, 0.1, 0.0), trip.world.now)
     result = None
     while result is None:
         result = trip.cycle()
@@ -107,7 +108,7 @@ def test_a_straight_drive_backs_as_far_as_the_robot_came(asked: float) -> None:
     trip = Trip(Pose2(1.0, 2.4, 0.0))
     trip.come(1.0)
     start = trip.world.pose
-    trip.navigator.start_straight(-asked, 0.2, trip.world.now, 0.0)
+    trip.navigator.start(ahead(-asked, 0.2, 0.0), trip.world.now)
     result = None
     while result is None:
         result = trip.cycle()

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import FramedPose, Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, Rays
+from florence_bt.skills.navigation.navigate.drive_actions import FollowUserGoal, PoseGoal
 from florence_bt.skills.navigation.navigate.exploration import (
     Exploration,
     ExplorationParameters,
@@ -202,10 +203,10 @@ def test_a_robot_that_does_not_get_away_forgets_what_it_touched() -> None:
 
 def test_who_is_followed_is_followed_on_the_older_map() -> None:
     trip = Trip(ROBOT, parameters=NavigatorParameters(exploration=GROWS))
-    trip.navigator.start_follow(trip.world.now, 1, 1.0, 0.3, 0.5)
+    trip.navigator.start(FollowUserGoal(1, 1.0, 0.3, 0.5), trip.world.now)
     trip.navigator.replace_map(grown(make_map(), 9))
     assert trip.navigator.global_costmap.shape == make_map().cells.shape
-    trip.navigator.start(Pose2(3.3, 1.0, 0.0), trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.3, 1.0, 0.0))), trip.world.now)
     assert trip.navigator.global_costmap.shape == grown(make_map(), 9).cells.shape
 
 

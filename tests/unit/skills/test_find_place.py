@@ -6,8 +6,9 @@ import math
 
 import pytest
 
-from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.geometry import STANDSTILL, FramedPose, Pose2
 from florence_bt.core.outcome import Result
+from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal, WaitGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters, RecoveryParameters
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, Trip
 
@@ -80,7 +81,7 @@ def test_without_a_goal_nothing_moves() -> None:
         assert step.command is None
         trip.world.advance(0.1)
     # Nor with one that needs no place.
-    trip.navigator.start_wait(3.0, trip.world.now)
+    trip.navigator.start(WaitGoal(3.0), trip.world.now)
     for _ in range(29):
         trip.see()
         assert trip.navigator.step(trip.world.now, trip.world.odometry(), None).command == STANDSTILL
@@ -89,7 +90,7 @@ def test_without_a_goal_nothing_moves() -> None:
 
 def test_nobody_is_turned_into() -> None:
     trip = LostTrip(START)
-    trip.navigator.start(GOAL, 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(GOAL)), 0.0)
     for _ in range(100):
         x, y = trip.world.odom.apply(0.35, 0.0)
         trip.navigator.saw_person(trip.world.now, 7, x, y)
@@ -103,7 +104,7 @@ def test_nobody_is_turned_into() -> None:
 def test_a_place_that_is_late_for_a_moment_moves_nothing_more_than_the_drive() -> None:
     trip = LostTrip(START)
     trip.known = True
-    trip.navigator.start(GOAL, 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(GOAL)), 0.0)
     for _ in range(10):
         trip.cycle()
     for _ in range(8):

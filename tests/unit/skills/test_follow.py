@@ -16,6 +16,7 @@ from florence_bt.core.sensing import Odometry
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import BODIES, Rays
+from florence_bt.skills.navigation.navigate.drive_actions import FollowUserGoal, SearchGoal, SpinGoal
 from florence_bt.skills.navigation.navigate.following import give_way
 from florence_bt.skills.navigation.navigate.following.motions import Motions
 from florence_bt.skills.navigation.navigate.navigator import Navigator
@@ -79,7 +80,7 @@ class Walk:
         self, seconds: float, distance: float = 0.0, speed: float = 0.0, turn: float = 0.0
     ) -> Result | None:
         """Follow; return how that ended, None when it goes on."""
-        self.trip.navigator.start_follow(self.trip.world.now, LEADER, distance, speed, turn)
+        self.trip.navigator.start(FollowUserGoal(LEADER, distance, speed, turn), self.trip.world.now)
         return self.walk_on(seconds)
 
     def go_and_search(self, seconds: float) -> Result | None:
@@ -90,9 +91,9 @@ class Walk:
         follows = True
         while world.now < start + seconds:
             if follows:
-                navigator.start_follow(world.now, LEADER, 0.0, 0.0, 0.0)
+                navigator.start(FollowUserGoal(LEADER), world.now)
             else:
-                navigator.start_search(world.now, LEADER, 0.0, 0.0)
+                navigator.start(SearchGoal(LEADER), world.now)
             result = self.walk_on(start + seconds - world.now)
             if result is not None and not follows and not result.succeeded:
                 return result
@@ -467,9 +468,9 @@ def test_a_search_for_somebody_who_was_not_followed_just_before_ends_at_once(who
     navigator, world = walk.trip.navigator, walk.trip.world
     if turned:
         world.advance(40.0)
-        navigator.start_spin(1.0, world.now, 10.0)
+        navigator.start(SpinGoal(1.0, 10.0), world.now)
         assert walk.walk_on(0.5) is None
-    navigator.start_search(world.now, who, 0.0, 0.0)
+    navigator.start(SearchGoal(who), world.now)
     result = walk.walk_on(1.0)
     assert result is not None
     assert result.code == "user_lost"
@@ -480,11 +481,11 @@ def test_a_search_ends_when_the_person_is_seen_and_the_following_goes_on_with_th
     walk = Walk(Pose2(1.2, 2.4), lambda seconds: (3.6, 2.4))
     navigator, world = walk.trip.navigator, walk.trip.world
     assert walk.go(2.0) is None
-    navigator.start_search(world.now, LEADER, 0.0, 0.0)
+    navigator.start(SearchGoal(LEADER), world.now)
     found = walk.walk_on(1.0)
     assert found is not None and found.succeeded
     walk.blind = True
-    navigator.start_follow(world.now, LEADER, 0.0, 0.0, 0.0)
+    navigator.start(FollowUserGoal(LEADER), world.now)
     assert walk.trip.cycle() is None
     assert walk.trip.texts[-1] == "following"
     assert world.command.linear > 0.0
@@ -495,7 +496,7 @@ def test_a_search_looks_at_everybody_who_walks_for_as_long() -> None:
     walk = Walk(Pose2(1.2, 2.4), lambda seconds: FIRST_ROOM)
     assert walk.go(1.0) is None
     navigator, world = walk.trip.navigator, walk.trip.world
-    navigator.start_search(world.now, LEADER, 0.0, 0.0)
+    navigator.start(SearchGoal(LEADER), world.now)
     search, robot = navigator._goal, world.odom
     assert isinstance(search, Search)
     said = []
@@ -525,7 +526,7 @@ def test_who_was_seen_before_the_goal_is_followed_from_there(ago: float, goes: b
     for when, x in ((-1.0, 2.8), (-0.5, 3.0), (0.0, 3.2)):
         seen = (trip.world.odom @ trip.world.pose.inverse()).apply(x, 2.4)
         trip.navigator.saw_person(trip.world.now - ago + when, LEADER, *seen)
-    trip.navigator.start_follow(trip.world.now, LEADER, 0.0, 0.0, 0.0)
+    trip.navigator.start(FollowUserGoal(LEADER), trip.world.now)
     for _ in range(25):
         trip.cycle()
     assert (trip.world.pose.x > 1.4) == goes
@@ -552,7 +553,7 @@ def test_distance_and_speed_of_the_goal() -> None:
 @pytest.mark.parametrize("bad", [(-1.0, 0.0, 0.0), (0.0, math.nan, 0.0), (0.0, 0.0, math.inf)])
 def test_bad_goals_move_nothing(bad: tuple[float, float, float]) -> None:
     trip = Trip(Pose2(1.0, 1.0))
-    trip.navigator.start_follow(0.0, LEADER, *bad)
+    trip.navigator.start(FollowUserGoal(LEADER, *bad), 0.0)
     result = trip.cycle()
     assert result is not None
     assert result.code == "bad_input"

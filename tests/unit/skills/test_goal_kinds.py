@@ -9,12 +9,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import Pose2, angle_difference
+from florence_bt.core.geometry import FramedPose, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
+from florence_bt.skills.navigation.navigate.bindings import PRECISE
+from florence_bt.skills.navigation.navigate.drive_actions import (
+    PathGoal,
+    PoseGoal,
+    PosesGoal,
+    WaitGoal,
+)
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from tests.unit.skills.navigation_world import WALLS, Trip, make_map
+from tests.unit.skills.navigation_world import WALLS, Trip, ahead, make_map
 
 
 def end_of(trip: Trip, limit: float, each: Callable[[], None] = lambda: None) -> Result:
@@ -31,7 +38,7 @@ def end_of(trip: Trip, limit: float, each: Callable[[], None] = lambda: None) ->
 def test_past_a_pose_without_a_stop() -> None:
     trip = Trip(Pose2(0.8, 1.0, 0.0))
     via, goal = Pose2(2.6, 1.2, 3.0), Pose2(2.6, 3.6, math.pi / 2)
-    trip.navigator.start_through([via, goal], trip.world.now)
+    trip.navigator.start(PosesGoal([FramedPose(each) for each in [via, goal]]), trip.world.now)
     nearest, speeds, left = math.inf, [], []
 
     def look() -> None:
@@ -61,7 +68,7 @@ def test_a_pose_on_the_way_that_cannot_be_reached_is_named() -> None:
         ([Pose2(99.0, 1.0), Pose2(2.0, 1.0)], "goal_outside", "pose 1 of 2"),
         ([Pose2(8.35, 2.0)], "goal_outside", "the map knows nothing"),
     ):
-        trip.navigator.start_through(goals, trip.world.now)
+        trip.navigator.start(PosesGoal([FramedPose(each) for each in goals]), trip.world.now)
         result = end_of(trip, 1.0)
         assert (result.code, part in result.reason) == (code, True)
     assert not any(trip.commands)
@@ -78,7 +85,7 @@ def test_along_a_path_of_somebody_else() -> None:
         for k in range(20)
     ]
     goal = Pose2(1.5, 3.5, math.pi)
-    trip.navigator.start_path([*points, goal], trip.world.now)
+    trip.navigator.start(PathGoal([FramedPose(each) for each in [*points, goal]]), trip.world.now)
     farthest = 0.0
 
     def look() -> None:
@@ -95,12 +102,15 @@ def test_along_a_path_of_somebody_else() -> None:
 def test_a_path_that_is_blocked_ends_without_another_way() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.world.boxes.append((2.2, 1.2, 2.4, 1.8))
-    trip.navigator.start_path([Pose2(1.0 + 0.1 * k, 1.5) for k in range(25)], trip.world.now)
+    trip.navigator.start(
+        PathGoal([FramedPose(Pose2(1.0 + 0.1 * k, 1.5)) for k in range(25)]),
+        trip.world.now,
+    )
     result = end_of(trip, 30.0)
     assert result.code in ("blocked", "no_progress")
     assert trip.world.hits == 0
     for path in ([], [Pose2(math.nan, 0.0)]):
-        trip.navigator.start_path(path, trip.world.now)
+        trip.navigator.start(PathGoal([FramedPose(each) for each in path]), trip.world.now)
         assert end_of(trip, 1.0).code == "bad_input"
 
 
@@ -110,7 +120,7 @@ def test_straight_on_by_odometry(distance: float, yaw: float) -> None:
     if distance < 0.0:
         trip.come(-distance)
     start = trip.world.pose
-    trip.navigator.start_straight(distance, 0.2, trip.world.now, 20.0)
+    trip.navigator.start(ahead(distance, 0.2, 20.0), trip.world.now)
     assert end_of(trip, 20.0).succeeded
     moved = start.inverse() @ trip.world.pose
     assert abs(moved.x - distance) < 0.03 and abs(moved.y) < 0.03
@@ -126,7 +136,7 @@ def test_a_straight_drive_goes_as_far_as_there_is_room() -> None:
         if came:
             trip.come(came)
         start = trip.world.pose
-        trip.navigator.start_straight(distance, 0.3, trip.world.now, 30.0)
+        trip.navigator.start(ahead(distance, 0.3, 30.0), trip.world.now)
         result = end_of(trip, 30.0)
         assert (result.code, trip.world.hits) == ("collision_ahead", 0)
         assert room - 0.15 < trip.world.pose.distance_to(start) < room
@@ -134,35 +144,35 @@ def test_a_straight_drive_goes_as_far_as_there_is_room() -> None:
 
 def test_a_straight_drive_ends_with_the_time_the_bumper_or_bad_numbers() -> None:
     trip = Trip(Pose2(1.0, 1.0, 0.0))
-    trip.navigator.start_straight(2.0, 0.1, trip.world.now, 3.0)
+    trip.navigator.start(ahead(2.0, 0.1, 3.0), trip.world.now)
     assert end_of(trip, 10.0).code == "time_allowance"
-    trip.navigator.start_straight(2.0, 0.1, trip.world.now, 0.0)
+    trip.navigator.start(ahead(2.0, 0.1, 0.0), trip.world.now)
     for _ in range(50):
         assert trip.cycle() is None
     trip.navigator.base_stop = BaseStop("bumper", "the left bumper is pressed")
     assert end_of(trip, 1.0).code == "bumper"
     # Away from what the bumper feels it may drive.
-    trip.navigator.start_straight(-0.2, 0.1, trip.world.now, 10.0)
+    trip.navigator.start(ahead(-0.2, 0.1, 10.0), trip.world.now)
     assert end_of(trip, 10.0).succeeded
     for numbers in ((math.nan, 0.1, 1.0), (1.0, 0.0, 1.0), (1.0, 0.1, math.inf)):
         distance, speed, allowance = numbers
-        trip.navigator.start_straight(distance, speed, trip.world.now, allowance)
+        trip.navigator.start(ahead(distance, speed, allowance), trip.world.now)
         assert end_of(trip, 1.0).code == "bad_input"
 
 
 def test_waiting_needs_no_sensors_and_can_be_cancelled() -> None:
     navigator = Navigator(make_map())
-    navigator.start_wait(2.0, 10.0)
+    navigator.start(WaitGoal(2.0), 10.0)
     step = navigator.step(11.5, None, None)
     assert step.command is not None and step.command.is_zero()
     assert (step.result, step.feedback.time_remaining) == (None, 0.5)
     done = navigator.step(12.0, None, None)
     assert done.result is not None and done.result.succeeded
-    navigator.start_wait(2.0, 20.0)
+    navigator.start(WaitGoal(2.0), 20.0)
     navigator.cancel()
     over = navigator.step(20.1, None, None).result
     assert over is not None and over.outcome is Outcome.CANCELLED
-    navigator.start_wait(-1.0, 30.0)
+    navigator.start(WaitGoal(-1.0), 30.0)
     refused = navigator.step(30.0, None, None).result
     assert refused is not None and refused.code == "bad_input"
 
@@ -211,7 +221,7 @@ def test_parts_of_a_costmap_are_cleared() -> None:
 )
 def test_a_precise_drive_ends_within_a_centimetre_and_half_a_degree(goal: Pose2, seed: int) -> None:
     trip = Trip(Pose2(1.5, 2.4, 0.0), seed=seed)
-    trip.navigator.start(goal, trip.world.now, precise=True)
+    trip.navigator.start(PoseGoal(FramedPose(goal), PRECISE), trip.world.now)
     assert end_of(trip, 60.0).succeeded
     assert trip.world.pose.distance_to(goal) <= 0.01
     assert math.degrees(abs(angle_difference(trip.world.pose.yaw, goal.yaw))) <= 0.5
@@ -224,7 +234,7 @@ def test_a_precise_drive_that_cannot_get_there_tells_how_far_off_it_is() -> None
     goal = Pose2(1.77, 2.4, 0.0)
     results = []
     for precise in (False, True):
-        trip.navigator.start(goal, trip.world.now, precise=precise)
+        trip.navigator.start(PoseGoal(FramedPose(goal), PRECISE if precise else ""), trip.world.now)
         results.append(end_of(trip, 60.0))
     assert results[0].succeeded and trip.world.hits == 0
     assert results[1].code in ("blocked", "no_progress") and " cm " in results[1].reason

@@ -10,13 +10,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference, problem_with_quaternion
+from florence_bt.core.geometry import STANDSTILL, FramedPose, Pose2, angle_difference, problem_with_quaternion
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.serving import ActionBinding
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
 from florence_bt.skills.navigation.navigate.bindings import BINDINGS
 from florence_bt.skills.navigation.navigate.contact import SlipWatch
 from florence_bt.skills.navigation.navigate.costmap import Rays
+from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal, SpinGoal
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import (
     CycleParameters,
@@ -236,7 +237,7 @@ def test_bad_goals_move_nothing(goal: Pose2, code: str) -> None:
 
 def test_a_cancel_stops_at_once() -> None:
     trip = Trip(Pose2(1.0, 2.4, 0.0))
-    trip.navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.4, 2.4, 0.0))), 0.0)
     for _ in range(20):
         assert trip.cycle() is None
     assert trip.world.twist.linear > 0.2
@@ -255,7 +256,7 @@ def test_a_cancel_stops_at_once() -> None:
 
 def test_a_new_goal_replaces_the_old_one() -> None:
     trip = Trip(Pose2(1.0, 2.4, 0.0))
-    trip.navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.4, 2.4, 0.0))), 0.0)
     for _ in range(20):
         assert trip.cycle() is None
     assert trip.go(Pose2(1.2, 3.2, 1.0)).succeeded
@@ -269,7 +270,7 @@ def test_the_robot_does_not_move_on_old_data(silent: str) -> None:
     )
     trip = Trip(Pose2(1.0, 2.4, 0.0), parameters=parameters)
     navigator, world = trip.navigator, trip.world
-    navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    navigator.start(PoseGoal(FramedPose(Pose2(3.4, 2.4, 0.0))), 0.0)
     for _ in range(20):
         trip.cycle()
     stale, place, since = world.odometry(), trip.map_from_odom(), world.now
@@ -294,7 +295,7 @@ def test_the_robot_does_not_move_on_old_data(silent: str) -> None:
 def test_advice_for_a_silent_sensor_stands_behind_the_reason() -> None:
     cycle = CycleParameters(sensor_patience=0.5, silence_advice="use another machine")
     trip = Trip(Pose2(1.0, 2.4, 0.0), parameters=NavigatorParameters(cycle=cycle))
-    trip.navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.4, 2.4, 0.0))), 0.0)
     results = []
     while not results:
         trip.world.advance(0.1)
@@ -306,7 +307,7 @@ def test_advice_for_a_silent_sensor_stands_behind_the_reason() -> None:
 def test_scans_that_are_late_but_come_do_not_stop_the_robot() -> None:
     trip = Trip(Pose2(1.0, 2.4, 0.0))
     navigator, world = trip.navigator, trip.world
-    navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    navigator.start(PoseGoal(FramedPose(Pose2(3.4, 2.4, 0.0))), 0.0)
     for late in (0.3, 0.3, 0.6, 0.9):
         scan = dataclasses.replace(world.scan(), stamp=world.now - late)
         place = trip.map_from_odom()
@@ -319,7 +320,7 @@ def test_scans_that_are_late_but_come_do_not_stop_the_robot() -> None:
 def test_nothing_moves_before_the_first_scan() -> None:
     navigator = Navigator(make_map())
     world = World(Pose2(1.0, 2.4, 0.0))
-    navigator.start(Pose2(3.0, 2.4, 0.0), 0.0)
+    navigator.start(PoseGoal(FramedPose(Pose2(3.0, 2.4, 0.0))), 0.0)
     step = navigator.step(0.0, world.odometry(), world.pose)
     assert step.command == STANDSTILL
     assert "no scan" in step.feedback.text
@@ -329,7 +330,7 @@ def test_nothing_moves_before_the_first_scan() -> None:
 @pytest.mark.parametrize("angle", [math.pi / 4, -math.pi / 2, math.pi])
 def test_spin(angle: float) -> None:
     trip = Trip(Pose2(2.0, 2.4, 0.0))
-    trip.navigator.start_spin(angle, 0.0, 20.0)
+    trip.navigator.start(SpinGoal(angle, 20.0), 0.0)
     result = None
     while result is None:
         result = trip.cycle()
@@ -342,7 +343,7 @@ def test_spin(angle: float) -> None:
 def test_a_spin_beside_a_wall_behind_the_robot_is_refused() -> None:
     # The laser does not see behind the robot; the map knows the wall.
     trip = Trip(Pose2(0.19, 2.4, 0.0))
-    trip.navigator.start_spin(1.0, 0.0, 10.0)
+    trip.navigator.start(SpinGoal(1.0, 10.0), 0.0)
     result = trip.cycle()
     assert result is not None
     assert result.code == "collision_ahead"
@@ -352,7 +353,7 @@ def test_a_spin_beside_a_wall_behind_the_robot_is_refused() -> None:
 @pytest.mark.parametrize(("angle", "allowance"), [(math.nan, 10.0), (1.0, math.nan), (1.0, math.inf)])
 def test_bad_spins(angle: float, allowance: float) -> None:
     trip = Trip(Pose2(2.0, 2.4, 0.0))
-    trip.navigator.start_spin(angle, 0.0, allowance)
+    trip.navigator.start(SpinGoal(angle, allowance), 0.0)
     result = trip.cycle()
     assert result is not None
     assert result.code == "bad_input"
@@ -448,7 +449,7 @@ def touch(trip: Trip, stop: BaseStop, on: bool) -> None:
 @pytest.mark.parametrize("code", [*HELD])
 def test_what_holds_the_base_ends_a_drive_and_a_turn_at_once(code: str) -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
-    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.0, 1.5, 0.0))), trip.world.now)
     for _ in range(5):
         assert trip.cycle() is None
     trip.navigator.base_stop = BaseStop(code, "the left wheel hangs in the air")
@@ -456,7 +457,7 @@ def test_what_holds_the_base_ends_a_drive_and_a_turn_at_once(code: str) -> None:
     assert result is not None
     assert (result.code, result.reason) == (code, "the left wheel hangs in the air")
     assert SERVER_CODES[code] == SPIN_SERVER_CODES[code] > 10000
-    trip.navigator.start_spin(1.0, trip.world.now, 10.0)
+    trip.navigator.start(SpinGoal(1.0, 10.0), trip.world.now)
     turn = trip.cycle()
     assert turn is not None
     assert turn.code == code in own_declarations()["turn"].failures
@@ -464,7 +465,7 @@ def test_what_holds_the_base_ends_a_drive_and_a_turn_at_once(code: str) -> None:
 
 def test_a_dead_base_is_told_at_once_though_the_odometry_is_silent() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
-    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.0, 1.5, 0.0))), trip.world.now)
     trip.navigator.base_stop = BaseStop("no_response", "the base sent no good frame for 0.5 s")
     step = trip.navigator.step(trip.world.now, None, None)
     assert step.result is not None
@@ -516,9 +517,9 @@ def test_what_was_touched_long_ago_may_be_gone() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.navigator.global_costmap.add_contact(Pose2(1.8, 1.5), trip.world.now)
     assert trip.navigator.cost_at(2.0, 1.5) == LETHAL
-    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 599.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.0, 1.5, 0.0))), trip.world.now + 599.0)
     assert trip.navigator.cost_at(2.0, 1.5) == LETHAL
-    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 601.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.0, 1.5, 0.0))), trip.world.now + 601.0)
     assert trip.navigator.cost_at(2.0, 1.5) == 0
 
 
@@ -582,7 +583,7 @@ def test_a_drive_that_nothing_but_the_wheels_feel_ends_with_the_reason() -> None
 def test_a_turn_in_place_goes_on_with_a_pressed_bumper() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.navigator.base_stop = LEFT_BUMPER
-    trip.navigator.start_spin(1.0, trip.world.now, 10.0)
+    trip.navigator.start(SpinGoal(1.0, 10.0), trip.world.now)
     result = None
     for _ in range(80):
         result = result or trip.cycle() if trip.navigator.active else result

@@ -8,11 +8,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.geometry import STANDSTILL, FramedPose, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigation.navigate.drive_actions import FollowUserGoal, PoseGoal
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters, RecoveryParameters
 from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, People, PeopleParameters
@@ -139,7 +140,7 @@ def test_somebody_who_stays_in_the_only_door_ends_the_drive() -> None:
 def test_one_who_is_followed_is_not_minded_but_others_are() -> None:
     trip = Trip(Pose2(1.0, 2.4))
     for others in ((), (SOMEBODY,)):
-        trip.navigator.start_follow(trip.world.now, 7, 0.0, 0.0, 0.0)
+        trip.navigator.start(FollowUserGoal(7), trip.world.now)
         for _ in range(10):
             to_odom = trip.world.odom @ trip.world.pose.inverse()
             trip.navigator.saw_person(trip.world.now, 7, *to_odom.apply(3.4, 2.4))
@@ -294,7 +295,7 @@ def test_people_outside_of_the_map_cost_nothing_and_a_layer_of_zero_is_off() -> 
 @pytest.mark.parametrize("parameters", [NavigatorParameters(), OFF])
 def test_a_path_leads_round_somebody_whom_only_the_camera_sees(parameters: NavigatorParameters) -> None:
     trip = Trip(Pose2(0.6, 1.0), parameters=parameters)
-    trip.navigator.start(Pose2(3.4, 1.0), 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(3.4, 1.0))), 0.0)
     trip.navigator.saw_person(0.0, SOMEBODY, *trip.map_from_odom().inverse().apply(2.0, 1.0))
     assert trip.cycle() is None
     plan = trip.navigator.plan

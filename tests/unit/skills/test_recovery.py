@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import FramedPose, Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.recovery import (
     RECOVERY_BEHAVIOURS,
@@ -65,7 +66,7 @@ def test_lost_time_counts_where_the_robot_gets_no_nearer() -> None:
 
 def until_over(trip: Trip, goal: Pose2, each: Callable[[World], None]) -> tuple[Result, float]:
     """The result, and for how long the robot had not come nearer to its goal."""
-    trip.navigator.start(goal, trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(goal)), trip.world.now)
     least, since = math.inf, trip.world.now
     while trip.world.now < 120.0:
         each(trip.world)
@@ -199,6 +200,6 @@ def test_what_is_marked_under_the_nose_does_not_hold_a_robot_that_backs_off() ->
         touching[0] = touching[0] and world.pose.x > 1.97
         trip.navigator.base_stop = BUMPER if touching[0] else BaseStop()
 
-    trip.navigator.start(Pose2(1.0, 3.6, 0.0), trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(1.0, 3.6, 0.0))), trip.world.now)
     result, _ = until_over(trip, Pose2(1.0, 3.6, 0.0), each)
     assert result.succeeded, result.reason

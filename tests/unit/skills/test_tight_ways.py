@@ -7,9 +7,10 @@ import re
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import FramedPose, Pose2
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.navigate.costmap import TIGHT, Costmap, CostmapParameters
+from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
 from florence_bt.skills.navigation.navigate.tight_ways import TightWays
 from tests.unit.skills.navigation_world import WALLS, Box, Trip
@@ -58,7 +59,7 @@ def test_a_gap_that_gets_wider_is_driven() -> None:
     chair: Box = (4.0, 1.4, 4.1, 1.9)
     wide = (*GAP[:5], (4.0, 1.9, 4.1, 5.0), *GAP[6:])
     trip = Trip(START, boxes=(*wide, chair), on_map=wide, jitter=0.007)
-    trip.navigator.start(GOAL, 0.0)
+    trip.navigator.start(PoseGoal(FramedPose(GOAL)), 0.0)
     result = None
     while result is None and trip.world.now < 60.0:
         if trip.world.now > 18.0:

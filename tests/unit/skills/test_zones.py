@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import FramedPose, Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.polygons import (
     Polygon,
@@ -22,10 +22,11 @@ from florence_bt.core.polygons import (
 )
 from florence_bt.core.zones import KEEP_OUT, SLOW, Zone
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
+from florence_bt.skills.navigation.navigate.drive_actions import FollowUserGoal, PoseGoal
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.planner import Plan
 from tests.sweeps import examples
-from tests.unit.skills.navigation_world import Trip, World, make_map, outline
+from tests.unit.skills.navigation_world import Trip, World, ahead, make_map, outline
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float) -> Polygon:
@@ -168,7 +169,7 @@ def test_at_the_border_of_a_slow_zone_its_speed_holds_already(limit: float, way:
         trip.come(2.0)
     slow = Zone("carpet", SLOW, rectangle(1.4, 2.8, 2.0, 4.0), limit)
     trip.navigator.set_zones([slow])
-    trip.navigator.start_straight(1.6 * way, 0.45, trip.world.now, 0.0)
+    trip.navigator.start(ahead(1.6 * way, 0.45, 0.0), trip.world.now)
     inside: list[float] = []
     outside: list[float] = []
     while trip.cycle() is None:
@@ -181,7 +182,7 @@ def test_at_the_border_of_a_slow_zone_its_speed_holds_already(limit: float, way:
 def test_a_slow_zone_beside_the_way_slows_nothing() -> None:
     trip = Trip(Pose2(0.7, 3.4, 0.0))
     trip.navigator.set_zones([Zone("carpet", SLOW, rectangle(1.0, 3.45, 3.0, 4.0), 0.1)])
-    trip.navigator.start_straight(1.6, 0.45, trip.world.now, 0.0)
+    trip.navigator.start(ahead(1.6, 0.45, 0.0), trip.world.now)
     while trip.cycle() is None:
         pass
     assert max(trip.commands) > 0.44
@@ -190,12 +191,12 @@ def test_a_slow_zone_beside_the_way_slows_nothing() -> None:
 def test_a_slow_zone_limits_follow_and_straight_drives_too() -> None:
     trip = Trip(Pose2(1.0, 3.4, 0.0))
     trip.navigator.set_zones([Zone("carpet", SLOW, rectangle(0.0, 0.0, 4.0, 5.0), 0.1)])
-    trip.navigator.start_straight(0.5, 0.4, trip.world.now, 0.0)
+    trip.navigator.start(ahead(0.5, 0.4, 0.0), trip.world.now)
     while trip.cycle() is None:
         pass
     assert 0.0 < max(trip.commands) <= 0.1 + 1e-9
     trip.commands.clear()
-    trip.navigator.start_follow(trip.world.now, 7, 0.0, 0.0, 0.0)
+    trip.navigator.start(FollowUserGoal(7), trip.world.now)
     for _ in range(30):
         person = trip.world.odom.apply(2.0, 0.0)
         trip.navigator.saw_person(trip.world.now, 7, *person)
@@ -206,7 +207,7 @@ def test_a_slow_zone_limits_follow_and_straight_drives_too() -> None:
 def test_a_keep_out_zone_is_lethal_in_both_costmaps_and_is_not_cleared() -> None:
     trip = Trip(Pose2(0.8, 1.8, 0.0))
     trip.navigator.set_zones([RUG])
-    trip.navigator.start(Pose2(0.8, 3.0, 0.0), trip.world.now)
+    trip.navigator.start(PoseGoal(FramedPose(Pose2(0.8, 3.0, 0.0))), trip.world.now)
     for _ in range(5):
         trip.cycle()
         trip.navigator.clear()

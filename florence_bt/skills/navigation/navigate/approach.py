@@ -15,6 +15,7 @@ from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.filters.legs.leg_detector import REACH_M, legs_near, narrow_things
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
@@ -60,7 +61,7 @@ class ApproachGoal:
     max_angular: float
 
 
-class Approach:
+class Approach(NavigationGoal):
     """Drives to a place at somebody who stands, and turns there. It needs no map.
 
     The person is where the goal says, as a fixed place of the odometry frame, until somebody sees them; then
@@ -70,6 +71,8 @@ class Approach:
     Source:
         REFERENCE 12.7; document, section 4.3.
     """
+
+    by_odometry = True
 
     def __init__(
         self, goal: ApproachGoal, costmaps: Costmaps, parameters: NavigatorParameters, now: float
@@ -99,7 +102,7 @@ class Approach:
             return None
         return self._start.apply(self._goal.x, self._goal.y)
 
-    def saw(self, stamp: float, people: Sequence[Point2]) -> None:
+    def saw_people(self, stamp: float, people: Sequence[Point2]) -> None:
         """Note that the camera saw people: time in seconds, places in the odometry frame in metres.
 
         What was told before counts once: who asks in every cycle tells the last sight again and again.
@@ -114,13 +117,16 @@ class Approach:
             self._track.saw(stamp, *place)
             self._recognised = self._there = stamp
 
-    def saw_scan(self, stamp: float, points: NDArray[np.float64], robot: Pose2) -> None:
+    def saw_scan(
+        self, stamp: float, points: NDArray[np.float64], robot: Pose2, map_from_odom: Pose2 | None
+    ) -> None:
         """Go on with the legs in a scan while the camera does not see the person.
 
         Args:
             stamp: Seconds.
             points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
             robot: The robot in the odometry frame at that time.
+            map_from_odom: Not used: it needs no map.
         """
         expected = self.person
         if expected is None or stamp - self._recognised < _CAMERA_GAP_S:

@@ -15,6 +15,7 @@ from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecove
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import BODIES, CONTACTS, LASER
 from florence_bt.skills.navigation.navigate.fine_approach import FineApproach
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
@@ -52,7 +53,7 @@ TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 """m/s and rad/s, for the time that is left."""
 
 
-class Drive:
+class Drive(NavigationGoal):
     """A drive from its start to its result.
 
     Args:
@@ -67,6 +68,8 @@ class Drive:
         path: The path that is followed, shape (n, 2) in the map frame, or None.
         remaining: Metres along it in the last cycle, infinity before the first.
     """
+
+    path: NDArray[np.float64] | None = None
 
     def __init__(
         self,
@@ -107,7 +110,6 @@ class Drive:
         self._rotation = replace(turn, spin_max_speed=speed)
         self._recoveries = 0
         self._contact = ContactRecovery(costmaps, parameters.recovery)
-        self.path: NDArray[np.float64] | None = None
         self.remaining = math.inf
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
@@ -447,7 +449,7 @@ class Drive:
         """Return the velocity of the recovery behaviour, None when it is over."""
         behaviour = self._recovery
         if isinstance(behaviour, Spin):
-            command, result = behaviour.step(state.now, state.pose, state.twist, state.clearance)
+            command, _, result = behaviour.step(state)
             over = result is not None
             # A turn that ends because something is near is not a failure of the drive.
             if result is not None and result.outcome is Outcome.FAILED:

@@ -76,14 +76,9 @@ class FindPlace:
 
     def _move(self, state: RobotState) -> Twist2:
         motion = self._motion
-        if isinstance(motion, Spin):
-            if state.people.anybody_beside(state.pose):
-                return STANDSTILL
-            command, result = motion.step(state.now, state.pose, state.twist, state.clearance)
-        elif motion is not None:
-            command, _, result = motion.step(state)
-        else:
+        if motion is None or (isinstance(motion, Spin) and state.people.anybody_beside(state.pose)):
             return STANDSTILL
+        command, _, result = motion.step(state)
         if result is not None:
             self._motion = None
             self._way = self._way if result.succeeded and isinstance(motion, Spin) else None

@@ -478,14 +478,9 @@ class Navigation:
 
     def _begin(self, action: DriveAction, goal: Any) -> None:
         assert self._navigator is not None, "goals are held until the costmaps are made"
-        problem = action.begin(self._navigator, goal, self._ports.clock.now(), self._to_map)
-        if problem is not None:
-            # An older goal ends with it: the base stops.
-            self._abandon(problem)
-            return
-        if action is NAVIGATE_TO_POSE:
-            pose = self._to_map(goal.pose)
-            assert isinstance(pose, Pose2), "begun"
+        self._navigator.start(goal, self._ports.clock.now(), self._to_map)
+        pose = self._to_map(goal.pose) if action is NAVIGATE_TO_POSE else None
+        if isinstance(pose, Pose2):
             self._current_goal.send(FramedPose(pose, self._p.map_frame))
             self._shows_goal = True
         self._start_cycle()

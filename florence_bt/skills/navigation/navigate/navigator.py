@@ -17,40 +17,28 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
 from florence_bt.core.zones import Zone
-from florence_bt.skills.filters.legs.leg_detector import all_legs
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
-from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import (
     BODIES,
     CONTACTS,
     LASER,
     Costmap,
-    moved_points,
     moved_rays,
     rays_of,
 )
-from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.exploration import Exploration
 from florence_bt.skills.navigation.navigate.find_place import LOOKING_FOR_PLACE, FindPlace
-from florence_bt.skills.navigation.navigate.follow import Follow
-from florence_bt.skills.navigation.navigate.following.motions import FollowGoal
-from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
-from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.glass import GlassMemory
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
+from florence_bt.skills.navigation.navigate.goal_start import ActionGoal, GoalStart, ToMap, as_in_map
 from florence_bt.skills.navigation.navigate.map_difference import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.path_drive import PathDrive
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
-from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.search import Search
-from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
-from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
-from florence_bt.skills.navigation.navigate.through import ThroughDrive
 from florence_bt.skills.navigation.navigate.tight_ways import TightWays
 from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
@@ -61,14 +49,8 @@ FEET = "laser"
 _CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact, or after a way was too tight, does not believe in it any
 more."""
-
-Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | PersonGoal | Approach
-_BY_ODOMETRY = (Spin, StraightDrive, Approach)
-"""Goals that do not need to know where the robot is in the map."""
-_INTERRUPTED = (Drive, ThroughDrive, PathDrive)
-"""Goals that end when they get nowhere for some time."""
 _HANDED_ON = frozenset({"ok", "user_lost"})
-"""A goal about a person that ends like this leaves what it knows of them to the next one."""
+"""What a goal that ends like this knew is left to the next one."""
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""
@@ -149,8 +131,8 @@ class Navigator:
         self._people = PeopleTracks(self._p.people, self._p.follow.follow_coast)
         self._trails = VacatedCells()
         self._left: list[Point2] = []
-        self._person_task: FollowTask | None = None
-        self._goal: Goal | None = None
+        self._goal: NavigationGoal | None = None
+        self._before: NavigationGoal | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
         self._finding: FindPlace | None = None
@@ -192,7 +174,7 @@ class Navigator:
         Raises:
             ValueError: Its cells have another size.
         """
-        if isinstance(self._goal, PersonGoal):
+        if self._goal is not None and self._goal.keeps_map:
             self._newer_map = grid
             return
         self._newer_map = None
@@ -230,13 +212,12 @@ class Navigator:
     @property
     def plan(self) -> NDArray[np.float64] | None:
         """The path that is followed, shape (n, 2) in the map frame, or None."""
-        with_path = (Drive, ThroughDrive, PathDrive, PersonGoal)
-        return self._goal.path if isinstance(self._goal, with_path) else None
+        return None if self._goal is None else self._goal.path
 
     @property
     def person(self) -> Point2 | None:
         """Where the person who is followed or approached was last, in the odometry frame, metres."""
-        return self._goal.person if isinstance(self._goal, (PersonGoal, Approach)) else None
+        return None if self._goal is None else self._goal.person
 
     def set_zones(self, zones: Iterable[Zone]) -> None:
         """Keep to these zones from now on, in place of all of before; a drive under way minds them, too."""
@@ -277,12 +258,9 @@ class Navigator:
         if source == LASER and self._glass is not None and map_from_odom is not None:
             ends = moved_rays(in_base, map_from_odom @ odom_pose).ends
             self._glass.saw(scan.stamp, ends[~self._unmapped.is_known(ends)], map_from_odom @ odom_pose)
-        if source == LASER and isinstance(self._goal, Search) and map_from_odom is not None:
+        if source == LASER and self._goal is not None:
             ends = moved_rays(in_base, odom_pose).ends
-            known = self._unmapped.is_known(moved_points(ends, map_from_odom))
-            self._goal.saw_legs(scan.stamp, all_legs(ends[~known]))
-        if source == LASER and isinstance(self._goal, Approach):
-            self._goal.saw_scan(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose)
+            self._goal.saw_scan(scan.stamp, ends, odom_pose, map_from_odom)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
@@ -334,73 +312,28 @@ class Navigator:
 
     # Goals.
 
-    def start(self, goal: Pose2, now: float, *, precise: bool = False) -> None:
-        """Drive to a pose in the map frame; replaces what is active. A bad goal ends in the next step.
+    def start(self, goal: ActionGoal, now: float, to_map: ToMap = as_in_map) -> None:
+        """Begin a goal, which replaces what is active; one that cannot be done ends in the next step.
 
         Args:
-            goal: Where to.
+            goal: What is asked.
             now: Seconds.
-            precise: Whether to correct where the drive ends (:mod:`fine_approach`).
+            to_map: Takes poses to the map frame; without it all are in it.
         """
-        self._begin(now)
-        problem = self._problem_with(goal)
-        if problem is not None:
-            self._end = failure(*problem)
+        before = self._goal or self._before
+        for costmap in (self.global_costmap, self.local_costmap):
+            costmap.forget([CONTACTS], before=now - _CONTACTS_KEPT_S)
+        self._costmaps.tight.forget(before=now - _CONTACTS_KEPT_S, of_map=True)
+        self._goal = self._end = self._before = None
+        if self._newer_map is not None:
+            self.replace_map(self._newer_map)
+        self._missing_since = self._finding = None
+        self._feedback = Feedback(text="starting")
+        begun = goal.begin(GoalStart(now, self._costmaps, self._p, self._people, before, to_map))
+        if isinstance(begun, Result):
+            self._end = begun
         else:
-            self._goal = Drive(goal, self._costmaps, self._p, now, precise=precise)
-
-    def start_through(self, goals: Sequence[Pose2], now: float) -> None:
-        """Drive to the last of several poses in the map frame, past the others; replaces what is active."""
-        self._begin(now)
-        if not goals:
-            self._end = failure("no_poses", "no pose is given (would have worked: one or more)")
-            return
-        problems = ((number, self._problem_with(goal)) for number, goal in enumerate(goals, start=1))
-        number, problem = next((one for one in problems if one[1] is not None), (0, None))
-        if problem is not None:
-            code, reason = problem
-            self._end = failure(code, f"pose {number} of {len(goals)}: {reason}")
-        else:
-            self._goal = ThroughDrive(goals, self._costmaps, self._p, now)
-
-    def start_path(self, path: Sequence[Pose2], now: float) -> None:
-        """Drive along a path in the map frame, as it is; replaces what is active.
-
-        Args:
-            path: From the robot to the goal, whose heading counts.
-            now: Seconds.
-        """
-        self._begin(now)
-        if not path or not all(pose.is_finite() for pose in path):
-            self._refuse(f"a path of {len(path)} poses cannot be driven (would have worked: finite poses)")
-            return
-        points = np.array([(pose.x, pose.y) for pose in path])
-        self._goal = PathDrive(points, path[-1], self._costmaps, self._p, now)
-
-    def start_straight(self, distance: float, speed: float, now: float, time_allowance: float) -> None:
-        """Drive straight on by odometry; replaces what is active.
-
-        Args:
-            distance: Metres, below zero backwards.
-            speed: m/s, :data:`SLOWEST_MPS` or more.
-            now: Seconds.
-            time_allowance: Seconds it may take; 0 is no limit.
-        """
-        self._begin(now)
-        if not all(map(math.isfinite, (distance, speed, time_allowance))) or speed < SLOWEST_MPS:
-            numbers = f"{distance} m at {speed} m/s in {time_allowance} s"
-            self._refuse(f"cannot drive {numbers} (would have worked: {SLOWEST_MPS} m/s and more)")
-        else:
-            speed = min(speed, self._p.controller.max_vel_x)
-            self._goal = StraightDrive(distance, speed, now, time_allowance)
-
-    def start_wait(self, duration: float, now: float) -> None:
-        """Stand still for some seconds; replaces what is active."""
-        self._begin(now)
-        if not math.isfinite(duration) or duration < 0.0:
-            self._refuse(f"cannot wait for {duration} s")
-        else:
-            self._goal = WaitInPlace(duration, now)
+            self._goal = begun
 
     def plan_between(self, start: Pose2, goal: Pose2, tolerance: float = 0.0) -> Plan | Result:
         """Plan a path in the map frame, which nobody drives.
@@ -417,88 +350,13 @@ class Navigator:
             return failure("bad_input", f"the start {start} is not finite")
         if self.cost_at(start.x, start.y) == LETHAL:
             return failure("start_occupied", f"({start.x:.2f}, {start.y:.2f}) lies in an obstacle")
-        problem = self._problem_with(goal)
+        problem = self._costmaps.problem_with(goal)
         if problem is not None and problem[0] == "goal_outside" and tolerance <= 0.0:
             return failure(*problem)
         forbidden = self._zones.problem_with(goal) if tolerance <= 0.0 and goal.is_finite() else None
         if forbidden is not None:
             return failure("goal_occupied", forbidden)
         return plan_path(self.global_costmap, start, goal, self._p.planner, tolerance=tolerance)
-
-    def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
-        """Turn in place by an angle (rad, counter-clockwise positive); replaces what is active.
-
-        Args:
-            angle: Relative to the heading at the first step, by odometry.
-            now: Seconds.
-            time_allowance: Seconds the turn may take; 0 is no limit.
-        """
-        self._begin(now)
-        if not math.isfinite(angle) or not math.isfinite(time_allowance):
-            self._refuse(f"a turn by {angle} rad in {time_allowance} s cannot be done")
-        else:
-            self._goal = Spin(angle, self._p.turn, now, time_allowance)
-
-    def start_follow(
-        self, now: float, user_id: int, distance: float, max_linear: float, max_angular: float
-    ) -> None:
-        """Follow one of the people whom :meth:`saw_person` tells about; replaces what is active.
-
-        It goes on where the goal before has left off with the same person, begins where they were seen within
-        the last half minute, and waits for a sight of others.
-
-        Args:
-            now: Seconds.
-            user_id: The persistent id of the person.
-            distance: How far to stay behind, metres; 0 takes the parameter's.
-            max_linear: m/s; 0 takes the parameter's.
-            max_angular: rad/s; 0 takes the parameter's.
-        """
-        self._start_about(Follow, now, user_id, distance, max_linear, max_angular)
-
-    def start_search(self, now: float, user_id: int, max_linear: float, max_angular: float) -> None:
-        """Drive to where somebody may be who was followed and lost; replaces what is active.
-
-        It succeeds as soon as they are seen.
-
-        Args:
-            now: Seconds.
-            user_id: The persistent id of the person.
-            max_linear: m/s; 0 takes the parameter's.
-            max_angular: rad/s; 0 takes the parameter's.
-        """
-        self._start_about(Search, now, user_id, 0.0, max_linear, max_angular)
-
-    def _start_about(
-        self,
-        kind: type[Follow | Search],
-        now: float,
-        user_id: int,
-        distance: float,
-        max_linear: float,
-        max_angular: float,
-    ) -> None:
-        before = self._person_task
-        self._begin(now)
-        if not _are_not_negative(distance, max_linear, max_angular):
-            self._refuse(
-                f"cannot go after a person at {distance} m, {max_linear} m/s and {max_angular} rad/s"
-            )
-            return
-        params = self._p.follow
-        goal = FollowGoal(
-            user_id,
-            distance or params.follow_distance,
-            max_linear or params.follow_max_lin_speed,
-            max_angular or params.follow_max_ang_speed,
-        )
-        if before is None or before.goal.user_id != user_id or (before.track.seen or now) > now:
-            self._people.forget(now)
-            task = FollowTask.begin(goal, self._costmaps, self._p, self._people)
-        else:
-            task = before.go_on(goal)
-        self._person_task = task
-        self._goal = kind(task, now)
 
     def saw_person(self, stamp: float, user_id: int, x: float, y: float) -> None:
         """Note that somebody was seen; ignore what is not newer than before, or not finite.
@@ -513,45 +371,6 @@ class Navigator:
         if math.isfinite(x) and math.isfinite(y):
             self._left += self._trails.saw(stamp, user_id, (x, y))
 
-    def start_approach(
-        self,
-        now: float,
-        person: Point2,
-        distance: float = 0.0,
-        orientations: tuple[float, float] = (0.0, 0.0),
-        max_linear: float = 0.0,
-        max_angular: float = 0.0,
-    ) -> None:
-        """Drive to a place at a person and turn there, by odometry alone; replaces what is active.
-
-        Args:
-            now: Seconds.
-            person: Where the person is, in the robot's frame, metres; 0, 0: the nearest that the camera sees.
-            distance: From the person, metres, not below 0.5; 0 takes the parameter's.
-            orientations: p2r and r2p of :class:`ApproachGoal`, radians.
-            max_linear: m/s; 0 takes the parameter's.
-            max_angular: rad/s; 0 takes the parameter's.
-        """
-        self._begin(now)
-        if not all(map(math.isfinite, (*person, *orientations))):
-            self._refuse(f"cannot approach somebody at {person} m with the orientations {orientations} rad")
-        elif not _are_not_negative(distance, max_linear, max_angular):
-            self._refuse(f"cannot stand {distance} m away with {max_linear} m/s and {max_angular} rad/s")
-        elif 0.0 < distance < NEAREST_M:
-            self._refuse(
-                f"{distance:g} m is too near to a person (would have worked: {NEAREST_M} m and more)"
-            )
-        else:
-            params = self._p.approach
-            goal = ApproachGoal(
-                *person,
-                distance or params.approach_person_distance,
-                *orientations,
-                max_linear or params.approach_person_max_lin_speed,
-                max_angular or params.approach_person_max_ang_speed,
-            )
-            self._goal = Approach(goal, self._costmaps, self._p, now)
-
     def saw_people(self, stamp: float, people: Sequence[Point2]) -> None:
         """Note that the camera saw people; one of them may be the one who is approached.
 
@@ -559,45 +378,14 @@ class Navigator:
             stamp: Seconds.
             people: Where they are, in the odometry frame, metres.
         """
-        if isinstance(self._goal, Approach):
-            self._goal.saw(stamp, people)
-
-    def _refuse(self, reason: str) -> None:
-        self._end = failure("bad_input", reason)
+        if self._goal is not None:
+            self._goal.saw_people(stamp, people)
 
     def cancel(self) -> None:
         """End the goal; the next step stops the robot and reports it. Without a goal nothing happens."""
         if self.active and self._end is None:
             self._goal = None
             self._end = cancelled()
-
-    def _begin(self, now: float) -> None:
-        for costmap in (self.global_costmap, self.local_costmap):
-            costmap.forget([CONTACTS], before=now - _CONTACTS_KEPT_S)
-        self._costmaps.tight.forget(before=now - _CONTACTS_KEPT_S, of_map=True)
-        self._goal = self._end = self._person_task = None
-        if self._newer_map is not None:
-            self.replace_map(self._newer_map)
-        self._missing_since = self._finding = None
-        self._feedback = Feedback(text="starting")
-
-    def _problem_with(self, goal: Pose2) -> tuple[str, str] | None:
-        if not goal.is_finite():
-            return "bad_input", f"the goal {goal} is not finite"
-        cell = self.global_costmap.cell_of(goal.x, goal.y)
-        place = f"({goal.x:.2f}, {goal.y:.2f})"
-        if cell is None:
-            return "goal_outside", f"the goal {place} lies outside of the map"
-        cost = self._costmaps.static[cell]
-        if cost == UNKNOWN_COST:
-            return "goal_outside", f"the goal {place} is where the map knows nothing"
-        if INSCRIBED <= cost < UNKNOWN_COST:
-            return "goal_occupied", f"the robot does not fit at {place}: an obstacle of the map is too near"
-        if self._walls.touches(goal):
-            heading = f"{math.degrees(goal.yaw):.0f} degrees"
-            return "goal_occupied", f"the robot does not fit at {place} with the heading of {heading}"
-        forbidden = self._zones.problem_with(goal)
-        return None if forbidden is None else ("goal_occupied", forbidden)
 
     def step(self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None) -> CycleResult:
         """Take one step.
@@ -614,8 +402,12 @@ class Navigator:
             return CycleResult(None, Feedback())
         if self._end is not None:
             return self._finish(self._end)
-        if isinstance(self._goal, WaitInPlace):
-            return self._stand_still(self._goal, now)
+        goal = self._goal
+        assert goal is not None, "active"
+        standing = goal.stand_still(now)
+        if standing is not None:
+            self._feedback, result = standing
+            return CycleResult(STANDSTILL, self._feedback) if result is None else self._finish(result)
         if self.base_stop.holds_all:
             return self._finish(self.base_stop.failure())
         missing = self._fresh.missing(now, odometry)
@@ -624,9 +416,9 @@ class Navigator:
         self._missing_since = None
         assert odometry is not None
         state = self._state_at(now, odometry, map_from_odom)
-        if state.localised or isinstance(self._goal, _BY_ODOMETRY):
-            self._go_on(now)
-            command, result = self._advance(state)
+        if state.localised or goal.by_odometry:
+            self._go_on(goal, now)
+            command, self._feedback, result = goal.step(state)
         else:
             command, result = self._find(state)
         if result is not None:
@@ -641,11 +433,6 @@ class Navigator:
         arc = command.slowed_to(asked)
         return min(asked, self._zones.speed_limit(state.map_pose, arc, self._p.controller.max_vel_x))
 
-    def _stand_still(self, goal: WaitInPlace, now: float) -> CycleResult:
-        """Stand still, which needs no sensors."""
-        self._feedback, result = goal.step(now)
-        return CycleResult(STANDSTILL, self._feedback) if result is None else self._finish(result)
-
     def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> RobotState:
         # The odometry is a little old; the robot has moved on since.
         age = min(self._p.cycle.prediction_limit, max(0.0, now - odometry.stamp))
@@ -656,15 +443,14 @@ class Navigator:
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
         localised = map_from_odom is not None
         # A robot that has lost its place keeps its distance from everybody.
-        goal = self._goal if localised else None
-        followed = (goal.user_id, goal.person) if isinstance(goal, PersonGoal) else (None, None)
-        self._people.forget(now, but=followed[0])
-        people = self._people.people(now, *followed)
+        user_id, place = self._goal.followed if localised and self._goal is not None else (None, None)
+        self._people.forget(now, but=user_id)
+        people = self._people.people(now, user_id, place)
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
-        place = map_from_odom or Pose2()
+        odom = map_from_odom or Pose2()
         return RobotState(
-            now, pose, odometry.twist, place, clearance, self.base_stop, self._driven, people, localised
+            now, pose, odometry.twist, odom, clearance, self.base_stop, self._driven, people, localised
         )
 
     def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
@@ -674,23 +460,11 @@ class Navigator:
         self._feedback = replace(self._feedback, text=f"waiting: {LOOKING_FOR_PLACE}")
         return self._finding.step(state)
 
-    def _go_on(self, now: float) -> None:
+    def _go_on(self, goal: NavigationGoal, now: float) -> None:
         """Go on as the place is known: a goal that was interrupted starts counting its time anew."""
-        if self._finding is not None and self._finding.moved and isinstance(self._goal, _INTERRUPTED):
-            self._goal.resume(now)
+        if self._finding is not None and self._finding.moved:
+            goal.resume(now)
         self._finding = None
-
-    def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
-        goal = self._goal
-        assert goal is not None and not isinstance(goal, WaitInPlace)
-        if not isinstance(goal, Spin):
-            command, self._feedback, result = goal.step(state)
-            return command, result
-        command, result = goal.step(state.now, state.pose, state.twist, state.clearance)
-        left = abs(goal.remaining)
-        time = left / self._p.turn.spin_max_speed
-        self._feedback = Feedback(left, time, 0, "turning in place", travelled=goal.travelled)
-        return command, result
 
     def _wait(self, now: float, code: str, reason: str) -> CycleResult:
         if self._missing_since is None:
@@ -702,13 +476,8 @@ class Navigator:
         return CycleResult(STANDSTILL, self._feedback)
 
     def _finish(self, result: Result) -> CycleResult:
+        self._before = self._goal if result.code in _HANDED_ON else None
         self._goal = self._end = None
-        if result.code not in _HANDED_ON:
-            self._person_task = None
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
         self._feedback = replace(self._feedback, time_remaining=0.0, text=text)
         return CycleResult(STANDSTILL, self._feedback, result)
-
-
-def _are_not_negative(*numbers: float) -> bool:
-    return all(math.isfinite(number) and number >= 0.0 for number in numbers)

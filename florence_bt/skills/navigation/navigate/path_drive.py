@@ -9,12 +9,13 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.drive import TYPICAL_SPEED
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 
-class PathDrive:
+class PathDrive(NavigationGoal):
     """A drive along a path, from the start of the drive to its result.
 
     Args:
@@ -27,6 +28,8 @@ class PathDrive:
     Attributes:
         path: The path.
     """
+
+    path: NDArray[np.float64] | None = None
 
     def __init__(
         self,

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import failure, success
-from florence_bt.skills.filters.legs.leg_detector import of_nobody_known
+from florence_bt.skills.filters.legs.leg_detector import all_legs, of_nobody_known
 from florence_bt.skills.filters.legs.walking_legs import WalkingLegs
+from florence_bt.skills.navigation.navigate.costmap import moved_points
 from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.person_goal import PersonGoal
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
+from florence_bt.skills.navigation.navigate.map_difference import MapDifference
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.state import RobotState
 
@@ -36,6 +41,7 @@ class Search(PersonGoal):
 
     def __init__(self, task: FollowTask, now: float) -> None:
         super().__init__(task, now)
+        self._unmapped = MapDifference(task.costmaps)
         self._belief: PersonBelief | None = None
         self._heading: float | None = None
         self._goal_place: Point2 | None = None
@@ -46,6 +52,15 @@ class Search(PersonGoal):
         self._scanned = -math.inf
         self._looks_at: Point2 = (math.inf, math.inf)
         self._looks_at_since: float | None = None
+
+    def saw_scan(
+        self, stamp: float, points: NDArray[np.float64], robot: Pose2, map_from_odom: Pose2 | None
+    ) -> None:
+        """Look for legs in a scan of the laser, beside what the map knows."""
+        if map_from_odom is None:
+            return
+        known = self._unmapped.is_known(moved_points(points, map_from_odom))
+        self.saw_legs(stamp, all_legs(points[~known]))
 
     def saw_legs(self, stamp: float, legs: list[Point2]) -> None:
         """Note where the laser sees something like legs: seconds; odometry frame, metres."""

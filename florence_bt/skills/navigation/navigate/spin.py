@@ -7,10 +7,11 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
 from florence_bt.core.limits import CheckedParameters, Limits, Positive, check_order
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
+from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +49,14 @@ class _Phase(enum.Enum):
     SETTLING = "settling"
 
 
-class Spin:
+class Spin(NavigationGoal):
     """One turn in place, from its start to its result.
 
     Attributes:
         travelled: Radians turned so far, counter-clockwise positive.
     """
+
+    by_odometry = True
 
     def __init__(self, angle: float, parameters: SpinParameters, now: float, time_allowance: float) -> None:
         self._angle = angle
@@ -68,20 +71,18 @@ class Spin:
         """Radians that are left, counter-clockwise positive."""
         return self._angle - self.travelled
 
-    def step(
-        self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
-    ) -> tuple[Twist2, Result | None]:
-        """Return the velocity to command now, and the result when the turn is over.
+    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+        """Take one step: the velocity, the feedback, and the result when the turn is over."""
+        command, result = self._turn(state)
+        left = abs(self.remaining)
+        time = left / self._parameters.spin_max_speed
+        return command, Feedback(left, time, 0, "turning in place", travelled=self.travelled), result
 
-        Args:
-            now: Seconds.
-            pose: base_footprint in the odometry frame.
-            twist: Its velocity.
-            clearance: What is around it.
-        """
+    def _turn(self, state: RobotState) -> tuple[Twist2, Result | None]:
+        clearance = state.clearance
         if self._last_yaw is not None:
-            self.travelled += normalize_angle(pose.yaw - self._last_yaw)
-        self._last_yaw = pose.yaw
+            self.travelled += normalize_angle(state.pose.yaw - self._last_yaw)
+        self._last_yaw = state.pose.yaw
         near_enough = abs(self.remaining) <= self._parameters.spin_precision
         # It stops a little before the angle, and not at the first that is near enough: seven turns that all
         # fall short by as much leave a gap in a circle that nobody looks into.
@@ -89,8 +90,8 @@ class Spin:
         if near_enough and not (ahead and clearance.is_free(0.0, self.remaining)):
             self._phase = _Phase.SETTLING
         if self._phase is _Phase.SETTLING:
-            return STANDSTILL, success() if abs(twist.angular) < AT_REST_TURN_SPEED else None
-        if now > self._deadline:
+            return STANDSTILL, success() if abs(state.twist.angular) < AT_REST_TURN_SPEED else None
+        if state.now > self._deadline:
             left = math.degrees(self.remaining)
             return STANDSTILL, failure(
                 "time_allowance", f"{left:.0f} degrees were left when the time was over"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.outcome import Result
-from florence_bt.skills.navigation.navigate._cell_kernels import Cells
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
@@ -72,6 +73,25 @@ class Costmaps:
     walls: MapWalls
     zones: ZoneLayer
     tight: TightWays
+
+    def problem_with(self, goal: Pose2) -> tuple[str, str] | None:
+        """Tell why the robot cannot stand at a pose (map frame), as (code, reason); None when it can."""
+        if not goal.is_finite():
+            return "bad_input", f"the goal {goal} is not finite"
+        cell = self.global_costmap.cell_of(goal.x, goal.y)
+        place = f"({goal.x:.2f}, {goal.y:.2f})"
+        if cell is None:
+            return "goal_outside", f"the goal {place} lies outside of the map"
+        cost = self.static[cell]
+        if cost == UNKNOWN_COST:
+            return "goal_outside", f"the goal {place} is where the map knows nothing"
+        if INSCRIBED <= cost < UNKNOWN_COST:
+            return "goal_occupied", f"the robot does not fit at {place}: an obstacle of the map is too near"
+        if self.walls.touches(goal):
+            heading = f"{math.degrees(goal.yaw):.0f} degrees"
+            return "goal_occupied", f"the robot does not fit at {place} with the heading of {heading}"
+        forbidden = self.zones.problem_with(goal)
+        return None if forbidden is None else ("goal_occupied", forbidden)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ import math
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_difference
 from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY
 from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
 
@@ -22,7 +23,7 @@ where only the map tells, the error of the localisation comes to that."""
 _AT_REST_MPS = 0.02
 
 
-class StraightDrive:
+class StraightDrive(NavigationGoal):
     """Drive straight on, or back, by odometry; as far as there is room when something is in the way.
 
     It backs over floor where the robot was, and no other: nothing sees what stands low behind it.
@@ -33,6 +34,8 @@ class StraightDrive:
         now: Seconds.
         time_allowance: Seconds it may take; 0 is no limit.
     """
+
+    by_odometry = True
 
     def __init__(self, distance: float, speed: float, now: float, time_allowance: float) -> None:
         self._distance, self._speed = distance, speed
@@ -93,7 +96,7 @@ def _room(state: RobotState, way: float, left: float, sight: float) -> tuple[flo
     return room, "something is behind the robot"
 
 
-class WaitInPlace:
+class WaitInPlace(NavigationGoal):
     """Wait.
 
     Args:
@@ -104,7 +107,11 @@ class WaitInPlace:
     def __init__(self, duration: float, now: float) -> None:
         self._end = now + duration
 
-    def step(self, now: float) -> tuple[Feedback, Result | None]:
-        """Take one step: how much time is left, and the result at the end."""
+    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+        """Take one step."""
+        return STANDSTILL, *self.stand_still(state.now)
+
+    def stand_still(self, now: float) -> tuple[Feedback, Result | None]:
+        """Take one step, which needs no sensors: how much time is left, and the result at the end."""
         left = max(0.0, self._end - now)
         return Feedback(0.0, left, 0, "waiting"), None if left > 0.0 else success()

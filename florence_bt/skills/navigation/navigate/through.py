@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.drive import TYPICAL_SPEED, Drive
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
@@ -18,7 +19,7 @@ PASSED_M = 0.7
 """A pose on the way counts as passed from so far away, along the path (Nav2: RemovePassedGoals)."""
 
 
-class ThroughDrive:
+class ThroughDrive(NavigationGoal):
     """A drive to each pose in turn, without a stop at those on the way.
 
     Args:

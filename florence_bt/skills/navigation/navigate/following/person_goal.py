@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Point2, Twist2
 from florence_bt.core.outcome import Result
-from florence_bt.skills.navigation.navigate.following.motions import Move
+from florence_bt.skills.navigation.navigate.following.motions import FollowGoal, Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
+from florence_bt.skills.navigation.navigate.goal import NavigationGoal
+from florence_bt.skills.navigation.navigate.goal_start import GoalStart
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
 
@@ -22,12 +25,14 @@ _STUCK_S = 1.0
 """When no wanted motion is free for so long, the robot backs out a little."""
 
 
-class PersonGoal(ABC):
+class PersonGoal(NavigationGoal):
     """A goal about a person, which goes on with what the goal before it knew of them.
 
     It does the first that applies of: back off from a contact, back out from where it is stuck, what the
     goal is about.
     """
+
+    keeps_map = True
 
     def __init__(self, task: FollowTask, now: float) -> None:
         self._task = task
@@ -37,9 +42,22 @@ class PersonGoal(ABC):
         self._moved = now
         self._stuck_since: float | None = None
 
+    @classmethod
+    def begin(cls, goal: FollowGoal, start: GoalStart) -> Self:
+        """Begin; go on with what the goal before knew of the same person."""
+        before, now = start.before, start.now
+        if isinstance(before, PersonGoal) and before.user_id == goal.user_id and before.track_is_past(now):
+            return cls(before._task.go_on(goal), now)
+        start.people.forget(now)
+        return cls(FollowTask.begin(goal, start.costmaps, start.parameters, start.people), now)
+
     @abstractmethod
     def _choose(self, state: RobotState) -> Move:
         """Decide what to do in this cycle."""
+
+    def track_is_past(self, now: float) -> bool:
+        """Tell whether the person was not seen after now: the clock was not set back."""
+        return (self._task.track.seen or now) <= now
 
     @property
     def user_id(self) -> int:
@@ -55,6 +73,11 @@ class PersonGoal(ABC):
     def person(self) -> Point2 | None:
         """Where the person was last, in the odometry frame, metres; None before."""
         return None if self._task.track.seen is None else self._task.track.last
+
+    @property
+    def followed(self) -> tuple[int, Point2 | None]:
+        """Who is followed, and where they were last: nobody whom the robot keeps clear of."""
+        return self.user_id, self.person
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the goal is over."""
