@@ -95,7 +95,7 @@ FIGURES: tuple[Figures, ...] = (
         "notes/trials.md",
         ("trials",),
         "tools/trials.py",
-        "--runs 30 --first 47001 --jobs 1",
+        "--runs 30 --first 980001 --jobs 1",
         "--runs 1 --classes nobody --limit 5 --jobs 1",
         ("tools/trials.py", "tools/best_case.py", *_MISSIONS),
     ),
