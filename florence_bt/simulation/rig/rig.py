@@ -6,7 +6,7 @@ The same seed gives the same run, bit for bit, many times faster than real time.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TypeVar, get_type_hints
 
@@ -17,7 +17,8 @@ from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.ports import Ports
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
-from florence_bt.core.transforms import TransformBuffer
+from florence_bt.core.topics import MAP
+from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
@@ -25,7 +26,7 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.rig.robot import Config, RigRobot, parameters_of
+from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, Config, RigRobot, parameters_of
 from florence_bt.simulation.rig.skills import RigVoice, rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaserParameters, ThrottleParameters
@@ -40,6 +41,8 @@ from florence_bt.skills.filters.velocity_filter.limiting import VelocityLimiting
 from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.navigation.localisation.localising import Localising, LocalisingParameters
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
 from florence_bt.skills.navigation.navigate.navigation import (
     SCANS,
@@ -57,7 +60,6 @@ from florence_bt.skills.people.user_tracker.parameters import (
 )
 from florence_bt.skills.people.user_tracker.tracking import (
     FOUND,
-    MAP,
     FoundUser,
     UserTracking,
     UserTrackingParameters,
@@ -134,16 +136,18 @@ class Rig:
         self.topics = self.wires.topics
         self.robot = RigRobot(
             self.world,
-            setting.grid,
             setting.frames,
             setting.config,
             self.clock,
             seed=setting.seed,
-            start=setting.believed or start,
             ports=self.wires.ports("turtlebot_node"),
             mapping=setting.mapping,
             on_map=self._use_map,
         )
+        self._frames = self.wires.ports("viewer").listen_to_frames()
+        self._first_pose = setting.believed or start
+        if setting.mapping is None:
+            _connect_localiser(self.wires, setting, self._first_pose)
         self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
         self.locator.map = setting.grid
         _connect_filters(self.wires, setting.config)
@@ -185,7 +189,7 @@ class Rig:
         self.records: list[RunRecord] = []
         if setting.runs_folder is not None:
             RunRecorder(
-                self.executor, setting.runs_folder, self.clock, lambda: self.robot.pose, self.records.append
+                self.executor, setting.runs_folder, self.clock, lambda: self.pose, self.records.append
             )
         call_every(self.clock, 0.1, self._locate)
         self.clock.advance(SETTLE_S)
@@ -212,6 +216,14 @@ class Rig:
             while not run.status.final:
                 self.clock.run_next()
         return run
+
+    @property
+    def pose(self) -> Pose2:
+        """Where the robot believes to be, or believed before it was lost; base_footprint in the map frame."""
+        try:
+            return self._frames.buffer.lookup_pose(MAP_FRAME, BASE_FRAME)
+        except TransformUnavailable:
+            return self._first_pose  # nobody has looked yet
 
     @property
     def plan(self) -> NDArray[np.float64] | None:
@@ -244,7 +256,7 @@ class Rig:
         self.topics["battery_state"].publish(percentage=self.charge_fraction)
 
     def _locate(self) -> None:
-        self.locator.robot = self.robot.pose
+        self.locator.robot = self.pose
 
 
 def navigator_parameters(config: Config) -> NavigatorParameters:
@@ -255,6 +267,15 @@ def navigator_parameters(config: Config) -> NavigatorParameters:
             field.name: parameters_of(hints[field.name], config, "navigate")
             for field in fields(NavigatorParameters)
         }
+    )
+
+
+def _connect_localiser(wires: Wires, setting: RigSetting, start: Pose2) -> None:
+    own = parameters_of(LocalisingParameters, setting.config, "localiser")
+    Localising(
+        wires.ports("localiser"),
+        parameters_of(LocaliserParameters, setting.config, "localiser"),
+        replace(own, seed=setting.seed, initial_x=start.x, initial_y=start.y, initial_yaw=start.yaw),
     )
 
 

@@ -6,7 +6,7 @@ What is sent comes at the same moment, after what is going on, in the order in w
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar, get_type_hints
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import FramedPath, FramedPose, Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
-from florence_bt.core.ports import Action, Delivery, Fields, Service, Topic
+from florence_bt.core.ports import WARNING_PERIOD_S, Action, Delivery, Fields, Service, Topic
 from florence_bt.core.skill import BaseRun, Event
 from florence_bt.core.transforms import Transform3, TransformBuffer
 
@@ -232,15 +232,18 @@ class _Wire:
 class _WiredFrames:
     """The frames as one component knows them."""
 
-    def __init__(self, wires: Wires) -> None:
-        self._wires = wires
+    def __init__(self, wires: Wires, *, moving: bool) -> None:
+        self._wires, self._moving = wires, moving
         self.buffer = TransformBuffer()
         for parent, child, transform in wires.mounts:
             self.buffer.set_static(parent, child, transform)
+        if moving:
+            wires.buffers.append(self.buffer)
 
     def close(self) -> None:
         """Keep them no more."""
-        self._wires.buffers.remove(self.buffer)
+        if self._moving:
+            self._wires.buffers.remove(self.buffer)
 
 
 class _WiredOutput(Generic[T]):
@@ -277,7 +280,8 @@ class Wires:
         topics: By name.
         actions: Those that are served, by name.
         services: The same.
-        buffers: Where the frames are, as each component knows them.
+        refused: How many values were of no use, by topic.
+        buffers: Where the frames that move are, as each component knows them.
         mounts: As given.
     """
 
@@ -293,6 +297,7 @@ class Wires:
         self.topics: defaultdict[str, RigTopic] = defaultdict(RigTopic)
         self.actions: dict[str, WiredAction] = {}
         self.services: dict[str, Callable[[Fields], Any]] = {}
+        self.refused: Counter[str] = Counter()
         self.buffers: list[TransformBuffer] = []
         self._links = links or {}
         self._chance = Random(seed)
@@ -332,11 +337,9 @@ class WiredPorts:
             self.clock.call_at(self.clock.now(), lambda: take(last.data if plain else last))
         return wire
 
-    def listen_to_frames(self) -> _WiredFrames:
+    def listen_to_frames(self, *, moving: bool = True) -> _WiredFrames:
         """Keep where all frames are."""
-        frames = _WiredFrames(self._wires)
-        self._wires.buffers.append(frames.buffer)
-        return frames
+        return _WiredFrames(self._wires, moving=moving)
 
     def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
         """Publish where a frame was."""
@@ -365,8 +368,15 @@ class WiredPorts:
     def on_time_jump(self, callback: Callable[[], None]) -> None:
         """Forget the callback: this time does not jump."""
 
-    def warn(self, text: str, about: Hashable = None) -> None:
+    def tell(self, text: str, *, good: bool) -> None:
         """Tell nobody: nobody reads along in the rig."""
+
+    def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
+        """Warn nobody."""
+
+    def refuse(self, topic: Topic[Any], problem: str) -> None:
+        """Count it among what was refused."""
+        self._wires.refused[topic.name] += 1
 
 
 def _place(buffer: TransformBuffer, parent: str, child: str, when: float, pose: Pose2) -> None:

@@ -59,7 +59,7 @@ class NavigationNode(FlorenceNode):
             LOCAL_COSTMAP: lambda grid: self._grid(grid, own.odom_frame),
         }
         ports = RosPorts(self, to_ros, {ZONES: zones_from_ros})
-        self.navigation = Navigation(ports, settings, own, self._tell)
+        self.navigation = Navigation(ports, settings, own)
         action = self.resolve_action_name("navigate_to_pose")
         self._own_goals = self.create_client(SendGoal, f"{action}/_action/send_goal")
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
@@ -82,13 +82,6 @@ class NavigationNode(FlorenceNode):
         goal = NavigateToPose.Goal(pose=message)
         goal_id = UUID(uuid=list(uuid.uuid4().bytes))
         self._own_goals.call_async(SendGoal.Request(goal_id=goal_id, goal=goal))
-
-    def _tell(self, text: str, good: bool) -> None:
-        # One line of code each: rclpy refuses another severity from the same line.
-        if good:
-            self.get_logger().info(text)
-        else:
-            self.get_logger().warning(text)
 
     def _path(self, way: FramedPath) -> Path:
         return path_to_ros(way.poses, way.frame, self.stamp())
