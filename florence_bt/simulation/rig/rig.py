@@ -43,7 +43,8 @@ from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.localisation.localising import Localising, LocalisingParameters
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
-from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
+from florence_bt.skills.navigation.mapping.growing_map import GrowingMapParameters, MapMaker
+from florence_bt.skills.navigation.mapping.map_making import MapMaking, MapMakingParameters
 from florence_bt.skills.navigation.navigate.navigation import (
     SCANS,
     ZONES,
@@ -82,7 +83,7 @@ class RigSetting:
 
     Attributes:
         flat: The simulated flat.
-        grid: Its map.
+        grid: Its map; None while it is made.
         hotspots: Its hotspots.
         frames: The robot's static frames.
         config: Parameters by node name.
@@ -92,13 +93,13 @@ class RigSetting:
         user_room: Where the user was last seen, empty for unknown.
         seed: Start of every random generator.
         runs_folder: Where the runs leave their folders, None for nowhere.
-        mapping: What makes a map in place of that one, None for nothing.
+        map_maker: What makes the map; None when there is one.
         missions: The missions; those of this installation when not given.
         links: How well topics are carried, by name; perfectly without an entry.
     """
 
     flat: Flat
-    grid: OccupancyGrid
+    grid: OccupancyGrid | None
     hotspots: Hotspots
     frames: TransformBuffer
     config: Config
@@ -108,7 +109,7 @@ class RigSetting:
     user_room: str = ""
     seed: int = 0
     runs_folder: Path | None = None
-    mapping: GrowingMap | None = None
+    map_maker: MapMaker | None = None
     missions: MissionLibrary | None = None
     links: Mapping[str, Link] = field(default_factory=dict)
 
@@ -141,15 +142,17 @@ class Rig:
             self.clock,
             seed=setting.seed,
             ports=self.wires.ports("turtlebot_node"),
-            mapping=setting.mapping,
-            on_map=self._use_map,
         )
         self._frames = self.wires.ports("viewer").listen_to_frames()
         self._first_pose = setting.believed or start
-        if setting.mapping is None:
+        self._maps = self.wires.ports("map_server").output(MAP)
+        self.topics[MAP.name].subscribe(self._use_map)
+        if setting.grid is not None:
+            self._maps.send(setting.grid)
             _connect_localiser(self.wires, setting, self._first_pose)
+        if setting.map_maker is not None:
+            _connect_mapping(self.wires, setting.map_maker, setting.config)
         self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
-        self.locator.map = setting.grid
         _connect_filters(self.wires, setting.config)
         self._navigation = Navigation(
             self.wires.ports("navigate"),
@@ -157,8 +160,6 @@ class Rig:
             parameters_of(NavigationParameters, setting.config, "navigate"),
         )
         self._tracking = _user_tracking(self.wires.ports("user_tracker_ni_node"), setting.config)
-        self._map = self.wires.ports("map_server").output(MAP)
-        self._map.send(setting.grid)
         self.wires.ports("florenceLocator").output(ZONES).send(tuple(setting.hotspots.zones))
         self.topics[FEET_SCAN].subscribe(self._note_scan)
         self.found: list[Pose2] = []
@@ -244,7 +245,6 @@ class Rig:
 
     def _use_map(self, grid: OccupancyGrid) -> None:
         self.locator.map = grid
-        self._map.send(grid)
 
     def _note_scan(self, scan: LaserScan) -> None:
         self.scan = scan
@@ -276,6 +276,15 @@ def _connect_localiser(wires: Wires, setting: RigSetting, start: Pose2) -> None:
         wires.ports("localiser"),
         parameters_of(LocaliserParameters, setting.config, "localiser"),
         replace(own, seed=setting.seed, initial_x=start.x, initial_y=start.y, initial_yaw=start.yaw),
+    )
+
+
+def _connect_mapping(wires: Wires, maker: MapMaker, config: Config) -> None:
+    MapMaking(
+        wires.ports("mapping"),
+        maker,
+        parameters_of(GrowingMapParameters, config, "mapping"),
+        parameters_of(MapMakingParameters, config, "mapping"),
     )
 
 
