@@ -27,7 +27,7 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import RigVoice, rig_skills
+from florence_bt.simulation.rig.skills import rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaserParameters, ThrottleParameters
 from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters
@@ -53,7 +53,7 @@ from florence_bt.skills.navigation.navigate.navigation import (
 )
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.people.approach_user.polite_pose import Proposals
+from florence_bt.skills.people.approach_user.approaching import Approaching, ApproachParameters
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
@@ -66,6 +66,8 @@ from florence_bt.skills.people.user_tracker.tracking import (
     UserTrackingParameters,
 )
 from florence_bt.skills.robot_description.room import RoomParameters
+from florence_bt.skills.speech.speaking import Speaking
+from florence_bt.skills.speech.voice import SilentVoice
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -165,18 +167,13 @@ class Rig:
         self.found: list[Pose2] = []
         self.scan: LaserScan | None = None
         self.topics[FOUND.name].subscribe(self._note_found)
-        room, proposals = parameters_of(RoomParameters, setting.config, "navigate"), Proposals()
-        skills = rig_skills(
-            {
-                "locator": self.locator,
-                "approach": lambda **inputs: proposals.propose(
-                    **inputs, costmap=self._navigator.global_grid(), room=room
-                ),
-                "voice": RigVoice(self.wires),
-            },
-            self.wires,
-            setting.seed,
+        Speaking(self.wires.ports("speech"), SilentVoice(self.clock))
+        Approaching(
+            self.wires.ports("approach_user"),
+            parameters_of(ApproachParameters, setting.config, "approach_user"),
+            parameters_of(RoomParameters, setting.config, "navigate"),
         )
+        skills = rig_skills({"locator": self.locator}, self.wires, setting.seed)
         self.charge_fraction = 1.0
         call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(

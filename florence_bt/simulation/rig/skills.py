@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
-from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.outcome import Result, success
 from florence_bt.core.serving import (
     ActionBinding,
     AnswerBinding,
@@ -22,9 +22,8 @@ from florence_bt.core.serving import (
     WaitBinding,
 )
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill, Skill, SkillRun
-from florence_bt.simulation.rig.wires import ExclusiveComponent, RigTopic, Wires
+from florence_bt.simulation.rig.wires import RigTopic, Wires
 from florence_bt.skills.served import BINDINGS
-from florence_bt.skills.speech.voice import SilentVoice
 
 
 class ComponentSkill:
@@ -57,37 +56,6 @@ class WiredSkill:
             return action.start(served.request(inputs), served.result, served.feedback)
         assert isinstance(served, ServiceBinding)
         return FinishedRun(served.result(self._wires.services[served.name](served.request(inputs))))
-
-
-class RigVoice:
-    """The robot's voice: sentences take their time, and the topics ``say`` and ``speaking`` have them.
-
-    Args:
-        wires: Carry the topics.
-    """
-
-    def __init__(self, wires: Wires) -> None:
-        self._say = wires.topics["say"]
-        self._speaking = wires.topics["speaking"]
-        self._voice = SilentVoice(wires.clock)
-        self._component = ExclusiveComponent()
-
-    def say(self, text: str) -> SkillRun:
-        """Begin a sentence; it takes the place of an older one."""
-        self._voice.stop()
-        run = self._component.begin(f"says: {text}", self._stop)
-        self._say.publish(data=text)
-        self._speaking.publish(data=text)
-        self._voice.begin(text, lambda problem: self._end(success()))
-        return run
-
-    def _stop(self) -> None:
-        self._voice.stop()
-        self._end(cancelled())
-
-    def _end(self, result: Result) -> None:
-        self._speaking.publish(data="")
-        self._component.finish(result)
 
 
 def rig_skills(components: Mapping[str, Any], wires: Wires, seed: int = 0) -> dict[str, Skill]:

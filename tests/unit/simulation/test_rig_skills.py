@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from functools import partial
 
-import numpy as np
 import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
-from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.simulation.rig.skills import ComponentSkill, rig_skills
 from florence_bt.simulation.rig.wires import ComponentRun, ExclusiveComponent, Wires
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.people.approach_user.polite_pose import propose_approach
 
 
 class Component:
@@ -110,7 +106,7 @@ def test_a_skill_is_the_function_that_starts_it():
     assert started == [{"way": 1.0}] and run.poll() is None
 
 
-COMPONENTS = ("locator", "approach", "voice")
+COMPONENTS = ("locator",)
 
 
 def skills_of(**components):
@@ -132,19 +128,6 @@ def test_the_locator_as_skills():
     assert call("get_robot_pose").outputs["pose"] == Pose2(1.0, 1.0, 0.0)
     assert call("get_rooms", rooms=()).outputs == {"rooms": ("kitchen",)}
     assert call("get_rooms", rooms=("attic",)).code == "unknown_room"
-
-
-def test_proposals_look_at_the_costmap():
-    inputs = {"user": Pose2(2.0, 0.0), "robot": Pose2(), "trial": 1, "safe_distance": 0.5}
-    grid = OccupancyGrid(0.05, Pose2(-2.0, -2.0), np.zeros((120, 120), np.int8))
-    skill = skills_of(approach=partial(propose_approach, costmap=grid))["propose_approach_pose"]
-    free = skill.start(inputs).poll()
-    assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
-    nearest = skill.start(inputs | {"trial": 4}).poll()
-    assert nearest.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5, abs=0.05)
-    grid.cells[:] = 100
-    full = skill.start(inputs).poll()
-    assert full.code == "pose_occupied"
 
 
 def test_what_is_left_to_chance_is_the_same_with_the_same_seed():

@@ -20,7 +20,7 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.ports import Action, Delivery, Fields, Goals, NoFields, Output, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
-from florence_bt.core.topics import MAP, ODOMETRY
+from florence_bt.core.topics import GLOBAL_COSTMAP, MAP, ODOMETRY
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.ros.topics import MANUAL_OVERRIDE
@@ -117,7 +117,6 @@ ZONES: Topic[tuple[Zone, ...]] = Topic(ZONES_TOPIC, tuple, Delivery.LATCHED, "fl
 VELOCITY = Topic("cmd_vel", Twist2)
 PLAN = Topic("plan", FramedPath, interface="nav_msgs/msg/Path")
 CURRENT_GOAL = Topic("~/current_goal", FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")
-GLOBAL_COSTMAP = Topic("global_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
 LOCAL_COSTMAP = Topic("local_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
 COMPUTE_PATH = Action(
     "compute_path_to_pose",
