@@ -52,6 +52,7 @@ from florence_bt.ros.conversions import (
     path_to_ros,
     pose_from_ros,
     pose_stamped_to_ros,
+    pose_to_ros,
     scan_from_ros,
     scan_to_ros,
     stamp_from_ros,
@@ -394,6 +395,8 @@ def _field(kind: str, value: Any, node: FlorenceNode) -> Any:
             return pose_stamped_to_ros(value.pose, value.frame, node.stamp())
         case FramedPath():
             return path_to_ros(value.poses, value.frame, node.stamp())
+        case tuple() if kind == "sequence<geometry_msgs/Pose>":
+            return [pose_to_ros(pose) for pose in value]
         case _ if kind == "builtin_interfaces/Duration":
             return duration_to_ros(value)
         case _:

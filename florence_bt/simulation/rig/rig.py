@@ -17,7 +17,7 @@ from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.ports import Ports
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
-from florence_bt.core.topics import MAP
+from florence_bt.core.topics import FOUND, MAP, FoundUser
 from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
@@ -40,6 +40,7 @@ from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilterPara
 from florence_bt.skills.filters.velocity_filter.limiting import VelocityLimiting
 from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
 from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.locating import Locating, LocatorParameters
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.localisation.localising import Localising, LocalisingParameters
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
@@ -47,7 +48,6 @@ from florence_bt.skills.navigation.mapping.growing_map import GrowingMapParamete
 from florence_bt.skills.navigation.mapping.map_making import MapMaking, MapMakingParameters
 from florence_bt.skills.navigation.navigate.navigation import (
     SCANS,
-    ZONES,
     Navigation,
     NavigationParameters,
 )
@@ -60,8 +60,6 @@ from florence_bt.skills.people.user_tracker.parameters import (
     TrackerParameters,
 )
 from florence_bt.skills.people.user_tracker.tracking import (
-    FOUND,
-    FoundUser,
     UserTracking,
     UserTrackingParameters,
 )
@@ -148,13 +146,12 @@ class Rig:
         self._frames = self.wires.ports("viewer").listen_to_frames()
         self._first_pose = setting.believed or start
         self._maps = self.wires.ports("map_server").output(MAP)
-        self.topics[MAP.name].subscribe(self._use_map)
         if setting.grid is not None:
             self._maps.send(setting.grid)
             _connect_localiser(self.wires, setting, self._first_pose)
         if setting.map_maker is not None:
             _connect_mapping(self.wires, setting.map_maker, setting.config)
-        self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
+        self.locator = _locator(self.wires.ports("florenceLocator"), setting)
         _connect_filters(self.wires, setting.config)
         self._navigation = Navigation(
             self.wires.ports("navigate"),
@@ -162,7 +159,6 @@ class Rig:
             parameters_of(NavigationParameters, setting.config, "navigate"),
         )
         self._tracking = _user_tracking(self.wires.ports("user_tracker_ni_node"), setting.config)
-        self.wires.ports("florenceLocator").output(ZONES).send(tuple(setting.hotspots.zones))
         self.topics[FEET_SCAN].subscribe(self._note_scan)
         self.found: list[Pose2] = []
         self.scan: LaserScan | None = None
@@ -173,7 +169,7 @@ class Rig:
             parameters_of(ApproachParameters, setting.config, "approach_user"),
             parameters_of(RoomParameters, setting.config, "navigate"),
         )
-        skills = rig_skills({"locator": self.locator}, self.wires, setting.seed)
+        skills = rig_skills(self.wires, setting.seed)
         self.charge_fraction = 1.0
         call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
@@ -189,7 +185,6 @@ class Rig:
             RunRecorder(
                 self.executor, setting.runs_folder, self.clock, lambda: self.pose, self.records.append
             )
-        call_every(self.clock, 0.1, self._locate)
         self.clock.advance(SETTLE_S)
 
     def run(
@@ -237,11 +232,9 @@ class Rig:
     @property
     def grid(self) -> OccupancyGrid:
         """The map as it is now."""
-        assert self.locator.map is not None
-        return self.locator.map
-
-    def _use_map(self, grid: OccupancyGrid) -> None:
-        self.locator.map = grid
+        grid = self.topics[MAP.name].last
+        assert isinstance(grid, OccupancyGrid), "it has its map since the rig has settled"
+        return grid
 
     def _note_scan(self, scan: LaserScan) -> None:
         self.scan = scan
@@ -251,9 +244,6 @@ class Rig:
 
     def _publish_battery(self) -> None:
         self.topics["battery_state"].publish(percentage=self.charge_fraction)
-
-    def _locate(self) -> None:
-        self.locator.robot = self.pose
 
 
 def navigator_parameters(config: Config) -> NavigatorParameters:
@@ -265,6 +255,11 @@ def navigator_parameters(config: Config) -> NavigatorParameters:
             for field in fields(NavigatorParameters)
         }
     )
+
+
+def _locator(ports: Ports, setting: RigSetting) -> Locator:
+    own = parameters_of(LocatorParameters, setting.config, "florenceLocator")
+    return Locating(ports, setting.hotspots, replace(own, initial_user_room=setting.user_room)).locator
 
 
 def _connect_localiser(wires: Wires, setting: RigSetting, start: Pose2) -> None:

@@ -6,6 +6,7 @@ What is sent comes at the same moment, after what is going on, in the order in w
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
@@ -214,7 +215,14 @@ def _as_field(value: Any) -> Any:
     if isinstance(value, FramedPath):
         places = [SimpleNamespace(position=SimpleNamespace(x=each.x, y=each.y)) for each in value.poses]
         return SimpleNamespace(poses=[SimpleNamespace(pose=place) for place in places])
+    if isinstance(value, tuple):
+        return [_as_pose(each) if isinstance(each, Pose2) else each for each in value]
     return value
+
+
+def _as_pose(pose: Pose2) -> SimpleNamespace:
+    turn = SimpleNamespace(x=0.0, y=0.0, z=math.sin(pose.yaw / 2.0), w=math.cos(pose.yaw / 2.0))
+    return SimpleNamespace(position=SimpleNamespace(x=pose.x, y=pose.y), orientation=turn)
 
 
 class _Wire:
@@ -249,9 +257,9 @@ class _WiredFrames:
 class _WiredOutput(Generic[T]):
     """A topic that a component publishes."""
 
-    def __init__(self, wires: Wires, topic: Topic[T]) -> None:
-        self._wires, self._topic = wires, topic
-        self._carried = wires.topics[topic.name]
+    def __init__(self, wires: Wires, name: str, topic: Topic[T]) -> None:
+        self._wires, self._name, self._topic = wires, name, topic
+        self._carried = wires.topics[name]
         self._plain = topic.kind in (bool, float, str)
 
     @property
@@ -263,7 +271,7 @@ class _WiredOutput(Generic[T]):
         """Send a value on its way."""
         message = SimpleNamespace(data=value) if self._plain else value
         sure = self._topic.delivery in (Delivery.RELIABLE, Delivery.LATCHED)
-        self._wires.carry(self._topic.name, partial(self._carried.carry, message), value, sure=sure)
+        self._wires.carry(self._name, partial(self._carried.carry, message), value, sure=sure)
 
 
 class Wires:
@@ -325,17 +333,20 @@ class WiredPorts:
 
     def output(self, topic: Topic[T]) -> _WiredOutput[T]:
         """Publish on a topic."""
-        return _WiredOutput(self._wires, topic)
+        return _WiredOutput(self._wires, self._whole(topic.name), topic)
 
     def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Wire:
         """Listen to a topic."""
-        carried = self._wires.topics[topic.name]
+        carried = self._wires.topics[self._whole(topic.name)]
         plain = topic.kind in (bool, float, str)
         wire = _Wire(carried, (lambda message: take(message.data)) if plain else take)
         if topic.delivery is Delivery.LATCHED and carried.last is not None:
             last = carried.last
             self.clock.call_at(self.clock.now(), lambda: take(last.data if plain else last))
         return wire
+
+    def _whole(self, name: str) -> str:
+        return name.replace("~", self._node)
 
     def listen_to_frames(self, *, moving: bool = True) -> _WiredFrames:
         """Keep where all frames are."""
@@ -352,7 +363,7 @@ class WiredPorts:
         def respond(request: Fields) -> Any:
             return as_message(answer(made_of(service.request, request)))
 
-        self._wires.services[service.name.replace("~", self._node)] = respond
+        self._wires.services[self._whole(service.name)] = respond
 
     def serve_goals(
         self, action: Action, begin: Callable[[Any], str | None], cancel: Callable[[], None]

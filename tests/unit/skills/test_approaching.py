@@ -49,7 +49,7 @@ class Surroundings:
         self.clock.advance(0.0)
 
     def propose(self, trial: int = 1, safe_distance: float = 0.5) -> Result:
-        skill = rig_skills({"locator": None}, self.wires)["propose_approach_pose"]
+        skill = rig_skills(self.wires)["propose_approach_pose"]
         given = {"user": USER, "robot": Pose2(), "trial": trial, "safe_distance": safe_distance}
         result = skill.start(given).poll()
         assert result is not None

@@ -20,11 +20,10 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.ports import Action, Delivery, Fields, Goals, NoFields, Output, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
-from florence_bt.core.topics import GLOBAL_COSTMAP, MAP, ODOMETRY
+from florence_bt.core.topics import GLOBAL_COSTMAP, MAP, ODOMETRY, ZONES
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.ros.topics import MANUAL_OVERRIDE
-from florence_bt.ros.topics import ZONES as ZONES_TOPIC
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT as SPEED_LIMIT_TOPIC
 from florence_bt.skills.navigation.navigate.costmap import BODIES, Costmap
@@ -113,7 +112,6 @@ SCANS = {
 """Topic -> source of the costmaps."""
 OVERRIDE = Topic(MANUAL_OVERRIDE, bool, Delivery.LATCHED)
 SPEED_LIMIT = Topic(SPEED_LIMIT_TOPIC, float)
-ZONES: Topic[tuple[Zone, ...]] = Topic(ZONES_TOPIC, tuple, Delivery.LATCHED, "florence_interfaces/msg/Zones")
 VELOCITY = Topic("cmd_vel", Twist2)
 PLAN = Topic("plan", FramedPath, interface="nav_msgs/msg/Path")
 CURRENT_GOAL = Topic("~/current_goal", FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")

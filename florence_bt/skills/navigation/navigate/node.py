@@ -19,7 +19,7 @@ from unique_identifier_msgs.msg import UUID
 from florence_bt.core.geometry import FramedPath, FramedPose
 from florence_bt.core.ports import Topic
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.core.topics import GLOBAL_COSTMAP
+from florence_bt.core.topics import GLOBAL_COSTMAP, ZONES
 from florence_bt.ros.conversions import grid_to_ros, path_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.ports import RosPorts, ToRos
@@ -29,7 +29,6 @@ from florence_bt.skills.navigation.navigate.navigation import (
     CURRENT_GOAL,
     LOCAL_COSTMAP,
     PLAN,
-    ZONES,
     Navigation,
     NavigationParameters,
 )
