@@ -19,14 +19,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.app.maps.proposal import proposed_hotspots, write_proposal
+from florence_bt.core.diagnosis import Diagnosis
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OccupancyGrid
+from florence_bt.core.topics import DIAGNOSES
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.flat import Flat, Room
 from florence_bt.simulation.home.free_space import FreeSpace, free_space_of
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.navigation.map_server.map_writer import save_map
+from florence_bt.skills.navigation.mapping.map_making import PLACE
 from tools.processes import processes
 from tools.tables import BUILD, RowTable, command_of, table
 
@@ -79,9 +82,11 @@ def explore(seed: int, limit_s: float = LIMIT_S) -> Explored:
     """Let the robot map a home for so many seconds at most, propose its rooms, and drive to each."""
     flat = choose_flat(None, seed)
     rig = make_rig(flat=flat, person="absent", seed=seed, mapping=True)
+    told: dict[str, Diagnosis] = {}
+    rig.topics[DIAGNOSES.name].subscribe(lambda diagnoses: told.update(diagnoses.found))
     run = rig.run("explore", limit_s=limit_s)
     grid = rig.grid
-    assert run.started is not None and run.ended is not None and rig.robot.progress is not None
+    assert run.started is not None and run.ended is not None
     folder = BUILD / NAME
     folder.mkdir(parents=True, exist_ok=True)
     save_map(grid, folder / f"home_{seed}.yaml")
@@ -93,7 +98,7 @@ def explore(seed: int, limit_s: float = LIMIT_S) -> Explored:
         seed=seed,
         ended="" if run.status is RunStatus.SUCCEEDED else run.reason,
         seconds=run.ended - run.started,
-        driven=rig.robot.progress.way,
+        driven=float(told[PLACE].values["m"]),
         seen={room.name: share for room in flat.rooms if (share := _seen(flat, space, room, grid)) >= 0.0},
         contacts=(*(contact.name for contact in rig.world.contacts), *contacts),
         proposed=len(rooms),

@@ -29,3 +29,16 @@ class Diagnosis:
     level: Severity
     message: str
     values: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnoses:
+    """What a component tells of how well it does.
+
+    Attributes:
+        found: Diagnoses by what they are about.
+        hardware: Which device or frame.
+    """
+
+    found: Mapping[str, Diagnosis]
+    hardware: str

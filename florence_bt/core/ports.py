@@ -63,6 +63,8 @@ def pictures(name: str, kind: type[T]) -> Topic[Picture[T]]:
     return Topic(name, kind, Delivery.SENSOR)  # type: ignore[arg-type]
 
 
+WARNING_PERIOD_S = 5.0
+"""Between two warnings about one thing, seconds (chosen)."""
 REFUSED = 65535
 """The ``error_code`` of a goal that was refused."""
 
@@ -176,8 +178,12 @@ class Ports(Protocol):
     def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> Connection:
         """Call back with each value of a topic; of pictures, with each :class:`Picture`."""
 
-    def listen_to_frames(self) -> Frames:
-        """Keep where all frames are and were."""
+    def listen_to_frames(self, *, moving: bool = True) -> Frames:
+        """Keep where all frames are and were.
+
+        Args:
+            moving: Also those that move. That is expensive, and not needed for the mounting of a sensor.
+        """
 
     def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
         """Publish where a frame was at a moment."""
@@ -202,5 +208,16 @@ class Ports(Protocol):
     def on_time_jump(self, callback: Callable[[], None]) -> None:
         """Call back when moments of before mean nothing any more."""
 
-    def warn(self, text: str, about: Hashable = None) -> None:
-        """Tell people, at most once in some seconds for what it is about."""
+    def tell(self, text: str, *, good: bool) -> None:
+        """Tell people what has happened."""
+
+    def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
+        """Warn people, at most once in so many seconds for what it is about."""
+
+    def refuse(self, topic: Topic[Any], problem: str) -> None:
+        """Count a value that is of no use, and tell people.
+
+        Args:
+            topic: It came on this.
+            problem: What is wrong with it, and what would have worked.
+        """

@@ -160,6 +160,23 @@ class Odometry:
     twist: Twist2 = STANDSTILL
 
 
+@dataclass(frozen=True, slots=True)
+class PoseEstimate:
+    """A pose and how sure it is.
+
+    Attributes:
+        stamp: Seconds.
+        frame: Its frame; empty for the map's.
+        pose: In that frame.
+        covariance: Shape (3, 3), of x, y (metres) and yaw (radians).
+    """
+
+    stamp: float
+    frame: str
+    pose: Pose2
+    covariance: NDArray[np.float64]
+
+
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 MAX_MAP_CELLS = 25_000_000
 """Of a map: 250 m x 250 m at 5 cm."""

@@ -1,5 +1,4 @@
-"""Bindings: a skill is served over ROS by an action, a service or a topic, and in the rig by a component or
-a topic of the rig.
+"""Bindings: a skill is served by an action, a service or a topic, of ROS or of the rig.
 
 Each ``bindings.py`` has a table ``BINDINGS`` for the skills that the ``NAME.skills.yaml`` beside it declares;
 a file of skills that says how one is served gives such a binding too (``trees.language.message_mappings``).
@@ -16,7 +15,7 @@ from typing import Any
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.core.skill import Inputs, Skill, SkillRun
+from florence_bt.core.skill import Inputs, Skill
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,14 +60,9 @@ class NodeBinding(SkillBinding):
     """A skill that a node serves as an action or service.
 
     Attributes:
-        component: The part of the rig that performs the skill; empty where the rig has none.
-        start_in_rig: Given the component and the inputs: the result of a skill that answers at once, else its
-            run.
         request: The fields of the goal or request from the inputs; ``dict`` where both have the same names.
     """
 
-    component: str = ""
-    start_in_rig: Callable[[Any, Inputs], Result | SkillRun] | None = None
     request: Callable[[Inputs], Mapping[str, Any]] = lambda inputs: {}
 
 

@@ -41,11 +41,14 @@ from florence_bt.core.sensing import (
     LaserScan,
     OccupancyGrid,
     Odometry,
+    PoseEstimate,
 )
 from florence_bt.core.transforms import Transform3
 
 NANO = 1_000_000_000
 NO_COVARIANCE = (0.0,) * 36
+_PLANE = np.ix_([0, 1, 5], [0, 1, 5])
+"""Of the 6 x 6 numbers of a covariance, those of x, y and yaw."""
 
 
 def _split(seconds: float) -> tuple[int, int]:
@@ -131,6 +134,23 @@ def pose_with_covariance_to_ros(
     message.pose.pose = pose_to_ros(pose)
     message.pose.covariance = _covariance(covariance)
     return message
+
+
+def estimate_to_ros(estimate: PoseEstimate) -> PoseWithCovarianceStamped:
+    """Convert a pose in the plane with how sure it is."""
+    whole = np.zeros((6, 6))
+    whole[_PLANE] = estimate.covariance
+    return pose_with_covariance_to_ros(estimate.pose, whole.ravel().tolist(), estimate.frame, estimate.stamp)
+
+
+def estimate_from_ros(message: PoseWithCovarianceStamped) -> PoseEstimate:
+    """Return the part of a pose and its covariance that lies in the plane."""
+    return PoseEstimate(
+        stamp_from_ros(message.header.stamp),
+        frame_from_ros(message.header.frame_id),
+        pose_from_ros(message.pose.pose),
+        np.reshape(message.pose.covariance, (6, 6))[_PLANE],
+    )
 
 
 def pose_array_to_ros(poses: Iterable[Pose2], frame_id: str, stamp: float) -> PoseArray:

@@ -9,7 +9,8 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import PoseStamped, Twist
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
@@ -20,12 +21,22 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, Float64, String
 
 from florence_bt.core.clock import Clock
+from florence_bt.core.diagnosis import Diagnoses
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import FramedPath, FramedPose, Pose2, Twist2, problem_with_quaternion
 from florence_bt.core.interfaces import load_interface
 from florence_bt.core.outcome import Outcome
-from florence_bt.core.ports import Action, Delivery, Fields, Service, Topic
-from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.ports import WARNING_PERIOD_S, Action, Delivery, Fields, Service, Topic
+from florence_bt.core.sensing import (
+    CameraModel,
+    ColourImage,
+    DepthImage,
+    LaserScan,
+    OccupancyGrid,
+    Odometry,
+    PoseEstimate,
+)
+from florence_bt.core.topics import DIAGNOSES
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.conversions import (
     camera_model_from_ros,
@@ -33,18 +44,22 @@ from florence_bt.ros.conversions import (
     depth_from_ros,
     duration_from_ros,
     duration_to_ros,
+    estimate_from_ros,
+    estimate_to_ros,
     frame_from_ros,
     grid_from_ros,
     odometry_from_ros,
     path_to_ros,
     pose_from_ros,
     pose_stamped_to_ros,
+    pose_to_ros,
     scan_from_ros,
     scan_to_ros,
     stamp_from_ros,
     twist_from_ros,
     twist_to_ros,
 )
+from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
@@ -52,8 +67,6 @@ from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 T = TypeVar("T")
 ToRos = Callable[[Any], Any]
 FromRos = Callable[[Any], Any]
-WARNING_PERIOD_S = 5.0
-"""Between two warnings about one thing, seconds (chosen)."""
 
 _QOS = {
     Delivery.SENSOR: SENSOR,
@@ -67,6 +80,7 @@ _MESSAGES: Mapping[type, tuple[type, Callable[[Any], Any], ToRos | None]] = {
     LaserScan: (LaserScanMsg, scan_from_ros, scan_to_ros),
     Odometry: (OdometryMsg, odometry_from_ros, None),
     OccupancyGrid: (OccupancyGridMsg, grid_from_ros, None),
+    PoseEstimate: (PoseWithCovarianceStamped, estimate_from_ros, estimate_to_ros),
     Twist2: (Twist, twist_from_ros, twist_to_ros),
 }
 """Of values of ``core``: their message, and how one becomes the other; None where more is needed for that."""
@@ -180,9 +194,9 @@ class RosPorts:
         message_type, from_ros = self._value_of(topic)
         return self._subscribed(topic, message_type, lambda message: self._timed(from_ros(message)), take)
 
-    def listen_to_frames(self) -> TransformListener:
-        """Listen to ``/tf`` and ``/tf_static``."""
-        return TransformListener(self._node)
+    def listen_to_frames(self, *, moving: bool = True) -> TransformListener:
+        """Listen to ``/tf_static``, and to ``/tf`` when those that move are wanted."""
+        return TransformListener(self._node, moving=moving)
 
     def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
         """Publish on ``/tf``."""
@@ -225,17 +239,31 @@ class RosPorts:
         """Call back when the ROS clock has jumped."""
         self._node.ros_timebase.on_reset(callback)
 
-    def warn(self, text: str, about: Hashable = None) -> None:
+    def tell(self, text: str, *, good: bool) -> None:
+        """Log it."""
+        # One line of code each: rclpy refuses another severity from the same line.
+        if good:
+            self._node.get_logger().info(text)
+        else:
+            self._node.get_logger().warning(text)
+
+    def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
         """Log a warning."""
         now = self._node.steady.now()
-        if now - self._warned.get(about, -WARNING_PERIOD_S) >= WARNING_PERIOD_S:
+        if now - self._warned.get(about, -period_s) >= period_s:
             self._warned[about] = now
             self._node.get_logger().warning(text)
+
+    def refuse(self, topic: Topic[Any], problem: str) -> None:
+        """Count it among the node's refused messages."""
+        self._node.health.count_refused(topic.name, problem)
 
     def _message_of(self, topic: Topic[Any]) -> tuple[type, ToRos]:
         """Return the message type of a topic, and how a value becomes such a message."""
         if topic in self._to_ros:
             return _message_type(topic), self._to_ros[topic]
+        if topic == DIAGNOSES:
+            return DiagnosticArray, self._diagnostics
         if topic.kind in _PLAIN:
             plain = _PLAIN[topic.kind]
             return plain, lambda value: plain(data=value)
@@ -311,6 +339,9 @@ class RosPorts:
         stamp = self._node.time_of(stamp_from_ros(message.header.stamp))
         return _Picture(stamp, lambda: self._timed(read()))
 
+    def _diagnostics(self, told: Diagnoses) -> DiagnosticArray:
+        return diagnostics_to_ros(told.found, self._node.get_name(), told.hardware, self._node.stamp())
+
     def _timed(self, value: Any) -> Any:
         return self._node.timed(value) if hasattr(value, "stamp") else value
 
@@ -364,6 +395,8 @@ def _field(kind: str, value: Any, node: FlorenceNode) -> Any:
             return pose_stamped_to_ros(value.pose, value.frame, node.stamp())
         case FramedPath():
             return path_to_ros(value.poses, value.frame, node.stamp())
+        case tuple() if kind == "sequence<geometry_msgs/Pose>":
+            return [pose_to_ros(pose) for pose in value]
         case _ if kind == "builtin_interfaces/Duration":
             return duration_to_ros(value)
         case _:

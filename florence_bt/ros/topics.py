@@ -35,8 +35,5 @@ ANSWER = "answer"
 HOTSPOTS = "hotspots"
 """``visualization_msgs/MarkerArray``, latched: the rooms and objects of the locator."""
 
-ZONES = "zones"
-"""``florence_interfaces/Zones``, latched: where the robot does not drive, or drives slowly."""
-
 SERVERS_STATUS = "servers"
 """The part of the mission server's ``diagnostics`` on missing servers; its values: skill -> server."""

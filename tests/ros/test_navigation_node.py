@@ -996,7 +996,7 @@ def test_an_initial_pose_of_another_frame_or_off_the_map_is_refused_and_told(
     localiser = scene.ros.add(LocaliserNode(parameters=SIMULATED))
     if with_map:
         scene.ros.add(maps)
-        scene.ros.spin_until(lambda: localiser._grid is not None)
+        scene.ros.spin_until(lambda: localiser.localising.localiser is not None)
     publisher = scene.client.create_publisher(PoseWithCovarianceStamped, "initialpose", RELIABLE)
     scene.ros.spin_until(publisher.get_subscription_count)
     wrong = (Pose2(1.0, 1.0), "odom"), (Pose2(500.0, 1.0), "map")
@@ -1006,7 +1006,8 @@ def test_an_initial_pose_of_another_frame_or_off_the_map_is_refused_and_told(
             scene.ros.spin_for(0.2)
             scene.ros.add(maps)
         scene.ros.spin_until(lambda count=count: localiser.health.refused["initialpose"] == count)
-    assert localiser._start == Pose2()
+    assert localiser.localising.localiser is not None
+    assert np.abs(localiser.localising.localiser.particles.mean(axis=0)).max() < 0.1, "nothing was taken"
 
 
 def test_a_restarted_localiser_goes_on_where_it_was(scene: Scene, tmp_path: FilePath) -> None:

@@ -43,7 +43,8 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
-from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
+from florence_bt.skills.people.approach_user.approaching import UNCHECKED
+from florence_bt.skills.people.approach_user.node import ApproachNode
 from florence_bt.skills.people.user_tracker import tracking as tracker_node
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.colour_detector import ColourNetworkUnusable

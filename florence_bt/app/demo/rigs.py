@@ -19,7 +19,7 @@ from florence_bt.simulation.rig.rig import Rig, RigSetting
 from florence_bt.simulation.rig.robot import Config, parameters_of
 from florence_bt.simulation.rig.wires import Link
 from florence_bt.skills.locator.hotspots import Hotspots, parse_hotspots
-from florence_bt.skills.navigation.mapping.growing_map import EMPTY_MAP, GrowingMap, GrowingMapParameters
+from florence_bt.skills.navigation.mapping.growing_map import MapMaker
 from florence_bt.trees.language.loader import MissionLibrary
 
 
@@ -77,8 +77,8 @@ def make_rig(
     hotspots.zones = tuple(zones)
     if user_room is None:
         user_room = room.name if room and hotspots.get(room.name) else ""
-    if grid is None:
-        grid = EMPTY_MAP if mapping else laser_map(flat)
+    if grid is None and not mapping:
+        grid = laser_map(flat)
     return Rig(
         RigSetting(
             flat=flat,
@@ -92,15 +92,14 @@ def make_rig(
             user_room=user_room,
             seed=seed,
             runs_folder=runs_folder,
-            mapping=_growing_map(config) if mapping else None,
+            map_maker=_map_maker(config) if mapping else None,
             missions=missions,
             links=links or {},
         )
     )
 
 
-def _growing_map(config: Config) -> GrowingMap:
+def _map_maker(config: Config) -> MapMaker:
     from florence_bt.skills.navigation.mapping.slam import Slam, SlamParameters
 
-    slam = Slam(parameters_of(SlamParameters, config, "mapping"))
-    return GrowingMap(slam, parameters_of(GrowingMapParameters, config, "mapping"))
+    return Slam(parameters_of(SlamParameters, config, "mapping"))

@@ -34,6 +34,7 @@ from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.message_skills import AskedQuestion
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
+from florence_bt.core.topics import ZONES
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.late_nodes import LateNodes
@@ -41,7 +42,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.server_processes import DiscoveredServers
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import HOTSPOTS, OVERRIDE_STATE, ZONES
+from florence_bt.ros.topics import HOTSPOTS, OVERRIDE_STATE
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
 
@@ -201,7 +202,7 @@ class PageNode(FlorenceNode):
     def _subscribe_to_states(self) -> None:
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(MarkerArray, HOTSPOTS, self._on_hotspots, LATCHED)
-        self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
+        self.create_subscription(Zones, ZONES.name, self._on_zones, LATCHED)
         self.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
         self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
         self._late = LateNodes(self)

@@ -6,7 +6,7 @@ The same seed gives the same run, bit for bit, many times faster than real time.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TypeVar, get_type_hints
 
@@ -17,7 +17,8 @@ from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.ports import Ports
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
-from florence_bt.core.transforms import TransformBuffer
+from florence_bt.core.topics import FOUND, MAP, FoundUser
+from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
@@ -25,8 +26,8 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.rig.robot import Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import RigVoice, rig_skills
+from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, Config, RigRobot, parameters_of
+from florence_bt.simulation.rig.skills import rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaserParameters, ThrottleParameters
 from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters
@@ -39,30 +40,32 @@ from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilterPara
 from florence_bt.skills.filters.velocity_filter.limiting import VelocityLimiting
 from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
 from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.locating import Locating, LocatorParameters
 from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.navigation.mapping.growing_map import GrowingMap
+from florence_bt.skills.navigation.localisation.localising import Localising, LocalisingParameters
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.mapping.growing_map import GrowingMapParameters, MapMaker
+from florence_bt.skills.navigation.mapping.map_making import MapMaking, MapMakingParameters
 from florence_bt.skills.navigation.navigate.navigation import (
     SCANS,
-    ZONES,
     Navigation,
     NavigationParameters,
 )
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.people.approach_user.polite_pose import Proposals
+from florence_bt.skills.people.approach_user.approaching import Approaching, ApproachParameters
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
     TrackerParameters,
 )
 from florence_bt.skills.people.user_tracker.tracking import (
-    FOUND,
-    MAP,
-    FoundUser,
     UserTracking,
     UserTrackingParameters,
 )
 from florence_bt.skills.robot_description.room import RoomParameters
+from florence_bt.skills.speech.speaking import Speaking
+from florence_bt.skills.speech.voice import SilentVoice
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -80,7 +83,7 @@ class RigSetting:
 
     Attributes:
         flat: The simulated flat.
-        grid: Its map.
+        grid: Its map; None while it is made.
         hotspots: Its hotspots.
         frames: The robot's static frames.
         config: Parameters by node name.
@@ -90,13 +93,13 @@ class RigSetting:
         user_room: Where the user was last seen, empty for unknown.
         seed: Start of every random generator.
         runs_folder: Where the runs leave their folders, None for nowhere.
-        mapping: What makes a map in place of that one, None for nothing.
+        map_maker: What makes the map; None when there is one.
         missions: The missions; those of this installation when not given.
         links: How well topics are carried, by name; perfectly without an entry.
     """
 
     flat: Flat
-    grid: OccupancyGrid
+    grid: OccupancyGrid | None
     hotspots: Hotspots
     frames: TransformBuffer
     config: Config
@@ -106,7 +109,7 @@ class RigSetting:
     user_room: str = ""
     seed: int = 0
     runs_folder: Path | None = None
-    mapping: GrowingMap | None = None
+    map_maker: MapMaker | None = None
     missions: MissionLibrary | None = None
     links: Mapping[str, Link] = field(default_factory=dict)
 
@@ -134,18 +137,21 @@ class Rig:
         self.topics = self.wires.topics
         self.robot = RigRobot(
             self.world,
-            setting.grid,
             setting.frames,
             setting.config,
             self.clock,
             seed=setting.seed,
-            start=setting.believed or start,
             ports=self.wires.ports("turtlebot_node"),
-            mapping=setting.mapping,
-            on_map=self._use_map,
         )
-        self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
-        self.locator.map = setting.grid
+        self._frames = self.wires.ports("viewer").listen_to_frames()
+        self._first_pose = setting.believed or start
+        self._maps = self.wires.ports("map_server").output(MAP)
+        if setting.grid is not None:
+            self._maps.send(setting.grid)
+            _connect_localiser(self.wires, setting, self._first_pose)
+        if setting.map_maker is not None:
+            _connect_mapping(self.wires, setting.map_maker, setting.config)
+        self.locator = _locator(self.wires.ports("florenceLocator"), setting)
         _connect_filters(self.wires, setting.config)
         self._navigation = Navigation(
             self.wires.ports("navigate"),
@@ -153,25 +159,17 @@ class Rig:
             parameters_of(NavigationParameters, setting.config, "navigate"),
         )
         self._tracking = _user_tracking(self.wires.ports("user_tracker_ni_node"), setting.config)
-        self._map = self.wires.ports("map_server").output(MAP)
-        self._map.send(setting.grid)
-        self.wires.ports("florenceLocator").output(ZONES).send(tuple(setting.hotspots.zones))
         self.topics[FEET_SCAN].subscribe(self._note_scan)
         self.found: list[Pose2] = []
         self.scan: LaserScan | None = None
         self.topics[FOUND.name].subscribe(self._note_found)
-        room, proposals = parameters_of(RoomParameters, setting.config, "navigate"), Proposals()
-        skills = rig_skills(
-            {
-                "locator": self.locator,
-                "approach": lambda **inputs: proposals.propose(
-                    **inputs, costmap=self._navigator.global_grid(), room=room
-                ),
-                "voice": RigVoice(self.wires),
-            },
-            self.wires,
-            setting.seed,
+        Speaking(self.wires.ports("speech"), SilentVoice(self.clock))
+        Approaching(
+            self.wires.ports("approach_user"),
+            parameters_of(ApproachParameters, setting.config, "approach_user"),
+            parameters_of(RoomParameters, setting.config, "navigate"),
         )
+        skills = rig_skills(self.wires, setting.seed)
         self.charge_fraction = 1.0
         call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
@@ -185,9 +183,8 @@ class Rig:
         self.records: list[RunRecord] = []
         if setting.runs_folder is not None:
             RunRecorder(
-                self.executor, setting.runs_folder, self.clock, lambda: self.robot.pose, self.records.append
+                self.executor, setting.runs_folder, self.clock, lambda: self.pose, self.records.append
             )
-        call_every(self.clock, 0.1, self._locate)
         self.clock.advance(SETTLE_S)
 
     def run(
@@ -214,6 +211,14 @@ class Rig:
         return run
 
     @property
+    def pose(self) -> Pose2:
+        """Where the robot believes to be, or believed before it was lost; base_footprint in the map frame."""
+        try:
+            return self._frames.buffer.lookup_pose(MAP_FRAME, BASE_FRAME)
+        except TransformUnavailable:
+            return self._first_pose  # nobody has looked yet
+
+    @property
     def plan(self) -> NDArray[np.float64] | None:
         """The way that is being driven, (n, 2) in metres in the map frame; None when nothing is."""
         return self._navigator.plan if self._navigation.active else None
@@ -227,12 +232,9 @@ class Rig:
     @property
     def grid(self) -> OccupancyGrid:
         """The map as it is now."""
-        assert self.locator.map is not None
-        return self.locator.map
-
-    def _use_map(self, grid: OccupancyGrid) -> None:
-        self.locator.map = grid
-        self._map.send(grid)
+        grid = self.topics[MAP.name].last
+        assert isinstance(grid, OccupancyGrid), "it has its map since the rig has settled"
+        return grid
 
     def _note_scan(self, scan: LaserScan) -> None:
         self.scan = scan
@@ -243,9 +245,6 @@ class Rig:
     def _publish_battery(self) -> None:
         self.topics["battery_state"].publish(percentage=self.charge_fraction)
 
-    def _locate(self) -> None:
-        self.locator.robot = self.robot.pose
-
 
 def navigator_parameters(config: Config) -> NavigatorParameters:
     """Return all parameters of navigation from the flat section of the node ``navigate``."""
@@ -255,6 +254,29 @@ def navigator_parameters(config: Config) -> NavigatorParameters:
             field.name: parameters_of(hints[field.name], config, "navigate")
             for field in fields(NavigatorParameters)
         }
+    )
+
+
+def _locator(ports: Ports, setting: RigSetting) -> Locator:
+    own = parameters_of(LocatorParameters, setting.config, "florenceLocator")
+    return Locating(ports, setting.hotspots, replace(own, initial_user_room=setting.user_room)).locator
+
+
+def _connect_localiser(wires: Wires, setting: RigSetting, start: Pose2) -> None:
+    own = parameters_of(LocalisingParameters, setting.config, "localiser")
+    Localising(
+        wires.ports("localiser"),
+        parameters_of(LocaliserParameters, setting.config, "localiser"),
+        replace(own, seed=setting.seed, initial_x=start.x, initial_y=start.y, initial_yaw=start.yaw),
+    )
+
+
+def _connect_mapping(wires: Wires, maker: MapMaker, config: Config) -> None:
+    MapMaking(
+        wires.ports("mapping"),
+        maker,
+        parameters_of(GrowingMapParameters, config, "mapping"),
+        parameters_of(MapMakingParameters, config, "mapping"),
     )
 
 

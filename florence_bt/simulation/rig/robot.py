@@ -1,4 +1,4 @@
-"""The hardware of the rig: the pure parts of base, laser and Kinect on one manual clock; and localisation.
+"""The hardware of the rig: the pure parts of base, laser and Kinect on one manual clock.
 
 Bytes and ROS are left out; everything else is what the nodes use, with the parameters the nodes have. Each
 part runs at its node's rate.
@@ -12,8 +12,9 @@ from typing import Any, Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.ports import Delivery, Ports, Topic
-from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.ports import Ports, Topic
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, Odometry
+from florence_bt.core.topics import ODOMETRY, SCAN
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
@@ -28,10 +29,8 @@ from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
-from florence_bt.skills.navigation.localisation.localiser import Localiser
-from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
-from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, Progress
-from florence_bt.skills.navigation.navigate.navigation import BASE_STOP, ODOMETRY, VELOCITY
+from florence_bt.skills.navigation.mapping.map_making import BUMPS, Bumps
+from florence_bt.skills.navigation.navigate.navigation import BASE_STOP, VELOCITY
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.tracking import COLOUR, DEPTH
 
@@ -43,7 +42,6 @@ KINECT_PERIOD_S = 0.2
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
-SCAN = Topic("scan", LaserScan, Delivery.SENSOR)
 FILTERED_VELOCITY = Topic("filtered_cmd_vel", Twist2)
 COMMANDED_S = 0.5
 """So long after a velocity command the robot counts as driven, whether it moves or not."""
@@ -51,9 +49,6 @@ PICTURE_SIZE = 320, 240
 """Columns and rows of the depth picture, as on the robot."""
 COLOUR_CAMERA = CameraModel(160, 120, 131.25, 131.25, 79.5, 59.5)
 """Of the colour picture: the detector looks at the colours of so many pixels only."""
-TRANSFORM_PERIOD_S, TRANSFORM_AHEAD_S = 0.05, 0.2
-"""How often the place of the odometry frame is published, and how far ahead it is stamped: as the localiser's
-node does by default."""
 
 T = TypeVar("T")
 
@@ -82,34 +77,26 @@ def parameters_of(cls: type[T], config: Config, node: str) -> T:
 
 
 class RigRobot:
-    """Sensors, filters, odometry and localisation.
+    """Sensors and odometry.
 
     Args:
         world: The physics.
-        grid: The map that the robot is localised in.
-        mapping: What makes the map in its place, None for nothing.
         frames: The robot's static frames.
         config: Parameters by node name.
         clock: Drives everything.
         seed: Start of every noise generator.
-        start: Where the robot believes to be at first, in the map frame.
         ports: Where its pictures, scans and frames go.
-        on_map: Called with each newer map that is made.
     """
 
     def __init__(
         self,
         world: SimulatedWorld,
-        grid: OccupancyGrid,
         frames: TransformBuffer,
         config: Config,
         clock: ManualClock,
         *,
         seed: int,
-        start: Pose2,
         ports: Ports,
-        mapping: GrowingMap | None = None,
-        on_map: Callable[[OccupancyGrid], None] = lambda grid: None,
     ) -> None:
         self.world = world
         self.frames = frames
@@ -119,6 +106,7 @@ class RigRobot:
         self._odometry = ports.output(ODOMETRY)
         self._stops = ports.output(BASE_STOP)
         self._scans = ports.output(SCAN)
+        self._bumps = ports.output(BUMPS)
         ports.listen(FILTERED_VELOCITY, self._drive)
         ports.listen(VELOCITY, self._note_command)
         self._told_stop = BaseStop()
@@ -131,42 +119,22 @@ class RigRobot:
         self._base = BaseSensors(world, seed + 1)
         self._twist = STANDSTILL
         self._laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
-        self._laser_in_base = frames.lookup(BASE_FRAME, LASER_FRAME)
         mount = frames.lookup(BASE_FRAME, CAMERA_FRAME)
         self._kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4)
-        self._mapping, self._on_map = mapping, on_map
-        self._touching = False
-        self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
-        self._localiser.set_pose(start, (0.05, 0.05, 0.03))
-        self._localiser.believe(Pose2())
-        self._last_map_from_odom = start
         self._moved = clock.now()
         self._next_scan = clock.now()
         call_every(clock, BASE_PERIOD_S, self._step_base)
         call_every(clock, URG_04LX.scan_period, self._scan)
         call_every(clock, KINECT_PERIOD_S, self._look)
-        call_every(clock, TRANSFORM_PERIOD_S, self._send_place)
 
     @property
-    def map_from_odom(self) -> Pose2 | None:
-        """The place of the odometry frame in the map, None while the robot is lost."""
-        source = self._mapping or self._localiser
-        return source.map_from_odom
-
-    @property
-    def progress(self) -> Progress | None:
-        """How far the map is; None when none is made."""
-        return None if self._mapping is None else self._mapping.progress
-
-    @property
-    def pose(self) -> Pose2:
-        """Where the robot believes to be in the map frame, or believed before it was lost."""
-        return self._last_map_from_odom @ self.odometry.pose
+    def _bumper_bits(self) -> int:
+        return sum(bit for bit, on in zip((BUMP_LEFT, BUMP_RIGHT), self.world.bumpers(), strict=True) if on)
 
     @property
     def stop(self) -> tuple[str, str]:
         """What holds the base: its code and its sentence, both empty when nothing does."""
-        bits = sum(bit for bit, on in zip((BUMP_LEFT, BUMP_RIGHT), self.world.bumpers(), strict=True) if on)
+        bits = self._bumper_bits
         if not bits or not self._stop_on_bump:
             return "", ""
         bumper = StopReason.BUMPER
@@ -195,14 +163,12 @@ class RigRobot:
         self.odometry = motion.odometry
         self._ports.send_frame(ODOM_FRAME, BASE_FRAME, now, self.odometry.pose)
         self._odometry.send(self.odometry)
+        if self._bumps.listeners:
+            self._bumps.send(Bumps(self._bumper_bits))
         stop = BaseStop(*self.stop)
         if stop != self._told_stop:
             self._told_stop = stop
             self._stops.send(stop)
-        before, self._touching = self._touching, bool(self.stop[0])
-        if self._mapping is not None and self._touching and not before:
-            left, right = self.world.bumpers()
-            self._mapping.touched(self.odometry.pose, left=left, right=right)
         if not motion.at_rest or now - self._commanded < COMMANDED_S:
             self._moved = now
             self._next_scan = now
@@ -218,17 +184,7 @@ class RigRobot:
         # All beams are of now: the middle of the scan, at which a real one stands for all of them.
         begun = now - geometry.time_increment * (len(distances) - 1) / 2
         scan = scan_from_distances(distances, geometry.first_step, 1, geometry, begun, LASER_FRAME)
-        if self._mapping is None:
-            self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
-        elif grid := self._mapping.update(scan, self._laser_in_base, self.odometry.pose, now):
-            self._on_map(grid)
-        self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
         self._scans.send(scan)
-
-    def _send_place(self) -> None:
-        if self.map_from_odom is not None:
-            when = self._clock.now() + TRANSFORM_AHEAD_S
-            self._ports.send_frame(MAP_FRAME, ODOM_FRAME, when, self.map_from_odom)
 
     def _look(self) -> None:
         now = self._clock.now()

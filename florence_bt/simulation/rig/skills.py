@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from functools import partial
 from random import Random
-from typing import Any
 
 from florence_bt.core.message_skills import AnswerWait, MessageCondition, MessageWait
-from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.outcome import Result, success
 from florence_bt.core.serving import (
     ActionBinding,
     AnswerBinding,
@@ -22,25 +20,8 @@ from florence_bt.core.serving import (
     WaitBinding,
 )
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill, Skill, SkillRun
-from florence_bt.simulation.rig.wires import ExclusiveComponent, RigTopic, Wires
+from florence_bt.simulation.rig.wires import RigTopic, Wires
 from florence_bt.skills.served import BINDINGS
-from florence_bt.skills.speech.voice import SilentVoice
-
-
-class ComponentSkill:
-    """A skill that a component performs.
-
-    Args:
-        start_in_rig: Gives the result of a skill that answers at once, else its run.
-    """
-
-    def __init__(self, start_in_rig: Callable[[Inputs], Result | SkillRun]) -> None:
-        self._perform = start_in_rig
-
-    def start(self, inputs: Inputs) -> SkillRun:
-        """Ask the component."""
-        answer = self._perform(inputs)
-        return FinishedRun(answer) if isinstance(answer, Result) else answer
 
 
 class WiredSkill:
@@ -56,62 +37,31 @@ class WiredSkill:
             action = self._wires.actions[served.name]
             return action.start(served.request(inputs), served.result, served.feedback)
         assert isinstance(served, ServiceBinding)
-        return FinishedRun(served.result(self._wires.services[served.name](served.request(inputs))))
+        result = served.result(self._wires.services[served.name](served.request(inputs)))
+        if served.judge is not None and result.succeeded:
+            result = served.judge(inputs, result)
+        return FinishedRun(result)
 
 
-class RigVoice:
-    """The robot's voice: sentences take their time, and the topics ``say`` and ``speaking`` have them.
-
-    Args:
-        wires: Carry the topics.
-    """
-
-    def __init__(self, wires: Wires) -> None:
-        self._say = wires.topics["say"]
-        self._speaking = wires.topics["speaking"]
-        self._voice = SilentVoice(wires.clock)
-        self._component = ExclusiveComponent()
-
-    def say(self, text: str) -> SkillRun:
-        """Begin a sentence; it takes the place of an older one."""
-        self._voice.stop()
-        run = self._component.begin(f"says: {text}", self._stop)
-        self._say.publish(data=text)
-        self._speaking.publish(data=text)
-        self._voice.begin(text, lambda problem: self._end(success()))
-        return run
-
-    def _stop(self) -> None:
-        self._voice.stop()
-        self._end(cancelled())
-
-    def _end(self, result: Result) -> None:
-        self._speaking.publish(data="")
-        self._component.finish(result)
-
-
-def rig_skills(components: Mapping[str, Any], wires: Wires, seed: int = 0) -> dict[str, Skill]:
+def rig_skills(wires: Wires, seed: int = 0) -> dict[str, Skill]:
     """Make every shipped skill by name.
 
     Args:
-        components: Those that the tables of the skills name.
         wires: Carry topics, actions and services.
         seed: Where chance comes from.
     """
     chance = Random(seed)
-    return {served.skill: _in_rig(served, components, wires, chance) for served in BINDINGS}
+    return {served.skill: _in_rig(served, wires, chance) for served in BINDINGS}
 
 
-def _in_rig(served: SkillBinding, components: Mapping[str, Any], wires: Wires, chance: Random) -> Skill:
+def _in_rig(served: SkillBinding, wires: Wires, chance: Random) -> Skill:
     clock = wires.clock
     if isinstance(served, AnswerBinding):
         return InstantSkill(lambda inputs: served.answer(inputs, chance))
     if isinstance(served, ClockBinding):
         return served.make(clock, clock.now)
     if isinstance(served, NodeBinding):
-        if served.start_in_rig is None:
-            return WiredSkill(served, wires)
-        return ComponentSkill(partial(served.start_in_rig, components[served.component]))
+        return WiredSkill(served, wires)
     topic = wires.topics[served.name]
     if isinstance(served, PublicationBinding):
         return InstantSkill(partial(_publish, topic, served))

@@ -6,7 +6,8 @@ What is sent comes at the same moment, after what is going on, in the order in w
 
 from __future__ import annotations
 
-from collections import defaultdict
+import math
+from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +18,7 @@ from typing import Any, Generic, TypeVar, get_type_hints
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import FramedPath, FramedPose, Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
-from florence_bt.core.ports import Action, Delivery, Fields, Service, Topic
+from florence_bt.core.ports import WARNING_PERIOD_S, Action, Delivery, Fields, Service, Topic
 from florence_bt.core.skill import BaseRun, Event
 from florence_bt.core.transforms import Transform3, TransformBuffer
 
@@ -214,7 +215,14 @@ def _as_field(value: Any) -> Any:
     if isinstance(value, FramedPath):
         places = [SimpleNamespace(position=SimpleNamespace(x=each.x, y=each.y)) for each in value.poses]
         return SimpleNamespace(poses=[SimpleNamespace(pose=place) for place in places])
+    if isinstance(value, tuple):
+        return [_as_pose(each) if isinstance(each, Pose2) else each for each in value]
     return value
+
+
+def _as_pose(pose: Pose2) -> SimpleNamespace:
+    turn = SimpleNamespace(x=0.0, y=0.0, z=math.sin(pose.yaw / 2.0), w=math.cos(pose.yaw / 2.0))
+    return SimpleNamespace(position=SimpleNamespace(x=pose.x, y=pose.y), orientation=turn)
 
 
 class _Wire:
@@ -232,23 +240,26 @@ class _Wire:
 class _WiredFrames:
     """The frames as one component knows them."""
 
-    def __init__(self, wires: Wires) -> None:
-        self._wires = wires
+    def __init__(self, wires: Wires, *, moving: bool) -> None:
+        self._wires, self._moving = wires, moving
         self.buffer = TransformBuffer()
         for parent, child, transform in wires.mounts:
             self.buffer.set_static(parent, child, transform)
+        if moving:
+            wires.buffers.append(self.buffer)
 
     def close(self) -> None:
         """Keep them no more."""
-        self._wires.buffers.remove(self.buffer)
+        if self._moving:
+            self._wires.buffers.remove(self.buffer)
 
 
 class _WiredOutput(Generic[T]):
     """A topic that a component publishes."""
 
-    def __init__(self, wires: Wires, topic: Topic[T]) -> None:
-        self._wires, self._topic = wires, topic
-        self._carried = wires.topics[topic.name]
+    def __init__(self, wires: Wires, name: str, topic: Topic[T]) -> None:
+        self._wires, self._name, self._topic = wires, name, topic
+        self._carried = wires.topics[name]
         self._plain = topic.kind in (bool, float, str)
 
     @property
@@ -260,7 +271,7 @@ class _WiredOutput(Generic[T]):
         """Send a value on its way."""
         message = SimpleNamespace(data=value) if self._plain else value
         sure = self._topic.delivery in (Delivery.RELIABLE, Delivery.LATCHED)
-        self._wires.carry(self._topic.name, partial(self._carried.carry, message), value, sure=sure)
+        self._wires.carry(self._name, partial(self._carried.carry, message), value, sure=sure)
 
 
 class Wires:
@@ -277,7 +288,8 @@ class Wires:
         topics: By name.
         actions: Those that are served, by name.
         services: The same.
-        buffers: Where the frames are, as each component knows them.
+        refused: How many values were of no use, by topic.
+        buffers: Where the frames that move are, as each component knows them.
         mounts: As given.
     """
 
@@ -293,6 +305,7 @@ class Wires:
         self.topics: defaultdict[str, RigTopic] = defaultdict(RigTopic)
         self.actions: dict[str, WiredAction] = {}
         self.services: dict[str, Callable[[Fields], Any]] = {}
+        self.refused: Counter[str] = Counter()
         self.buffers: list[TransformBuffer] = []
         self._links = links or {}
         self._chance = Random(seed)
@@ -320,11 +333,11 @@ class WiredPorts:
 
     def output(self, topic: Topic[T]) -> _WiredOutput[T]:
         """Publish on a topic."""
-        return _WiredOutput(self._wires, topic)
+        return _WiredOutput(self._wires, self._whole(topic.name), topic)
 
     def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Wire:
         """Listen to a topic."""
-        carried = self._wires.topics[topic.name]
+        carried = self._wires.topics[self._whole(topic.name)]
         plain = topic.kind in (bool, float, str)
         wire = _Wire(carried, (lambda message: take(message.data)) if plain else take)
         if topic.delivery is Delivery.LATCHED and carried.last is not None:
@@ -332,11 +345,12 @@ class WiredPorts:
             self.clock.call_at(self.clock.now(), lambda: take(last.data if plain else last))
         return wire
 
-    def listen_to_frames(self) -> _WiredFrames:
+    def _whole(self, name: str) -> str:
+        return name.replace("~", self._node)
+
+    def listen_to_frames(self, *, moving: bool = True) -> _WiredFrames:
         """Keep where all frames are."""
-        frames = _WiredFrames(self._wires)
-        self._wires.buffers.append(frames.buffer)
-        return frames
+        return _WiredFrames(self._wires, moving=moving)
 
     def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
         """Publish where a frame was."""
@@ -349,7 +363,7 @@ class WiredPorts:
         def respond(request: Fields) -> Any:
             return as_message(answer(made_of(service.request, request)))
 
-        self._wires.services[service.name.replace("~", self._node)] = respond
+        self._wires.services[self._whole(service.name)] = respond
 
     def serve_goals(
         self, action: Action, begin: Callable[[Any], str | None], cancel: Callable[[], None]
@@ -365,8 +379,15 @@ class WiredPorts:
     def on_time_jump(self, callback: Callable[[], None]) -> None:
         """Forget the callback: this time does not jump."""
 
-    def warn(self, text: str, about: Hashable = None) -> None:
+    def tell(self, text: str, *, good: bool) -> None:
         """Tell nobody: nobody reads along in the rig."""
+
+    def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
+        """Warn nobody."""
+
+    def refuse(self, topic: Topic[Any], problem: str) -> None:
+        """Count it among what was refused."""
+        self._wires.refused[topic.name] += 1
 
 
 def _place(buffer: TransformBuffer, parent: str, child: str, when: float, pose: Pose2) -> None:

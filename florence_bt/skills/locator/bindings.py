@@ -59,8 +59,6 @@ BINDINGS = (
             if message.valid
             else failure("user_unknown", USER_UNKNOWN)
         ),
-        component="locator",
-        start_in_rig=lambda locator, inputs: locator.get_user_room(),
     ),
     ServiceBinding(
         skill="get_hotspot",
@@ -70,8 +68,6 @@ BINDINGS = (
         result=lambda message: (
             success(pose=_pose(message)) if message.valid else failure("unknown_hotspot", message.message)
         ),
-        component="locator",
-        start_in_rig=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
     ),
     ServiceBinding(
         skill="get_views",
@@ -79,8 +75,6 @@ BINDINGS = (
         name="florenceLocator/getViews",
         request=dict,
         result=_views,
-        component="locator",
-        start_in_rig=lambda locator, inputs: locator.get_views(inputs["room"]),
     ),
     ServiceBinding(
         skill="robot_in_room",
@@ -88,16 +82,12 @@ BINDINGS = (
         name="florenceLocator/getRobotPosRoom",
         result=lambda message: success(room=message.room) if message.valid else failure("no_pose", NO_POSE),
         judge=_in_room,
-        component="locator",
-        start_in_rig=lambda locator, inputs: locator.robot_in_room(inputs["room"]),
     ),
     ServiceBinding(
         skill="get_robot_pose",
         interface="florence_interfaces/srv/GetXYPhi",
         name="florenceLocator/getRobotPosXYPhi",
         result=lambda message: success(pose=_pose(message)) if message.valid else failure("no_pose", NO_POSE),
-        component="locator",
-        start_in_rig=lambda locator, inputs: locator.get_robot_pose(),
     ),
     ServiceBinding(
         skill="get_rooms",
@@ -105,8 +95,6 @@ BINDINGS = (
         name="florenceLocator/getRooms",
         result=lambda message: success(rooms=message.message),
         judge=_rooms,
-        component="locator",
-        start_in_rig=lambda locator, inputs: _rooms(inputs, success(rooms=", ".join(locator.likely_rooms()))),
     ),
     ServiceBinding(
         skill="set_user_position",
@@ -114,7 +102,5 @@ BINDINGS = (
         name="florenceLocator/setUserPosXYPhi",
         request=lambda inputs: {"x": inputs["user"].x, "y": inputs["user"].y, "phi": inputs["user"].yaw},
         result=lambda message: success() if message.success else failure("bad_input", message.message),
-        component="locator",
-        start_in_rig=lambda locator, inputs: locator.set_user_position(inputs["user"]),
     ),
 )

@@ -14,7 +14,7 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.skills.locator.bindings import NO_POSE, USER_UNKNOWN
+from florence_bt.skills.locator.bindings import USER_UNKNOWN
 from florence_bt.skills.locator.habits import RoomHabits
 from florence_bt.skills.locator.hotspots import ROOM_NAMES, Hotspot, Hotspots, kind_of_new
 
@@ -231,20 +231,6 @@ class Locator:
         from florence_bt.skills.locator.views import views  # loads scipy
 
         return views(room.pose, lambda x, y: self.room_of(x, y) == room.label, self.map)
-
-    def robot_in_room(self, label: str) -> Result:
-        """Run the skill ``robot_in_room``."""
-        if self.robot is None:
-            return failure("no_pose", NO_POSE)
-        room = self.room_of_pose(self.robot)
-        if room == label:
-            return success()
-        hint = "" if self.hotspots.get(label) else f"; {self.hotspots.unknown(label)}"
-        return failure("elsewhere", f"the robot is in {room!r}, not in {label!r}{hint}")
-
-    def get_robot_pose(self) -> Result:
-        """Run the skill ``get_robot_pose``."""
-        return success(pose=self.robot) if self.robot is not None else failure("no_pose", NO_POSE)
 
     def likely_rooms(self) -> tuple[str, ...]:
         """Return every room, in the order in which to look for the user.

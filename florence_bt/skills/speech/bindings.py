@@ -33,8 +33,6 @@ BINDINGS = (
         request=dict,
         result=_said,
         feedback=lambda message: f"says: {message.text}",
-        component="voice",
-        start_in_rig=lambda voice, inputs: voice.say(inputs["text"]),
     ),
     PublicationBinding(
         skill="call_for_help",

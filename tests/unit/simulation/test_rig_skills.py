@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from functools import partial
 
-import numpy as np
 import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
-from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.simulation.rig.skills import ComponentSkill, rig_skills
-from florence_bt.simulation.rig.wires import ComponentRun, ExclusiveComponent, Wires
+from florence_bt.core.transforms import Transform3
+from florence_bt.simulation.rig.skills import rig_skills
+from florence_bt.simulation.rig.wires import ExclusiveComponent, Wires
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
-from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.people.approach_user.polite_pose import propose_approach
+from florence_bt.skills.locator.locating import Locating, LocatorParameters
 
 
 class Component:
@@ -99,57 +96,43 @@ def test_any_order_of_begin_cancel_and_finish_leaves_at_most_one_open_run():
         assert [run for run in runs if run.poll() is None] in ([], runs[-1:])
 
 
-def test_a_skill_is_the_function_that_starts_it():
-    started = []
+def answers_of(wires, ports):
+    """The skills of the locator, called one after the other."""
+    skills = rig_skills(wires)
 
-    def start(inputs):
-        started.append(inputs)
-        return ComponentRun("working", lambda: None)
+    def call(name, **inputs):
+        ports.clock.advance(0.0)
+        return skills[name].start(inputs).poll()
 
-    run = ComponentSkill(start).start({"way": 1.0})
-    assert started == [{"way": 1.0}] and run.poll() is None
-
-
-COMPONENTS = ("locator", "approach", "voice")
-
-
-def skills_of(**components):
-    return rig_skills(dict.fromkeys(COMPONENTS) | components, Wires(ManualClock(), []))
+    return call
 
 
 def test_the_locator_as_skills():
-    locator = Locator(Hotspots([Hotspot("kitchen", Pose2(1.0, 2.0, 0.5))]), ManualClock(), "kitchen")
-    skills = skills_of(locator=locator)
-
-    def call(name, **inputs):
-        return skills[name].start(inputs).poll()
-
+    wires = Wires(ManualClock(), [("base_footprint", "base_link", Transform3.identity())])
+    hotspots = Hotspots([Hotspot("kitchen", Pose2(1.0, 2.0, 0.5))])
+    Locating(wires.ports("florenceLocator"), hotspots, LocatorParameters(initial_user_room="kitchen"))
+    hardware = wires.ports("hardware")
+    call = answers_of(wires, hardware)
     assert call("get_user_room").outputs["room"] == "kitchen"
     assert call("get_hotspot", label="kitchen").outputs["pose"] == Pose2(1.0, 2.0, 0.5)
     assert call("get_hotspot", label="kitchn").code == "unknown_hotspot"
     assert call("get_robot_pose").code == "no_pose"
-    locator.robot = Pose2(1.0, 1.0, 0.0)
+    hardware.send_frame("map", "odom", 0.0, Pose2(1.0, 1.0))
+    hardware.send_frame("odom", "base_footprint", 0.0, Pose2())
     assert call("get_robot_pose").outputs["pose"] == Pose2(1.0, 1.0, 0.0)
+    assert call("robot_in_room", room="kitchen").succeeded
+    assert call("robot_in_room", room="attic").code == "elsewhere"
+    (view,) = call("get_views", room="kitchen").outputs["poses"]
+    assert view.distance_to(Pose2(1.0, 2.0)) == 0.0 and view.yaw == pytest.approx(0.5)
     assert call("get_rooms", rooms=()).outputs == {"rooms": ("kitchen",)}
     assert call("get_rooms", rooms=("attic",)).code == "unknown_room"
-
-
-def test_proposals_look_at_the_costmap():
-    inputs = {"user": Pose2(2.0, 0.0), "robot": Pose2(), "trial": 1, "safe_distance": 0.5}
-    grid = OccupancyGrid(0.05, Pose2(-2.0, -2.0), np.zeros((120, 120), np.int8))
-    skill = skills_of(approach=partial(propose_approach, costmap=grid))["propose_approach_pose"]
-    free = skill.start(inputs).poll()
-    assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
-    nearest = skill.start(inputs | {"trial": 4}).poll()
-    assert nearest.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5, abs=0.05)
-    grid.cells[:] = 100
-    full = skill.start(inputs).poll()
-    assert full.code == "pose_occupied"
+    assert call("set_user_position", user=Pose2(3.0, 3.0)).succeeded
+    assert call("get_user_room").outputs["source"] == "setUserPosXYPhi"
 
 
 def test_what_is_left_to_chance_is_the_same_with_the_same_seed():
     def picks(seed):
-        pick = rig_skills(dict.fromkeys(COMPONENTS), Wires(ManualClock(), []), seed)["pick_random"]
+        pick = rig_skills(Wires(ManualClock(), []), seed)["pick_random"]
         return [pick.start({"items": tuple(range(9))}).poll().outputs["item"] for _ in range(20)]
 
     assert picks(1) == picks(1) != picks(2)
@@ -157,7 +140,7 @@ def test_what_is_left_to_chance_is_the_same_with_the_same_seed():
 
 def test_conditions_judge_the_messages_of_the_topics_of_the_rig():
     wires, heard = Wires(ManualClock(), []), []
-    battery = rig_skills(dict.fromkeys(COMPONENTS), wires)["battery_above"]
+    battery = rig_skills(wires)["battery_above"]
     assert battery.start({"charge": 0.2}).poll().code == "server_lost"
     battery.watch({"charge": 0.2}, lambda: heard.append(battery.start({"charge": 0.2}).poll().code))
     for charge in (0.5, 0.4, 0.1):

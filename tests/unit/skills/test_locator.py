@@ -151,17 +151,6 @@ def test_the_likely_rooms_begin_where_the_user_was_last_and_go_on_with_the_neare
     assert locator.likely_rooms() == ("kitchen", "bedroom", "hall"), "the bedroom is nearer to the kitchen"
 
 
-def test_the_robot_is_in_a_room_or_elsewhere(locator: Locator) -> None:
-    assert locator.robot_in_room("kitchen").code == "no_pose"
-    assert locator.get_robot_pose().code == "no_pose"
-    locator.robot = Pose2(1.0, 3.0)
-    assert locator.robot_in_room("kitchen").succeeded
-    elsewhere = locator.robot_in_room("hall")
-    assert elsewhere.code == "elsewhere" and "'kitchen'" in elsewhere.reason
-    assert "would have worked" in locator.robot_in_room("hal").reason
-    assert locator.get_robot_pose().outputs == {"pose": Pose2(1.0, 3.0)}
-
-
 def test_the_override_refuses_every_goto_and_nothing_else(locator: Locator) -> None:
     locator.set_user_room("kitchen")
     assert locator.why_not_goto_user() is None
@@ -221,14 +210,9 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
             locator.robot = Pose2(1.0, 1.0)
             locator.set_user_room("hall")
         check("get_user_room", locator.get_user_room())
-        check("get_robot_pose", locator.get_robot_pose())
-        check("robot_in_room", locator.robot_in_room("hall"))
         check("get_hotspot", locator.get_hotspot("hall" if known else "hull"))
         check("get_views", locator.get_views("hall" if known else "hull"))
         check("set_user_position", locator.set_user_position(Pose2(1.0, 2.0)))
-        inputs = {"rooms": () if known else ("attic",)}
-        (get_rooms,) = (served for served in BINDINGS if served.skill == "get_rooms")
-        check("get_rooms", get_rooms.start_in_rig(locator, inputs))
     assert len({served.skill for served in BINDINGS}) == 7
 
 

@@ -136,7 +136,7 @@ class Trial:
         }
 
     def _frame(self, run: MissionRun) -> dict[str, Any]:
-        rig, pose = self.rig, self.rig.robot.pose
+        rig, pose = self.rig, self.rig.pose
         people = [
             {"id": number, "text": person.name, **_point(rig.world.person_pose(person.name))}
             for number, person in enumerate(rig.world.people)

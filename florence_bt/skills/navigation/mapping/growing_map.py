@@ -10,12 +10,10 @@ import numpy as np
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Limits
-from florence_bt.core.sensing import FREE, UNKNOWN, LaserScan, OccupancyGrid
+from florence_bt.core.sensing import FREE, LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.mapping.drive import MappedDrive
 
-EMPTY_MAP = OccupancyGrid(0.05, Pose2(), np.full((1, 1), UNKNOWN, np.int8))
-"""The map before the first scan."""
 _HALF_RAD = math.radians(45.0)
 """The middle of a half of the bumper is so far to its side."""
 

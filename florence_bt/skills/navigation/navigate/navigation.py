@@ -20,10 +20,10 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.ports import Action, Delivery, Fields, Goals, NoFields, Output, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.topics import GLOBAL_COSTMAP, MAP, ODOMETRY, ZONES
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.ros.topics import MANUAL_OVERRIDE
-from florence_bt.ros.topics import ZONES as ZONES_TOPIC
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT as SPEED_LIMIT_TOPIC
 from florence_bt.skills.navigation.navigate.costmap import BODIES, Costmap
@@ -98,8 +98,6 @@ class PlanGoal:
     start: FramedPose | None = None
 
 
-MAP = Topic("map", OccupancyGrid, Delivery.LATCHED)
-ODOMETRY = Topic("odom", Odometry, Delivery.STATE)
 BASE_STOP = Topic(
     "turtlebot_node/stop_reason", BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason"
 )
@@ -114,11 +112,9 @@ SCANS = {
 """Topic -> source of the costmaps."""
 OVERRIDE = Topic(MANUAL_OVERRIDE, bool, Delivery.LATCHED)
 SPEED_LIMIT = Topic(SPEED_LIMIT_TOPIC, float)
-ZONES: Topic[tuple[Zone, ...]] = Topic(ZONES_TOPIC, tuple, Delivery.LATCHED, "florence_interfaces/msg/Zones")
 VELOCITY = Topic("cmd_vel", Twist2)
 PLAN = Topic("plan", FramedPath, interface="nav_msgs/msg/Path")
 CURRENT_GOAL = Topic("~/current_goal", FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")
-GLOBAL_COSTMAP = Topic("global_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
 LOCAL_COSTMAP = Topic("local_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
 COMPUTE_PATH = Action(
     "compute_path_to_pose",
@@ -141,17 +137,10 @@ class Navigation:
         ports: Its connections.
         settings: Of the navigator.
         parameters: Its own.
-        tell: Is given one line about the end of each goal, and whether it is good.
     """
 
-    def __init__(
-        self,
-        ports: Ports,
-        settings: NavigatorParameters,
-        parameters: NavigationParameters,
-        tell: Callable[[str, bool], None] = lambda text, good: None,
-    ) -> None:
-        self._ports, self._settings, self._p, self._tell = ports, settings, parameters, tell
+    def __init__(self, ports: Ports, settings: NavigatorParameters, parameters: NavigationParameters) -> None:
+        self._ports, self._settings, self._p = ports, settings, parameters
         self._navigator: Navigator | None = None
         self._map_work: OccupancyGrid | None = None
         self._held_goal: Callable[[], None] | None = None
@@ -580,9 +569,9 @@ class Navigation:
         if owner is not None:
             self._finish_goal(owner, result)
         if result.succeeded:
-            self._tell("goal succeeded", True)
+            self._ports.tell("goal succeeded", good=True)
         else:
-            self._tell(f"goal {result.outcome.value} ({result.code}): {result.reason}", False)
+            self._ports.tell(f"goal {result.outcome.value} ({result.code}): {result.reason}", good=False)
 
     def _finish_goal(self, action: DriveAction, result: Result) -> None:
         x, y = self._person

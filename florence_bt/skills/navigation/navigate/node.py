@@ -19,6 +19,7 @@ from unique_identifier_msgs.msg import UUID
 from florence_bt.core.geometry import FramedPath, FramedPose
 from florence_bt.core.ports import Topic
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.topics import GLOBAL_COSTMAP, ZONES
 from florence_bt.ros.conversions import grid_to_ros, path_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.ports import RosPorts, ToRos
@@ -26,10 +27,8 @@ from florence_bt.ros.qos import RELIABLE
 from florence_bt.ros.zones import zones_from_ros
 from florence_bt.skills.navigation.navigate.navigation import (
     CURRENT_GOAL,
-    GLOBAL_COSTMAP,
     LOCAL_COSTMAP,
     PLAN,
-    ZONES,
     Navigation,
     NavigationParameters,
 )
@@ -59,7 +58,7 @@ class NavigationNode(FlorenceNode):
             LOCAL_COSTMAP: lambda grid: self._grid(grid, own.odom_frame),
         }
         ports = RosPorts(self, to_ros, {ZONES: zones_from_ros})
-        self.navigation = Navigation(ports, settings, own, self._tell)
+        self.navigation = Navigation(ports, settings, own)
         action = self.resolve_action_name("navigate_to_pose")
         self._own_goals = self.create_client(SendGoal, f"{action}/_action/send_goal")
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
@@ -82,13 +81,6 @@ class NavigationNode(FlorenceNode):
         goal = NavigateToPose.Goal(pose=message)
         goal_id = UUID(uuid=list(uuid.uuid4().bytes))
         self._own_goals.call_async(SendGoal.Request(goal_id=goal_id, goal=goal))
-
-    def _tell(self, text: str, good: bool) -> None:
-        # One line of code each: rclpy refuses another severity from the same line.
-        if good:
-            self.get_logger().info(text)
-        else:
-            self.get_logger().warning(text)
 
     def _path(self, way: FramedPath) -> Path:
         return path_to_ros(way.poses, way.frame, self.stamp())

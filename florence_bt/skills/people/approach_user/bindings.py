@@ -35,7 +35,5 @@ BINDINGS = (
         name="approach_user/propose",
         request=_request,
         result=_proposed,
-        component="approach",
-        start_in_rig=lambda propose, inputs: propose(**inputs),
     ),
 )

@@ -39,6 +39,7 @@ from florence_bt.core.sensing import (
     OccupancyGrid,
     TrackedUser,
 )
+from florence_bt.core.topics import FOUND, MAP, FoundUser
 from florence_bt.core.transforms import Transform3, TransformTooOld, TransformUnavailable
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
@@ -129,15 +130,6 @@ class ShownUsers:
 
 
 @dataclass(frozen=True, slots=True)
-class FoundUser:
-    """Where a look found somebody, as ``florence_interfaces/DetectedUser`` has it: map frame, metres."""
-
-    command: bool
-    user_position_x: float
-    user_position_y: float
-
-
-@dataclass(frozen=True, slots=True)
 class LookGoal:
     """A goal of ``florence_interfaces/LookForUser``; see there."""
 
@@ -157,7 +149,6 @@ def _fields_of(result: Result, pictures: int) -> dict[str, Any]:
     return {"found": True, "error_code": 0, "error_msg": "", "pictures": pictures, **place, **result.outputs}
 
 
-MAP = Topic("map", OccupancyGrid, Delivery.LATCHED)
 DEPTH = pictures("camera/depth/image", DepthImage)
 COLOUR = pictures("camera/rgb/image_color", ColourImage)
 SCAN = Topic("filtered_scan", LaserScan, Delivery.SENSOR)
@@ -166,7 +157,6 @@ PRESENT_USERS = Topic("filtered_tracked_users", UserIds, interface="florence_int
 LYING = Topic("user_lying", bool)
 BODIES = Topic("people_scan", LaserScan, Delivery.SENSOR)
 SHOWN_USERS = Topic("user_markers", ShownUsers, interface="visualization_msgs/msg/MarkerArray")
-FOUND = Topic("detected_user", FoundUser, interface="florence_interfaces/msg/DetectedUser")
 START = Service("~/Start", "std_srvs/srv/Trigger")
 STOP = Service("~/Stop", "std_srvs/srv/Trigger")
 LOOK = Action("look_for_user", "florence_interfaces/action/LookForUser", LookGoal)
