@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.model import Expression, Node, PolicyKind, Reference
@@ -104,11 +105,11 @@ class KeyFlow:
         start, failed = self._reads(node, before, observer)
         if start is None:
             return Flow(None, before, before.maybe)
-        if isinstance(node, model.Retry) and node.attempt_key is not None:
+        if isinstance(node, kinds.Retry) and node.attempt_key is not None:
             start = start.plus(self._bit(node.attempt_key.text))
         body = self._body(node, start, observer)
         success, failure, touched = body.success, join(body.failure, failed), body.touched
-        if success is not None and not isinstance(node, model.Retry | model.OnFailure | model.ForEach):
+        if success is not None and not isinstance(node, kinds.Retry | model.OnFailure | kinds.ForEach):
             success = success.plus(self._mask(self._writes(node)))
             touched |= success.maybe
         if node.holds is not None:
@@ -247,13 +248,13 @@ class KeyFlow:
     ) -> Flow:
         if isinstance(node, model.OnFailure):
             return self._on_failure(node, before, observer)
-        if isinstance(node, model.ForEach):
+        if isinstance(node, kinds.ForEach):
             return self._for_each(node, before, observer)
         if isinstance(node, model.Until):
             return self._until(node, before, observer)
         if isinstance(node, model.Interruptible):
             return self._interruptible(node, before, observer)
-        if isinstance(node, model.Retry | model.Repeat):
+        if isinstance(node, kinds.Retry | model.Repeat):
             return self._loop(node, self._start_of_rounds(node, before), observer)
         flow = self.follow(child, before, observer)
         stopped = join(flow.failure, Written(flow.touched, before.surely))
@@ -278,7 +279,7 @@ class KeyFlow:
         # What is not caught stands; whether there is such a failure is known from the outcomes.
         return _either([flow, *ways], before, nothing_done=None, not_done=flow.failure)
 
-    def _for_each(self, node: model.ForEach, before: Written, observer: ReadObserver | None) -> Flow:
+    def _for_each(self, node: kinds.ForEach, before: Written, observer: ReadObserver | None) -> Flow:
         keys = self._mask(self._writes(node))
         state = before.plus(keys)
         goes_on = bool(node.goes_on_over) or node.first_success
@@ -332,21 +333,21 @@ class KeyFlow:
                 return state
             state = Written(touched, before.surely)
 
-    def _loop(self, node: model.Retry | model.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
+    def _loop(self, node: kinds.Retry | model.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
         """Follow the last round, and what comes between two rounds."""
         flow = self.follow(node.child, start, observer)
-        if not isinstance(node, model.Retry) or node.between is None or flow.failure is None:
+        if not isinstance(node, kinds.Retry) or node.between is None or flow.failure is None:
             return flow
         pause = self.follow(node.between, flow.failure, observer)
         return Flow(flow.success, join(flow.failure, pause.failure), flow.touched | pause.touched)
 
-    def _start_of_rounds(self, node: model.Retry | model.Repeat, before: Written) -> Written:
+    def _start_of_rounds(self, node: kinds.Retry | model.Repeat, before: Written) -> Written:
         """Return the state at the beginning of any round of a loop, the first one included."""
         state = before
         while True:
             flow = self.follow(node.child, state)
-            again = flow.failure if isinstance(node, model.Retry) else flow.success
-            if isinstance(node, model.Retry) and node.between is not None and again is not None:
+            again = flow.failure if isinstance(node, kinds.Retry) else flow.success
+            if isinstance(node, kinds.Retry) and node.between is not None and again is not None:
                 again = self.follow(node.between, again).success
             joined = join(state, again)
             if joined is None or joined == state:

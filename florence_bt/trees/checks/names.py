@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import close_matches, closest_first, spelling
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.values import ValueChecks, literal_kind
 from florence_bt.trees.language import model
 from florence_bt.trees.language._suggestions import OTHER_KINDS, OTHER_SKILLS
@@ -72,7 +73,7 @@ class NameChecks:
                 self._check_run_skill(node)
             case model.CallMission():
                 self._check_call_mission(node)
-            case model.Retry(attempts=count) if count is not None:
+            case kinds.Retry(attempts=count) if count is not None:
                 check(count, COUNT, "retry")
             case model.Repeat(rounds=count) if count is not None:
                 check(count, COUNT, "repeat")
@@ -84,7 +85,7 @@ class NameChecks:
             case model.Append(values=values):
                 for key, value in values:
                     self._check_append(key, value)
-            case model.ForEach(items=items):
+            case kinds.ForEach(items=items):
                 self._check_list(items)
             case model.Fail(reason=reason):
                 self._values.text(reason, "fail")
@@ -125,7 +126,7 @@ class NameChecks:
                 self._values.condition(expression, what)
         if isinstance(node, model.If) and isinstance(node.condition, model.Expression):
             self._values.condition(node.condition, "if")
-        if isinstance(node, model.Condition):
+        if isinstance(node, kinds.Condition):
             self._values.condition(node.condition, "condition")
 
     # ---- skills and missions --------------------------------------------------------------------------

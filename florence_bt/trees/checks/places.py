@@ -8,6 +8,7 @@ from typing import TypeGuard
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.expressions.syntax import (
@@ -96,7 +97,7 @@ def _meets_key(node: Node) -> Iterator[tuple[Literal, str]]:
     match node:
         case model.Set(values=values):
             yield from ((value, key.text) for key, value in values if isinstance(value, Literal))
-        case model.ForEach(items=model.ListItems(items=items)):
+        case kinds.ForEach(items=model.ListItems(items=items)):
             yield from ((item, node.item_key.text) for item in items if isinstance(item, Literal))
         case model.Switch(value=model.Reference(key=key), cases=cases):
             yield from ((case, key) for case, _ in cases)

@@ -108,7 +108,7 @@ def _read(node: Node, own: frozenset[str]) -> Iterator[str]:
         for value in values:
             yield from (each.key for each in model.references(value) if each.key not in names)
     for part in _parts(node):
-        yield from _read(part, own | model.own_keys(node, part))
+        yield from _read(part, own | node.own_keys(part))
 
 
 def _writes(
@@ -132,7 +132,7 @@ def _writes(
         first = isinstance(node, model.Sequence) and part is node.parts[0]
         last = isinstance(node, model.Sequence) and part is node.parts[-1]
         below = begins and first, ends and (last or is_branch)
-        yield from _writes(part, own | model.own_keys(node, part), below, writes)
+        yield from _writes(part, own | node.own_keys(part), below, writes)
 
 
 def _parts(node: Node) -> tuple[Node, ...]:

@@ -8,6 +8,7 @@ from itertools import pairwise
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.code_groups import ANY, codes_named
@@ -66,13 +67,13 @@ class ReachChecks:
                     self._check_if(node)
                 case model.Switch():
                     self._check_switch(node)
-                case model.Retry():
+                case kinds.Retry():
                     self._check_retry(node)
                 case model.Repeat():
                     self._check_repeat(node)
                 case model.Timeout():
                     self._check_timeout(node)
-                case model.ForEach():
+                case kinds.ForEach():
                     self._check_for_each(node)
                 case model.OnFailure():
                     self._check_on_failure(node)
@@ -82,7 +83,7 @@ class ReachChecks:
                     self._check_goal(node, "interrupted_by")
                 case model.WaitUntil():
                     self._check_wait_until(node)
-                case model.Condition(condition=condition):
+                case kinds.Condition(condition=condition):
                     self._check_constant(condition, "condition")
 
     # ---- codes ----------------------------------------------------------------------------------------
@@ -204,7 +205,7 @@ class ReachChecks:
 
     # ---- decorators -----------------------------------------------------------------------------------
 
-    def _check_retry(self, node: model.Retry) -> None:
+    def _check_retry(self, node: kinds.Retry) -> None:
         below = self._known.of(node.child)
         self._check_rounds(node, surely=not below.outcomes.can_succeed)
         if not below.known:
@@ -249,7 +250,7 @@ class ReachChecks:
         valid = [example_of(Kind.DURATION), f"{title} without timeout"]
         self._findings.in_vain(node.duration.position, message, valid)
 
-    def _check_for_each(self, node: model.ForEach) -> None:
+    def _check_for_each(self, node: kinds.ForEach) -> None:
         below = self._known.of(node.child)
         if node.code is not None and not node.first_success:
             message = "code: a for_each has a failure of its own only with `first_success: true`"
@@ -306,7 +307,7 @@ class ReachChecks:
             message = f"wait_until: {title!r} succeeds at once"
             self._findings.warning(node.goal.position, message, ["an expression with a $key"])
 
-    def _check_rounds(self, node: model.Retry | model.Repeat, *, surely: bool) -> None:
+    def _check_rounds(self, node: kinds.Retry | model.Repeat, *, surely: bool) -> None:
         """Check that a loop of nodes that take no time is ended at some point.
 
         Args:
@@ -318,7 +319,7 @@ class ReachChecks:
         lasting = any(self._known.of(part).lasting for part in node.parts)
         if not below.known or lasting or rounds <= MAX_QUICK_ROUNDS:
             return
-        number = node.attempts if isinstance(node, model.Retry) else node.rounds
+        number = node.attempts if isinstance(node, kinds.Retry) else node.rounds
         endless = number is None
         message = (
             f"{node.default_title!r}: nothing below it takes time, and "
@@ -334,10 +335,10 @@ class ReachChecks:
         below = max((self._quick_rounds(part) for part in node.parts), default=1)
         match node:
             case (
-                model.Retry(attempts=model.Literal(text=text)) | model.Repeat(rounds=model.Literal(text=text))
+                kinds.Retry(attempts=model.Literal(text=text)) | model.Repeat(rounds=model.Literal(text=text))
             ) if text.isdecimal():
                 return int(text[:MAX_DIGITS]) * below
-            case model.Repeat(rounds=None) | model.Retry(attempts=None):
+            case model.Repeat(rounds=None) | kinds.Retry(attempts=None):
                 return 10**MAX_DIGITS
         return below
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.expressions.checking import has_threshold
@@ -97,7 +98,7 @@ class WatchChecks:
 
     def _is_threshold(self, node: Node) -> bool:
         """Tell whether a node asks on which side of a value something measured is."""
-        if isinstance(node, model.Condition):
+        if isinstance(node, kinds.Condition):
             return self._wavers(node.condition)
         declaration = self._skills.get(node.skill) if isinstance(node, model.RunSkill) else None
         return (

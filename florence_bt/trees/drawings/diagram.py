@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, Node, PolicyKind, show
@@ -93,8 +94,8 @@ def _kind(node: Node) -> str:
             return "wait_until"
         case model.Interruptible():
             return "interrupted_by"
-        case model.ForEach():
-            return "for_each"
+        case kinds.ForEach() | kinds.Retry() | kinds.Condition():
+            return node.kind.word
     return type(node).__name__.lower()
 
 
@@ -109,15 +110,13 @@ def _edges(node: Node) -> list[str]:
         case model.Parallel(policy=policy) if policy.kind is PolicyKind.SELECTED:
             wanted = [name.text for name in policy.names]
             return ["must succeed" if child.title in wanted else "" for child in node.children]
-        case model.Retry(between=Node()):
-            return ["", "between"]
         case model.OnFailure(handlers=handlers):
             return ["", *(f"on {code.text}" for code, _ in handlers)]
         case model.Until():
             return ["", "until"]
         case model.Interruptible():
             return ["", "interrupted if", "then first"]
-    return [""] * len(node.parts)
+    return list(node.edges)
 
 
 def _guards(node: Node) -> Iterator[str]:
@@ -147,19 +146,6 @@ def _details(node: Node) -> Iterator[str]:
             yield from (f"${key.text} = {show(value)}" for key, value in values)
         case model.Append(values=values):
             yield from (f"${key.text} + {show(value)}" for key, value in values)
-        case model.ForEach(goes_on_over=over, index_key=index):
-            yield f"as ${node.item_key.text}"
-            if index is not None:
-                yield f"index -> ${index.text}"
-            if over:
-                yield "goes on over " + ", ".join(code.text for code in over)
-            if node.first_success:
-                yield "the first success ends it"
-        case model.Retry(on=on, attempt_key=key):
-            if on:
-                yield "on " + ", ".join(code.text for code in on)
-            if key is not None:
-                yield f"attempt -> ${key.text}"
         case model.Fail(reason=reason):
             yield show(reason)
         case model.Parallel(policy=policy) if policy.kind is PolicyKind.ANY:
@@ -168,5 +154,6 @@ def _details(node: Node) -> Iterator[str]:
             yield f"policy: {policy}"
         case model.Sequence(memory=False) | model.Selector(memory=False) | model.If(memory=False):
             yield "without memory"
+    yield from node.details
     if node.code is not None:
         yield f"code: {node.code.text}"

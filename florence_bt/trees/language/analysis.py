@@ -9,6 +9,7 @@ from functools import cached_property
 
 from florence_bt.core.declaration import CodeGroup, Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.loader import MissionLibrary
@@ -172,16 +173,11 @@ class Analysis:
                 yield from ((key, kind_of(value, kinds)) for key, value in values)
             case model.Append(values=values):
                 yield from ((key, None) for key, _ in values)
-            case model.ForEach(items=items):
-                listed = kind_of(items, kinds)
-                yield node.item_key, listed.item if listed is not None else None
-                if node.index_key is not None:
-                    yield node.index_key, Kind.INTEGER
-            case model.Retry(attempt_key=key) if key is not None:
-                yield key, Kind.INTEGER
             case model.OnFailure(handlers=((code, _), *_)):
                 for key_name in model.FAILURE_KEYS:
                     yield Literal(key_name, True, code.position), Kind.TEXT
+            case _:
+                yield from node.writes(lambda value: kind_of(value, kinds))
 
     def measured(self, mission: Mission) -> frozenset[str]:
         """Return the keys to which skills and called missions of a mission give what is no whole number."""
@@ -253,7 +249,7 @@ class _FactsOfMission:
     def _gather(self, node: Node) -> NodeFacts:
         parts = [self._gather(part) for part in node.parts]
         resources, known, acts = NOTHING, True, False
-        asks = node.holds is not None or isinstance(node, model.Condition)
+        asks = node.holds is not None or isinstance(node, kinds.Condition)
         asks = asks or (isinstance(node, model.If) and isinstance(node.condition, model.Expression))
         lasting = isinstance(node, model.Wait | model.WaitUntil)
         match node:
@@ -313,7 +309,7 @@ class _FactsOfMission:
         for node in self._all:
             # A list names what its items name.
             match node:
-                case model.ForEach(items=model.Reference(key=key), item_key=item) if item.text in names:
+                case kinds.ForEach(items=model.Reference(key=key), item_key=item) if item.text in names:
                     names.setdefault(key, names[item.text])
         return names
 

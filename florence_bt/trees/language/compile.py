@@ -29,8 +29,8 @@ from florence_bt.behaviours.decorators import (
 )
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, OwnKeys, TextTemplate, is_source, readable
-from florence_bt.behaviours.leaves import AppendToKeys, Condition, Fail, SetKey
-from florence_bt.behaviours.looping import ForEach, Repeat, Retry
+from florence_bt.behaviours.leaves import AppendToKeys, Fail, SetKey
+from florence_bt.behaviours.looping import Repeat
 from florence_bt.behaviours.pacing import Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
@@ -50,14 +50,11 @@ from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
-from florence_bt.trees.language.outcomes import skip_fails_below
 from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
 from florence_bt.trees.language.vocabulary import (
-    CONDITION_FALSE,
     FAILED,
     GUARD_FAILED,
-    NONE_WORKED,
     UNEXPECTED_SUCCESS,
     UNTIL_NOT_MET,
 )
@@ -290,12 +287,12 @@ class _TreeBuilder:
         if tree is None:
             raise self._error(None, "the mission has no tree")
         name = None if tree.guards else tree.name or default_name
-        root = self._node(tree, skipped_fails=False, name=name)
+        root = self.node(tree, skipped_fails=False, name=name)
         if tree.guards and default_name:
             root.name = default_name
         return root
 
-    def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
+    def node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
         of = self.parts.get(node, "node", partial(self._of_node, node))
         name = _one_step(name) if name else of.title
@@ -321,7 +318,7 @@ class _TreeBuilder:
         start = None
         if guards:
             name = _one_step(", ".join(f"{word} {guard.text}" for word, guard in guards.items()))
-            start = _Start(name, {word: self._condition(guard) for word, guard in guards.items()})
+            start = _Start(name, {word: self.condition(guard) for word, guard in guards.items()})
         groups = self.parts.analysis.groups
         because = _texts_of(node.reasons, groups) if node.reasons is not None else None
         return _OfNode(_one_step(node.title), Origin(self.mission, node), because, start)
@@ -329,7 +326,9 @@ class _TreeBuilder:
     def _depend(self, node: Node, watch: Watch) -> None:
         """Have a condition asked again when a key changes that a node of it reads to decide something."""
         keys = {key for expression in node.expressions for key in expression.keys}
-        if isinstance(node, model.Switch | model.Set | model.Append | model.ForEach | model.CallMission):
+        if node.decides_by_values or isinstance(
+            node, model.Switch | model.Set | model.Append | model.CallMission
+        ):
             keys |= {each.key for value in model.values_of(node) for each in model.references(value)}
         if keys:
             self.context.keys.watch(keys, Spot(watch, keeps=False).change)
@@ -349,7 +348,7 @@ class _TreeBuilder:
         def make_cleanup(context: TreeContext) -> Behaviour:
             own = context.with_keys(self.context.keys)
             builder = replace(self, context=own, watch=None, later=None, made=None)
-            return builder._node(cleanup, skipped_fails=False)
+            return builder.node(cleanup, skipped_fails=False)
 
         body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
         return Finally(name, self.context, body, make_cleanup, self._spot())
@@ -359,7 +358,7 @@ class _TreeBuilder:
             return behaviour
         name = _one_step(f"while {node.holds.text}")
         code = node.own_failure(GUARD_FAILED)
-        return While(name, behaviour, self.context, self._condition(node.holds), code)
+        return While(name, behaviour, self.context, self.condition(node.holds), code)
 
     def _start_guard(
         self, node: Node, start: _Start, guarded: Callable[[], Behaviour], skipped_fails: bool
@@ -391,6 +390,8 @@ class _TreeBuilder:
     # ---- composites -----------------------------------------------------------------------------------
 
     def _bare(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
+        if type(node).build is not Node.build:
+            return node.build(self, name, skipped_fails)
         match node:
             case model.RunSkill():
                 return self._run_skill(node, name)
@@ -409,7 +410,7 @@ class _TreeBuilder:
             case model.If():
                 parts, watches = self._watching(node, skipped_fails)
                 asked = node.condition
-                condition = parts.pop(0) if isinstance(asked, Node) else self._condition(asked)
+                condition = parts.pop(0) if isinstance(asked, Node) else self.condition(asked)
                 watch = watches[0] if watches else None
                 return If(name, self.context, condition, *parts, memory=node.memory, watch=watch)
             case model.Switch():
@@ -421,7 +422,7 @@ class _TreeBuilder:
         return self._leaf(node, name)
 
     def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
-        return _numbered([self._node(node, skipped_fails=skipped_fails) for node in nodes])
+        return self.numbered([self.node(node, skipped_fails=skipped_fails) for node in nodes])
 
     def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[Watch | None]]:
         """Build the children of a node without memory, with the watch of each that is a condition."""
@@ -434,8 +435,8 @@ class _TreeBuilder:
                 watches.append(Watch(self.context, self.watch))
                 builder = replace(self, watch=watches[-1])
             is_question = isinstance(node, model.If) and part is node.condition
-            children.append(builder._node(part, skipped_fails=skipped_fails or is_question))
-        return _numbered(children), [watch if watch.needed else None for watch in watches]
+            children.append(builder.node(part, skipped_fails=skipped_fails or is_question))
+        return self.numbered(children), [watch if watch.needed else None for watch in watches]
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
         children = self._children(node.children, False)
@@ -460,9 +461,9 @@ class _TreeBuilder:
         wanted = [self._case_values(literal, node.value) for literal, _ in node.cases]
         default = branches.pop() if node.default is not None else None
         labels = [literal.text for literal, _ in node.cases]
-        value = self._value(node.value, None)
+        value = self.value(node.value, None)
         cases = list(zip(wanted, branches, strict=True))
-        return self._titled(node, Switch(name, self.context, value, cases, default, labels), value, None)
+        return self.titled(node, Switch(name, self.context, value, cases, default, labels), value, None)
 
     def _call_mission(self, node: model.CallMission, name: str) -> Behaviour:
         called = node.mission.text
@@ -491,16 +492,14 @@ class _TreeBuilder:
     # ---- decorators and leaves ------------------------------------------------------------------------
 
     def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
-        builder = self if passes_on(node) else replace(self, watch=None)
-        below = self._with_own_keys(node, node.child)
-        child = replace(below, watch=builder.watch)._node(
-            node.child, skipped_fails=skip_fails_below(node, skipped_fails)
+        child = self.inside(node, node.child).node(
+            node.child, skipped_fails=node.skip_fails_below(skipped_fails)
         )
-        if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
-            self.watch.keep()
-        return self._decorator(node, name, child, below.context.keys)
+        if isinstance(node, model.Repeat):
+            self.keep_watched()
+        return self._decorator(node, name, child)
 
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, own: KeyStore) -> Behaviour:
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour) -> Behaviour:
         match node:
             case model.Invert():
                 return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
@@ -514,74 +513,50 @@ class _TreeBuilder:
                 return self._until(node, name, child)
             case model.Interruptible():
                 return self._interruptible(node, name, child)
-            case model.ForEach():
-                return self._for_each(node, name, child, own)
             case model.Repeat(rounds=None):
                 return Repeat(name, child, self.context, math.inf)
-            case model.Retry(attempts=None):
-                return self._retry(node, name, child, math.inf, own)
         argument, kind = self.parts.get(node, "argument", partial(self._argument, node))
         behaviour: Behaviour
         match node:
-            case model.Retry():
-                behaviour = self._retry(node, name, child, argument, own)
             case model.Repeat():
                 behaviour = Repeat(name, child, self.context, argument)
             case model.Timeout():
                 behaviour = Timeout(name, child, self.context, argument, self._spot())
             case _:
                 raise TypeError(f"no behaviour is known for {type(node).__name__}")
-        return self._titled(node, behaviour, argument, kind)
+        return self.titled(node, behaviour, argument, kind)
 
-    def _with_own_keys(self, node: model.Wrapper, part: Node) -> _TreeBuilder:
-        """Return what builds a part of a node: with the keys that belong to it."""
-        own = model.own_keys(node, part)
+    def inside(self, node: Node, part: Node) -> _TreeBuilder:
+        """Return what builds a part of a node: with its own keys, and watched if the node passes that on."""
+        builder = self if passes_on(node) else replace(self, watch=None)
+        own = node.own_keys(part)
         if not own:
-            return self
-        return replace(self, context=self.context.with_keys(OwnKeys(self.context.keys, own)))
+            return builder
+        return replace(builder, context=self.context.with_keys(OwnKeys(self.context.keys, own)))
 
-    def _retry(self, node: model.Retry, name: str, child: Behaviour, attempts: Any, own: KeyStore) -> Retry:
-        key, between = node.attempt_key, node.between
-        builder = replace(self, context=self.context.with_keys(own))
-        pause = builder._node(between, skipped_fails=False) if between is not None else None
-        attempt = key.text if key is not None else None
-        behaviour = Retry(name, child, self.context, attempts, self._codes(node.on), attempt, pause, own)
-        _numbered(behaviour.children)
-        return behaviour
-
-    def _for_each(self, node: model.ForEach, name: str, child: Behaviour, own: KeyStore) -> Behaviour:
-        every = node.first_success and not node.goes_on_over
-        return ForEach(
-            name,
-            child,
-            self.context,
-            self._value(node.items, None),
-            node.item_key.text,
-            node.index_key.text if node.index_key is not None else None,
-            goes_on_over=None if every else self._codes(node.goes_on_over),
-            first_success=node.first_success,
-            code=node.own_failure(NONE_WORKED),
-            own=own,
-        )
+    def keep_watched(self) -> None:
+        """Keep what is watched here: it is asked anew only when it has ended."""
+        if self.watch is not None:
+            self.watch.keep()
 
     def _on_failure(self, node: model.OnFailure, name: str, body: Behaviour) -> Behaviour:
-        builder = self._with_own_keys(node, node.handlers[0][1])
-        handlers = [builder._node(each, skipped_fails=True) for _, each in node.handlers]
+        builder = self.inside(node, node.handlers[0][1])
+        handlers = [builder.node(each, skipped_fails=True) for _, each in node.handlers]
         words = [word.text for word, _ in node.handlers]
         chosen = by_code(zip(words, handlers, strict=True), self.parts.analysis.groups)
         otherwise = chosen.pop(ANY, None)
-        _numbered([body, *handlers])
+        self.numbered([body, *handlers])
         return OnFailure(name, self.context, body, handlers, chosen, otherwise, builder.context.keys)
 
     def _until(self, node: model.Until, name: str, body: Behaviour) -> Behaviour:
         question = self._question(node.goal)
-        _numbered([body, question.node])
+        self.numbered([body, question.node])
         return Until(name, self.context, body, question, node.own_failure(UNTIL_NOT_MET))
 
     def _interruptible(self, node: model.Interruptible, name: str, body: Behaviour) -> Behaviour:
         question = self._question(node.goal)
-        interruption = self._node(node.interruption, skipped_fails=False)
-        _numbered([body, question.node, interruption])
+        interruption = self.node(node.interruption, skipped_fails=False)
+        self.numbered([body, question.node, interruption])
         return Interruptible(name, self.context, body, question, interruption)
 
     def _question(self, node: Node) -> Question:
@@ -589,30 +564,27 @@ class _TreeBuilder:
         if self.parts.analysis.of(self.mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
-            return Question(self.context, self._node(node, skipped_fails=True), None)
+            return Question(self.context, self.node(node, skipped_fails=True), None)
         watch = Watch(self.context, self.watch)
-        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=True), watch)
+        return Question(self.context, replace(self, watch=watch).node(node, skipped_fails=True), watch)
 
-    def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
+    def codes(self, words: Iterable[Literal]) -> frozenset[str]:
         """Return the codes that some codes and groups stand for."""
         return frozenset().union(*(codes_named(word.text, self.parts.analysis.groups) for word in words))
 
     def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
         """Return how often, or how long."""
-        kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
-        return self._value(next(model.values_of(node)), kind), kind
+        kind = Kind.INTEGER if isinstance(node, model.Repeat) else Kind.DURATION
+        return self.value(next(model.values_of(node)), kind), kind
 
     def _leaf(self, node: Node, name: str) -> Behaviour:
         context = self.context
         match node:
-            case model.Condition(condition=condition):
-                code = node.own_failure(CONDITION_FALSE)
-                return Condition(name, context, self._condition(condition), code)
             case model.Fail(reason=reason):
                 return Fail(name, context, self._text(reason), node.own_failure(FAILED))
             case model.Wait(duration=duration):
-                seconds = self._value(duration, Kind.DURATION)
-                return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
+                seconds = self.value(duration, Kind.DURATION)
+                return self.titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
             case model.Set(values=values):
                 return SetKey(
                     name, context, self.parts.get(node, "values", partial(self._set_values, values))
@@ -625,15 +597,13 @@ class _TreeBuilder:
 
     def _set_values(self, values: Iterable[tuple[Literal, Value]]) -> dict[str, Any]:
         ports = ((key.text, value, self.mission.keys.get(key.text)) for key, value in values)
-        return {
-            key: self._value(value, port.kind if port is not None else None) for key, value, port in ports
-        }
+        return {key: self.value(value, port.kind if port is not None else None) for key, value, port in ports}
 
     def _added(self, key: Literal, value: Value) -> Any:
         """Return what is added to a list, or to a text."""
         kind = self._kinds.get(key.text)
         if kind is not None and kind.item is not None:
-            return self._value(value, kind.item)
+            return self.value(value, kind.item)
         return self._text(value)
 
     def _text(self, value: Value) -> TextTemplate:
@@ -661,13 +631,29 @@ class _TreeBuilder:
         inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
         return inputs, {output.text: key.text for output, key in node.outputs}
 
-    def _titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
+    def titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""
         if node.name is None and is_source(value):
             shown = partial(format_value, kind=kind) if kind is not None else readable
             written = _one_step(model.show(next(model.values_of(node))))
             annotations_of(behaviour).title = Title(written, value, self.context.keys, shown)
         return behaviour
+
+    def numbered(self, siblings: list[Behaviour]) -> list[Behaviour]:
+        """Give numbers to siblings with equal names, so that every path is unique."""
+        if len({behaviour.name for behaviour in siblings}) == len(siblings):
+            return siblings
+        taken: set[str] = set()
+        counts: dict[str, int] = {}
+        for behaviour in siblings:
+            name = behaviour.name
+            count = counts.get(name, 1)
+            while behaviour.name in taken:
+                count += 1
+                behaviour.name = f"{name} ({count})"
+            counts[name] = count
+            taken.add(behaviour.name)
+        return siblings
 
     # ---- values ---------------------------------------------------------------------------------------
 
@@ -676,7 +662,7 @@ class _TreeBuilder:
         """The kinds of the mission's keys, as far as they are known."""
         return self.parts.analysis.key_kinds(self.mission)
 
-    def _condition(self, expression: Expression) -> CompiledExpression:
+    def condition(self, expression: Expression) -> CompiledExpression:
         """Compile an expression that is true or false."""
         return self.parts.get(expression, "condition", lambda: self._make_condition(expression))
 
@@ -685,7 +671,7 @@ class _TreeBuilder:
             raise self._error(problem.position, problem.message, problem.valid)
         return compile_expression(expression, self._kinds)
 
-    def _value(self, value: Value, kind: Kind | None) -> Any:
+    def value(self, value: Value, kind: Kind | None) -> Any:
         """Return a value in SI units, or a value source."""
 
         def make() -> Any:
@@ -761,20 +747,3 @@ def _declared_keys(mission: Mission) -> dict[str, Port]:
 def _one_step(name: str) -> str:
     """Return a name that is one step of a path: the slash between steps stands in no name."""
     return name.replace("/", "\N{DIVISION SLASH}")
-
-
-def _numbered(siblings: list[Behaviour]) -> list[Behaviour]:
-    """Give numbers to siblings with equal names, so that every path is unique."""
-    if len({behaviour.name for behaviour in siblings}) == len(siblings):
-        return siblings
-    taken: set[str] = set()
-    counts: dict[str, int] = {}
-    for behaviour in siblings:
-        name = behaviour.name
-        count = counts.get(name, 1)
-        while behaviour.name in taken:
-            count += 1
-            behaviour.name = f"{name} ({count})"
-        counts[name] = count
-        taken.add(behaviour.name)
-    return siblings

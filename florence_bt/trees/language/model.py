@@ -6,14 +6,22 @@ Nodes and missions are compared by identity: two equal lines of a file are two n
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
-from florence_bt.core.declaration import Port
+from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.syntax import Expression, keys_of
 from florence_bt.trees.language.findings import Finding
+from florence_bt.trees.language.node_kind import Demand, NodeKind, TreeBuilder
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+    from florence_bt.trees.language.form import Form
+    from florence_bt.trees.language.outcomes import MissionOutcomes, NodeOutcomes
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +99,8 @@ class ListItems:
 
 Value = Literal | Reference | Template | PoseParts | ListItems | Expression
 """What can stand where a value is expected; an expression stands in ``${...}``."""
+KindOf = Callable[[Value], Kind | None]
+"""Gives the kind of a value, None when it is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,9 +156,11 @@ def show(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Node:
-    """A node, with what every kind of node has.
+    """A node, with what every kind of node has, and what each kind says about its nodes.
 
     Attributes:
+        kind: What is the same for all nodes of the kind.
+        decides_by_values: Whether the values that it reads decide what it does, as expressions always do.
         position: Where its kind key stands.
         name: The name that the author gave, or None.
         code: ``code``: what a failure of the node's own is called, or None: as :meth:`own_failure` says.
@@ -157,6 +169,9 @@ class Node:
         when: ``when``: what must hold before the node starts, or None; the node is skipped otherwise.
         holds: ``while``: what must hold all along, or None; the node fails otherwise.
     """
+
+    kind: ClassVar[NodeKind]
+    decides_by_values: ClassVar[bool] = False
 
     position: Position
     name: str | None = None
@@ -183,8 +198,66 @@ class Node:
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
-        """The conditions of the node itself: guards, and what ``if`` and ``condition`` ask."""
-        return self.guards
+        """The conditions of the node itself: guards, and what its kind asks."""
+        return (*self.guards, *self.asked())
+
+    def asked(self) -> tuple[Expression, ...]:
+        """Return the conditions that the kind itself asks, without the guards."""
+        return ()
+
+    @property
+    def demands(self) -> tuple[Demand, ...]:
+        """The values that the node itself reads when it begins, with what each must be."""
+        return ()
+
+    def writes(self, kind_of: KindOf) -> Iterator[tuple[Literal, Kind | None]]:
+        """Yield the keys that the node itself writes, each with its kind if that is known.
+
+        Args:
+            kind_of: Gives the kind of a value, None when it is not known.
+        """
+        return iter(())
+
+    def own_keys(self, part: Node) -> frozenset[str]:
+        """Return the keys that belong to one of the parts: nothing outside changes what that sees."""
+        return frozenset()
+
+    @property
+    def edges(self) -> tuple[str, ...]:
+        """A word for the line to each part, as drawn."""
+        return ("",) * len(self.parts)
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """What a drawing says of the node beside its title."""
+        return ()
+
+    def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:
+        """Return how the node can end, its guards apart.
+
+        Args:
+            known: Gives the outcomes of the nodes below, and of values.
+            skip_fails: Whether the node has failed when it is skipped: where another one is tried then.
+        """
+        raise NotImplementedError
+
+    def build(self, builder: TreeBuilder, name: str, skipped_fails: bool) -> Behaviour:
+        """Build the node with everything below it, its guards and its clean-up apart.
+
+        Args:
+            builder: Builds what is below, and gives values.
+            name: The name of the node in the tree.
+            skipped_fails: Whether a skipped node counts as failure here.
+
+        Raises:
+            ConfigError: Something is wrong that a check would have found.
+        """
+        raise NotImplementedError
+
+    @classmethod
+    def read(cls, form: Form) -> Node | None:
+        """Read a node as it is written; None when a part that it needs cannot be read: a finding."""
+        raise NotImplementedError
 
     def own_failure(self, default: str) -> str:
         """Return the code of a failure that is the node's own: the author's word for it, or a default."""
@@ -198,7 +271,14 @@ class Node:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Wrapper(Node):
-    """A node with one node below."""
+    """A node with one node below.
+
+    Attributes:
+        skipped_with_child: Whether it is skipped when what is below it is.
+        child: The node below.
+    """
+
+    skipped_with_child: ClassVar[bool] = True
 
     child: Node
 
@@ -206,6 +286,14 @@ class Wrapper(Node):
     def parts(self) -> tuple[Node, ...]:
         """The child."""
         return (self.child,)
+
+    def skip_fails_below(self, above: bool) -> bool:
+        """Tell whether what is below the node has failed when it is skipped.
+
+        Args:
+            above: Whether the node itself has failed when it is skipped.
+        """
+        return above and self.skipped_with_child
 
 
 def walk(node: Node) -> Iterator[Node]:
@@ -215,27 +303,6 @@ def walk(node: Node) -> Iterator[Node]:
         yield from walk(part)
     if node.cleanup is not None:
         yield from walk(node.cleanup)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Condition(Node):
-    """``condition``: succeeds when an expression holds.
-
-    Attributes:
-        condition: The expression.
-    """
-
-    condition: Expression
-
-    @property
-    def expressions(self) -> tuple[Expression, ...]:
-        """The guards, and the condition."""
-        return (*self.guards, self.condition)
-
-    @property
-    def default_title(self) -> str:
-        """The expression itself, such as ``$distance < 1 m``."""
-        return self.condition.text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -363,33 +430,6 @@ class CallMission(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Retry(Wrapper):
-    """``retry``: again after a failure.
-
-    Attributes:
-        attempts: How often at most; None: without end.
-        on: The codes and groups of codes that are worth another attempt; none: every code.
-        attempt_key: The key that receives the number of the attempt, or None.
-        between: What is done before each further attempt, or None.
-    """
-
-    attempts: Value | None
-    on: tuple[Literal, ...] = ()
-    attempt_key: Literal | None = None
-    between: Node | None = None
-
-    @property
-    def parts(self) -> tuple[Node, ...]:
-        """The child, and what is done between two attempts."""
-        return (self.child, self.between) if self.between is not None else (self.child,)
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``retry up to 8 times``."""
-        return f"retry up to {show(self.attempts)} times" if self.attempts is not None else "retry forever"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Repeat(Wrapper):
     """``repeat``: again after a success.
 
@@ -397,36 +437,14 @@ class Repeat(Wrapper):
         rounds: How often; None: forever.
     """
 
+    skipped_with_child: ClassVar[bool] = False
+
     rounds: Value | None
 
     @property
     def default_title(self) -> str:
         """Such as ``repeat 3 times``."""
         return f"repeat {show(self.rounds)} times" if self.rounds is not None else "repeat forever"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForEach(Wrapper):
-    """``for_each``: once for each item of a list.
-
-    Attributes:
-        items: The list.
-        item_key: ``as``: the key that receives the item.
-        index_key: ``index``: the key that receives the number of the item, counted from 0, or None.
-        goes_on_over: ``go_on_over``: the codes of failures after which the next item follows.
-        first_success: Whether the first item that succeeds ends it (``first_success``).
-    """
-
-    items: Value
-    item_key: Literal
-    index_key: Literal | None = None
-    goes_on_over: tuple[Literal, ...] = ()
-    first_success: bool = False
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``for each $rooms``."""
-        return f"for each {show(self.items)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -465,6 +483,8 @@ class Invert(Wrapper):
 class Succeed(Wrapper):
     """``succeed``: a failure counts as success."""
 
+    skipped_with_child: ClassVar[bool] = False
+
     @property
     def default_title(self) -> str:
         """Such as ``try say hello``."""
@@ -485,6 +505,10 @@ class OnFailure(Wrapper):
 
     handlers: tuple[tuple[Literal, Node], ...]
 
+    def own_keys(self, part: Node) -> frozenset[str]:
+        """Return the keys of the failure, for what is done about it."""
+        return frozenset() if part in (self.child, self.cleanup) else frozenset(FAILURE_KEYS)
+
     @property
     def parts(self) -> tuple[Node, ...]:
         """The child, and what is done about its failures."""
@@ -494,18 +518,6 @@ class OnFailure(Wrapper):
     def default_title(self) -> str:
         """As the node below."""
         return self.child.title
-
-
-def own_keys(node: Node, part: Node) -> frozenset[str]:
-    """Return the keys of a node that belong to one of its parts: nothing outside changes what that sees."""
-    match node:
-        case ForEach(item_key=item, index_key=index, child=child) if part is child:
-            return frozenset((item.text, *((index.text,) if index is not None else ())))
-        case Retry(attempt_key=Literal(text=attempt)) if part is not node.cleanup:
-            return frozenset((attempt,))
-        case OnFailure() if part is not node.child and part is not node.cleanup:
-            return frozenset(FAILURE_KEYS)
-    return frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -773,15 +785,15 @@ def values_of(node: Node) -> Iterator[Value]:
             yield from (value for _, value in inputs)
         case Set(values=values):
             yield from (value for _, value in values)
-        case Repeat(rounds=None) | Retry(attempts=None):
+        case Repeat(rounds=None):
             pass
         case Append(values=values):
             yield from (Reference(key.text, key.position) for key, _ in values)
             yield from (value for _, value in values)
-        case ForEach(items=value):
-            yield value
-        case Retry(attempts=value) | Repeat(rounds=value) | Switch(value=value) | Fail(reason=value):
+        case Repeat(rounds=value) | Switch(value=value) | Fail(reason=value):
             assert value is not None  # that was the case above
             yield value
         case Timeout(duration=value) | Wait(duration=value):
             yield value
+        case _:
+            yield from (demand.value for demand in node.demands)

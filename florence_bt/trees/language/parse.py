@@ -11,7 +11,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, Port
@@ -19,14 +18,15 @@ from florence_bt.core.errors import ConfigError, close_matches
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
+from florence_bt.trees import kinds
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model, vocabulary
 from florence_bt.trees.language.expressions.parser import negated
 from florence_bt.trees.language.expressions.syntax import Binary, Key, print_term
 from florence_bt.trees.language.findings import MAX_FINDINGS
+from florence_bt.trees.language.form import Fields, Form, NodeReader
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import read_value, with_article
-from florence_bt.trees.language.reader import Reader, without_dollar
 from florence_bt.trees.language.values import term_of
 
 SHORTEST_S = 0.01
@@ -44,15 +44,10 @@ _TIME_MEANT = re.compile(
 """How people write times of the day: ``8pm``, ``20.00``, ``20 Uhr``, ``Monday 08:00``."""
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
-_LOOP = re.compile(r"\$?(?P<item>[a-z][a-z0-9_]*) in (?P<items>.+)")
-"""A loop of other languages: ``room in $rooms``."""
 _NO_KEYS = ("mission", "description", "imported_from", "on_restart")
 """Keys of a mission whose values name no keys."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
 """How the value after a kind key is written; where nothing stands it is a duration."""
-
-_Fields = dict[str, Any]
-"""The fields that every node of the model has."""
 
 
 def read_mission(path: Path) -> model.Mission:
@@ -81,7 +76,7 @@ def _mission_of(data: bytes, path: Path) -> model.Mission:
     return _MissionParser(path).mission(data, path)
 
 
-class _MissionParser(Reader):
+class _MissionParser(NodeReader):
     """Parses one mission file."""
 
     # ---- the file -------------------------------------------------------------------------------------
@@ -193,13 +188,13 @@ class _MissionParser(Reader):
         entries = [entry for entry in source.entries if entry[0].text != "ensure"]
         inner = tuple(entry for entry in entries if entry[0].text not in outside)
         outer = tuple(entry for entry in entries if entry[0].text in outside)
-        fields = self._fields(key, YamlMapping(outer, source.position))
+        fields = self.fields(key, YamlMapping(outer, source.position))
         code = fields.pop("code", None) or model.Literal(vocabulary.NOT_ENSURED, False, ensure.position)
         node = self._unensured(key, value, YamlMapping(inner, source.position))
         expression = self.expression(ensure, "ensure")
         if node is None or expression is None:
             return None
-        condition = model.Condition(
+        condition = kinds.Condition(
             condition=expression, name=f"ensure {expression.text}", code=code, position=ensure.position
         )
         return model.Ensure(children=(node, condition), **fields)
@@ -282,7 +277,7 @@ class _MissionParser(Reader):
         entries = [entry for entry in source.entries if entry[0].text not in ("until", "on_failure")]
         inner = tuple(entry for entry in entries if entry[0].text not in outside)
         outer = tuple(entry for entry in entries if entry[0].text in outside)
-        fields = self._fields(key, YamlMapping(outer, source.position))
+        fields = self.fields(key, YamlMapping(outer, source.position))
         node = self._interruptible(key, value, YamlMapping(inner, source.position))
         goal = self._question(until, "until") if until is not None else None
         caught = self._handlers(handlers) if handlers is not None else ()
@@ -307,7 +302,7 @@ class _MissionParser(Reader):
         outer = tuple(entry for entry in entries if entry[0].text in outside)
         node = self._of_kind(key, value, YamlMapping(inner, source.position))
         goal, interruption = self._interruption(interrupted_by)
-        fields = self._fields(key, YamlMapping(outer, source.position))
+        fields = self.fields(key, YamlMapping(outer, source.position))
         if node is None or goal is None or interruption is None:
             return None
         return model.Interruptible(child=node, goal=goal, interruption=interruption, **fields)
@@ -333,7 +328,7 @@ class _MissionParser(Reader):
             self.error(source.position, f"{what}: {source.text!r} is no time of day", valid)
             return None
         condition = self.expression(source, what, or_node=True)
-        return model.Condition(condition=condition, position=source.position) if condition else None
+        return kinds.Condition(condition=condition, position=source.position) if condition else None
 
     def _handlers(self, source: YamlNode) -> tuple[tuple[model.Literal, model.Node], ...]:
         """Read ``on_failure``: what is done about failures, by code."""
@@ -355,13 +350,15 @@ class _MissionParser(Reader):
         return tuple(handlers)
 
     def _of_kind(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        if key.text in kinds.BY_WORD:
+            return kinds.BY_WORD[key.text].read(Form(self, key, value, mapping))
         match key.text:
             case "sequence":
                 children, memory = self._children(key, value), self._memory(mapping)
-                return model.Sequence(children=children, memory=memory, **self._fields(key, mapping))
+                return model.Sequence(children=children, memory=memory, **self.fields(key, mapping))
             case "selector":
                 children, memory = self._children(key, value), self._memory(mapping)
-                return model.Selector(children=children, memory=memory, **self._fields(key, mapping))
+                return model.Selector(children=children, memory=memory, **self.fields(key, mapping))
             case "parallel":
                 return self._parallel(key, value, mapping)
             case "if":
@@ -371,14 +368,11 @@ class _MissionParser(Reader):
             case kind if kind in vocabulary.MODIFIERS["do"]:
                 return self._decorator(key, value, mapping)
             case "once" | "invert" | "succeed":
-                fields, child = self._fields(key, mapping), self.node(value)
+                fields, child = self.fields(key, mapping), self.node(value)
                 wrapper = {"once": model.Once, "invert": model.Invert, "succeed": model.Succeed}[key.text]
                 return wrapper(child=child, **fields) if child is not None else None
-            case "condition":
-                condition, fields = self.expression(value, "condition"), self._fields(key, mapping)
-                return model.Condition(condition=condition, **fields) if condition is not None else None
             case "fail":
-                reason, fields = self._template(value, "fail"), self._fields(key, mapping)
+                reason, fields = self.template(value, "fail"), self.fields(key, mapping)
                 return model.Fail(reason=reason, **fields) if reason is not None else None
             case "wait" if isinstance(value, YamlScalar) and (
                 time := _TIME_TO_WAIT_FOR.fullmatch(value.text)
@@ -388,16 +382,16 @@ class _MissionParser(Reader):
                 )
                 return None
             case "wait":
-                duration, fields = self.value(value, "wait"), self._fields(key, mapping)
+                duration, fields = self.value(value, "wait"), self.fields(key, mapping)
                 return model.Wait(duration=duration, **fields) if duration is not None else None
             case "wait_until":
                 return self._wait_until(key, value, mapping)
             case "set":
                 return self._set(key, value, mapping)
             case "add":
-                return self._sums(value, self._fields(key, mapping))
+                return self._sums(value, self.fields(key, mapping))
             case "append":
-                values, fields = self.values(value, "append"), self._fields(key, mapping)
+                values, fields = self.values(value, "append"), self.fields(key, mapping)
                 if not isinstance(value, YamlMapping) or not value.entries:
                     self.error(value.position, "append needs keys and values", ['append: {report: "text"}'])
                 return model.Append(values=values, **fields)
@@ -406,51 +400,6 @@ class _MissionParser(Reader):
         skill = self._run_skill(key, value, mapping)
         wrong = tuple(self._below(mapping))
         return self._together(key, (skill, *wrong)) if any(wrong) else skill
-
-    def _fields(self, key: YamlScalar, mapping: YamlMapping) -> _Fields:
-        fields: _Fields = {"position": key.position}
-        for modifier, source in mapping.entries:
-            match modifier.text:
-                case "name":
-                    fields["name"] = self.text(source, "name")
-                case "code":
-                    fields["code"] = self.identifier(source, "code")
-                case "because":
-                    fields["reasons"] = self._reasons(source)
-                case "finally":
-                    fields["cleanup"] = self.node(source)
-                case "when":
-                    fields["when"] = self.expression(source, "when")
-                case "while":
-                    fields["holds"] = self.expression(source, "while")
-        return fields
-
-    def _reasons(self, source: YamlNode) -> model.Reasons | None:
-        if not isinstance(source, YamlMapping):
-            always = self._template(source, "because")
-            return model.Reasons(always, {}, source.position) if always is not None else None
-        by_code, positions = {}, {}
-        for key, item in source.entries:
-            code = self.identifier(key, "a code in because")
-            text = self._template(item, f"because {key.text}")
-            if code is not None and text is not None:
-                by_code[code.text], positions[code.text] = text, code.position
-        return model.Reasons(None, by_code, source.position, positions)
-
-    def _template(self, source: YamlNode, what: str) -> model.Value | None:
-        """Read a text, with keys or without."""
-        if isinstance(source, YamlMapping):
-            self.error(source.position, f"{what} must be text")
-            return None
-        if isinstance(source, YamlSequence):
-            self.error(source.position, f"{what} must be text, not a list", ["a single value"])
-            return None
-        value = self.value(source, what)
-        return model.Literal(value.text, True, value.position) if isinstance(value, model.Literal) else value
-
-    def _optional_name(self, mapping: YamlMapping, modifier: str) -> model.Literal | None:
-        source = mapping.get(modifier)
-        return self.identifier(source, modifier) if source is not None else None
 
     def _not_one_kind(self, source: YamlMapping, keys: list[YamlScalar]) -> model.Node | None:
         """Say what is wrong with none or several kinds in one node, and go on with what was meant."""
@@ -538,7 +487,7 @@ class _MissionParser(Reader):
         children = self._children(key, value)
         source = mapping.get("policy")
         policy = self._policy(source, children) if source is not None else model.ParallelPolicy()
-        return model.Parallel(children=children, policy=policy, **self._fields(key, mapping))
+        return model.Parallel(children=children, policy=policy, **self.fields(key, mapping))
 
     def _policy(self, source: YamlNode, children: tuple[model.Node, ...]) -> model.ParallelPolicy:
         if isinstance(source, YamlMapping):
@@ -590,7 +539,7 @@ class _MissionParser(Reader):
         else:
             condition = self.expression(value, "if", or_node=True)
         then, otherwise = self._child(key, mapping, "then"), self._optional_child(mapping, "else")
-        fields, memory = self._fields(key, mapping), self._memory(mapping)
+        fields, memory = self.fields(key, mapping), self._memory(mapping)
         if condition is None or then is None:
             return None
         return model.If(condition=condition, then=then, otherwise=otherwise, memory=memory, **fields)
@@ -607,7 +556,7 @@ class _MissionParser(Reader):
             for name, item in entries
             if (node := self.node(item)) is not None
         )
-        default, fields = self._optional_child(mapping, "default"), self._fields(key, mapping)
+        default, fields = self._optional_child(mapping, "default"), self.fields(key, mapping)
         if switched_on is None:
             return None
         return model.Switch(value=switched_on, cases=cases, default=default, **fields)
@@ -616,58 +565,21 @@ class _MissionParser(Reader):
 
     def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         """Read a node with the node below it under ``do``."""
-        fields, child = self._fields(key, mapping), self._child(key, mapping)
-        if key.text == "for_each":
-            return self._for_each(key, value, mapping, child, fields)
+        fields, child = self.fields(key, mapping), self._child(key, mapping)
         endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
         if isinstance(value, YamlScalar) and (meant := suggestions.for_rounds(key.text, value.text)):
             self.error(value.position, f"{key.text}: a whole number is needed, not {value.text!r}", [meant])
             endless = True
         argument = None if endless else self.value(value, key.text)
-        on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
-        between = self._optional_child(mapping, "between")
-        codes = self.identifiers(on, "a code in on") if on is not None else ()
-        if child is None or (argument is None and not (endless and key.text in ("retry", "repeat"))):
+        if child is None or (argument is None and not (endless and key.text == "repeat")):
             return None
-        if key.text == "retry":
-            return model.Retry(
-                child=child, attempts=argument, on=codes, attempt_key=attempt_key, between=between, **fields
-            )
         if key.text == "repeat":
             return model.Repeat(child=child, rounds=argument, **fields)
         assert argument is not None  # that was a loop
         return model.Timeout(child=child, duration=argument, **fields)
 
-    def _for_each(
-        self,
-        key: YamlScalar,
-        value: YamlNode,
-        mapping: YamlMapping,
-        child: model.Node | None,
-        fields: _Fields,
-    ) -> model.Node | None:
-        items = self.value(value, "for_each")
-        name, index, over = (mapping.get(word) for word in ("as", "index", "go_on_over"))
-        if name is None:
-            loop = _LOOP.fullmatch(value.text) if isinstance(value, YamlScalar) else None
-            valid = [f"for_each: {loop['items']}", f"as: {loop['item']}"] if loop else ["as: room"]
-            self.error(key.position, "for_each needs a key for the item under `as`", valid)
-            return None
-        item_key = self.identifier(without_dollar(name), "as")
-        if child is None or items is None or item_key is None:
-            return None
-        return model.ForEach(
-            child=child,
-            items=items,
-            item_key=item_key,
-            index_key=self.identifier(without_dollar(index), "index") if index is not None else None,
-            goes_on_over=self.identifiers(over, "a code in go_on_over") if over is not None else (),
-            first_success=self.flag(mapping.get("first_success"), "first_success"),
-            **fields,
-        )
-
     def _wait_until(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        fields = self._fields(key, mapping)
+        fields = self.fields(key, mapping)
         given = value.get("time") if isinstance(value, YamlMapping) and len(value.entries) == 1 else None
         if given is not None:
             time = self.value(given, "time")
@@ -688,7 +600,7 @@ class _MissionParser(Reader):
         return self._question(YamlScalar(written["sooner"], False, place, column), "wait_until")
 
     def _wait_for_time(
-        self, time: model.Value, sooner: model.Node | None, place: Position, fields: _Fields
+        self, time: model.Value, sooner: model.Node | None, place: Position, fields: Fields
     ) -> model.Node:
         """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for.
 
@@ -723,7 +635,7 @@ class _MissionParser(Reader):
     # ---- leaves ---------------------------------------------------------------------------------------
 
     def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
-        fields, empty = self._fields(key, mapping), isinstance(value, YamlScalar) and value.empty
+        fields, empty = self.fields(key, mapping), isinstance(value, YamlScalar) and value.empty
         if isinstance(value, YamlScalar) and not empty and (match := _ASSIGNMENT.fullmatch(value.text)):
             valid = [f"set: {{{match['key']}: {suggestions.as_value(match['value'])}}}"]
             self.error(value.position, "set must be a mapping (key: value)", valid)
@@ -733,7 +645,7 @@ class _MissionParser(Reader):
             self.error(value.position, "set needs keys and values", ["set: {key: value}"])
         return model.Set(values=values, **fields)
 
-    def _sums(self, value: YamlNode, fields: _Fields) -> model.Node:
+    def _sums(self, value: YamlNode, fields: Fields) -> model.Node:
         """Read ``add: {n: 1}``, which is short for ``set: {n: "${$n + 1}"}``."""
         if not isinstance(value, YamlMapping) or not value.entries:
             written = value.text.removeprefix("$") if isinstance(value, YamlScalar) else ""
@@ -753,7 +665,7 @@ class _MissionParser(Reader):
         return model.Add(values=tuple(sums), **fields)
 
     def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        fields = self._fields(key, mapping)
+        fields = self.fields(key, mapping)
         if isinstance(value, YamlMapping):
             valid = ["run: goto_room", "with: {room: kitchen} indented like run"]
             self.error(value.position, "run needs the name of a mission, not a mapping", valid)
@@ -779,7 +691,7 @@ class _MissionParser(Reader):
             unread=_unread(value, inputs),
             written=value.text if isinstance(value, YamlScalar) else "",
             every=self._every(mapping.get("every")),
-            **self._fields(key, mapping),
+            **self.fields(key, mapping),
         )
 
     def _every(self, source: YamlNode | None) -> float | None:

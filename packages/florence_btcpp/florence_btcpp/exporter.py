@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import chain_back, cycles
 from florence_bt.trees.language.declared_skills import port_document
@@ -77,7 +78,7 @@ def _computed_by(node: Node) -> Iterator[str]:
         if guard is not None:
             yield from _computed(guard.term, is_condition=True)
     match node:
-        case model.Condition(condition=condition):
+        case kinds.Condition(condition=condition):
             yield from _computed(condition.term, is_condition=True)
         case model.If(condition=Expression() as condition):
             yield from _computed(condition.term, is_condition=True)
@@ -291,13 +292,13 @@ class NodeWriter:
                 return Element("ForceSuccess", {}, children=children)
             case model.Once():
                 return Element("RunOnce", {"then_skip": "false"}, children=children)
-            case model.Retry():
+            case kinds.Retry():
                 if node.between is not None:
                     children.append(self.node(node.between))
                 return self._retry(node, children)
             case model.Repeat(rounds=None):
                 return Element("Repeat", {"num_cycles": "-1", MARK: ENDLESS}, children=children)
-            case model.ForEach():
+            case kinds.ForEach():
                 return self._for_each(node, children)
             case model.OnFailure(handlers=handlers):
                 self._florence_node(node, "FlorenceCatch", "BehaviorTree.CPP knows no failure codes")
@@ -324,7 +325,7 @@ class NodeWriter:
                 return self._timed(node, duration, ("Timeout", "msec"), "FlorenceTimeout", children)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
-    def _for_each(self, node: model.ForEach, children: list[Element]) -> Element:
+    def _for_each(self, node: kinds.ForEach, children: list[Element]) -> Element:
         self._florence_node(node, "FlorenceForEach", "BehaviorTree.CPP loops over queues, not over lists")
         attributes = {"items": port_attribute(node.items, None), "as": f"{{{node.item_key.text}}}"}
         if node.index_key is not None:
@@ -335,7 +336,7 @@ class NodeWriter:
             attributes["first_success"] = "true"
         return _florence("Decorator", "FlorenceForEach", attributes, children)
 
-    def _retry(self, node: model.Retry, children: list[Element]) -> Element:
+    def _retry(self, node: kinds.Retry, children: list[Element]) -> Element:
         endless = {"num_attempts": "-1", MARK: ENDLESS}
         attributes = dict(endless)
         if node.attempts is not None:
@@ -368,7 +369,7 @@ class NodeWriter:
 
     def _leaf(self, node: Node) -> Element:
         match node:
-            case model.Condition(condition=condition):
+            case kinds.Condition(condition=condition):
                 return self._condition_node(node, condition)
             case model.Wait(duration=duration):
                 return self._timed(node, duration, ("Sleep", "msec"), "FlorenceWait", [])

@@ -7,9 +7,9 @@ import pytest
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.trees.kinds import Condition
 from florence_bt.trees.language.model import (
     CallMission,
-    Condition,
     Expression,
     If,
     Once,
