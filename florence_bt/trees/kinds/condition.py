@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from florence_bt.trees.kinds.modifiers import CODE
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.model import Expression, Node
-from florence_bt.trees.language.node_kind import NodeKind, TreeBuilder
+from florence_bt.trees.language.node_kind import NodeChecks, NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes
 from florence_bt.trees.language.value_schemas import EXPRESSION
 
@@ -56,6 +56,10 @@ class Condition(Node):
     def asked(self) -> tuple[Expression, ...]:
         """Return the expression."""
         return (self.condition,)
+
+    def check(self, checks: NodeChecks) -> None:
+        """Check that the expression is true or false."""
+        checks.condition(self.condition, "condition")
 
     def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:
         """Return how it can end: one way only where the expression has always the same value."""

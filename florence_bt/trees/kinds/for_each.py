@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from florence_bt.core.declaration import Kind
-from florence_bt.core.plain_yaml import YamlScalar
+from florence_bt.core.plain_yaml import YamlMapping, YamlScalar
 from florence_bt.trees.kinds.modifiers import CODE, DO
-from florence_bt.trees.language.model import KindOf, ListItems, Literal, Node, Value, Wrapper, show
-from florence_bt.trees.language.node_kind import Demand, Modifier, NodeKind, TreeBuilder
+from florence_bt.trees.language.model import ListItems, Literal, Node, Value, Wrapper, show
+from florence_bt.trees.language.node_kind import KnownKinds, Modifier, NodeChecks, NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes
+from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.value_schemas import NAME, REFERENCE, WANTED_CODES
 
 if TYPE_CHECKING:
@@ -47,17 +48,24 @@ class ForEach(Wrapper):
         argument="$rooms",
         modifiers=(
             DO,
-            Modifier("as", "the key that receives the item", NAME),
-            Modifier("index", "the key that receives the number of the item, counted from 0", NAME),
+            Modifier("as", "the key that receives the item", NAME, names_key=True),
+            Modifier(
+                "index",
+                "the key that receives the number of the item, counted from 0",
+                NAME,
+                names_key=True,
+            ),
             Modifier(
                 "go_on_over",
                 "failures with these codes, or of these groups of codes, do not end the loop",
                 WANTED_CODES,
+                never_input=True,
             ),
             Modifier(
                 "first_success",
                 "true: the first item that succeeds ends the loop, any failure leads to the next one",
                 {"type": "boolean", "default": False, "errorMessage": "true or false"},
+                never_input=True,
             ),
             CODE,
         ),
@@ -99,6 +107,12 @@ class ForEach(Wrapper):
             **fields,
         )
 
+    @classmethod
+    def has_own_failure(cls, mapping: YamlMapping) -> bool:
+        """Tell whether it has a failure of its own, which its ``code`` may be about."""
+        first = mapping.get("first_success")
+        return isinstance(first, YamlScalar) and first.text == "true"
+
     @property
     def default_title(self) -> str:
         """Such as ``for each $rooms``."""
@@ -121,13 +135,13 @@ class ForEach(Wrapper):
     # ---- keys and values ------------------------------------------------------------------------------
 
     @property
-    def demands(self) -> tuple[Demand, ...]:
+    def reads(self) -> tuple[Value, ...]:
         """The list."""
-        return (Demand(self.items, "for_each"),)
+        return (self.items,)
 
-    def writes(self, kind_of: KindOf) -> Iterator[tuple[Literal, Kind | None]]:
+    def writes(self, known: KnownKinds) -> Iterator[tuple[Literal, Kind | None]]:
         """Yield the keys of the item and of its number."""
-        listed = kind_of(self.items)
+        listed = known.of(self.items)
         yield self.item_key, listed.item if listed is not None else None
         if self.index_key is not None:
             yield self.index_key, Kind.INTEGER
@@ -137,6 +151,23 @@ class ForEach(Wrapper):
         if part is not self.child:
             return frozenset()
         return frozenset(key.text for key in (self.item_key, self.index_key) if key is not None)
+
+    def literals_of_keys(self) -> Iterator[tuple[Literal, str]]:
+        """Yield the items that are written out."""
+        items = self.items.items if isinstance(self.items, ListItems) else ()
+        yield from ((item, self.item_key.text) for item in items if isinstance(item, Literal))
+
+    def check(self, checks: NodeChecks) -> None:
+        """Check that the list is one."""
+        items, kind = self.items, checks.kind_of(self.items)
+        if isinstance(items, ListItems) or kind is None or kind.item is not None:
+            checks.value(items, None, "for_each")
+            return
+        valid = [f"[{show(items)}]", "an input or a key with type: list of text"]
+        if isinstance(items, Literal) and items.text in checks.kinds:
+            valid.insert(0, f"${items.text}")
+        message = f"for_each needs a list, but {show(items)!r} is {with_article(kind)}"
+        checks.findings.error(items.position, message, valid)
 
     # ---- how it ends, and runs ------------------------------------------------------------------------
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, ClassVar
 from florence_bt.core.declaration import Kind
 from florence_bt.trees.kinds.modifiers import DO
 from florence_bt.trees.kinds.rounds import COUNT, ROUNDS, read_rounds
-from florence_bt.trees.language.model import KindOf, Literal, Node, Value, Wrapper, show
-from florence_bt.trees.language.node_kind import Demand, Modifier, NodeKind, TreeBuilder
+from florence_bt.trees.language.model import Literal, Node, Value, Wrapper, show
+from florence_bt.trees.language.node_kind import KnownKinds, Modifier, NodeChecks, NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes, skipped_with
 from florence_bt.trees.language.value_schemas import NAME, NODE, WANTED_CODES
 
@@ -46,8 +46,13 @@ class Retry(Wrapper):
                 "only failures with these codes, or of these groups of codes, are worth another attempt",
                 WANTED_CODES,
             ),
-            Modifier("attempt", "the key that receives the number of the attempt", NAME),
-            Modifier("between", "a node that runs before each further attempt, such as a pause", NODE),
+            Modifier("attempt", "the key that receives the number of the attempt", NAME, names_key=True),
+            Modifier(
+                "between",
+                "a node that runs before each further attempt, such as a pause",
+                NODE,
+                never_input=True,
+            ),
         ),
         needed=("do",),
         others=("retry_until_successful",),
@@ -97,11 +102,11 @@ class Retry(Wrapper):
     # ---- keys and values ------------------------------------------------------------------------------
 
     @property
-    def demands(self) -> tuple[Demand, ...]:
+    def reads(self) -> tuple[Value, ...]:
         """The number of attempts."""
-        return (Demand(self.attempts, "retry", COUNT),) if self.attempts is not None else ()
+        return (self.attempts,) if self.attempts is not None else ()
 
-    def writes(self, kind_of: KindOf) -> Iterator[tuple[Literal, Kind | None]]:
+    def writes(self, known: KnownKinds) -> Iterator[tuple[Literal, Kind | None]]:
         """Yield the key of the attempt."""
         if self.attempt_key is not None:
             yield self.attempt_key, Kind.INTEGER
@@ -110,6 +115,11 @@ class Retry(Wrapper):
         """Return the key of the attempt, for all but the clean-up."""
         own = self.attempt_key is not None and part is not self.cleanup
         return frozenset((self.attempt_key.text,)) if own and self.attempt_key is not None else frozenset()
+
+    def check(self, checks: NodeChecks) -> None:
+        """Check the number of attempts."""
+        if self.attempts is not None:
+            checks.value(self.attempts, COUNT, "retry")
 
     # ---- how it ends, and runs ------------------------------------------------------------------------
 

@@ -9,10 +9,11 @@ from types import ModuleType
 
 import florence_bt.skills
 from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.trees.kinds.words import RESERVED
 from florence_bt.trees.language.declared_skills import ENDING, read_skills_file
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.third_party import ThirdParty
-from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 
 class Declarations(dict[str, SkillDeclaration]):

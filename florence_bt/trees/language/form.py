@@ -8,6 +8,9 @@ from functools import cached_property
 from typing import Any
 
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.trees.kinds.condition import Condition
+from florence_bt.trees.kinds.wait_until import time_meant
+from florence_bt.trees.kinds.words import NEVER_INPUTS
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model
 from florence_bt.trees.language.reader import Reader, without_dollar
@@ -58,6 +61,17 @@ class NodeReader(Reader):
             if code is not None and text is not None:
                 by_code[code.text], positions[code.text] = text, code.position
         return model.Reasons(None, by_code, source.position, positions)
+
+    def question(self, source: YamlNode, what: str) -> model.Node | None:
+        """Read a node that is asked; an expression is the condition of that text."""
+        if isinstance(source, YamlMapping):
+            return self.node(source)
+        if isinstance(source, YamlScalar) and (time := time_meant(source.text)) is not None:
+            valid = [f'"{time}"' if what == "wait_until" else f'{{wait_until: "{time}"}}']
+            self.error(source.position, f"{what}: {source.text!r} is no time of day", valid)
+            return None
+        condition = self.expression(source, what, or_node=True)
+        return Condition(condition=condition, position=source.position) if condition else None
 
     def template(self, source: YamlNode, what: str) -> model.Value | None:
         """Read a text, with keys or without."""
@@ -137,3 +151,15 @@ class Form:
         """Read whether the node has memory; it has where nothing is written."""
         source = self.get("memory")
         return source is None or self.reader.choice(source, "memory", ("true", "false")) != "false"
+
+    def without_modifiers(self) -> YamlNode:
+        """Return what stands behind the kind key, without modifiers that are indented too far."""
+        if not isinstance(self.value, YamlMapping):
+            return self.value
+        for name, _ in self.value.entries:
+            if name.text in NEVER_INPUTS:
+                message = f"{name.text!r} stands among the inputs of {self.key.text}"
+                valid = [f"{name.text} indented like {self.key.text}"]
+                self.reader.error(name.position, message, valid)
+        entries = tuple(entry for entry in self.value.entries if entry[0].text not in NEVER_INPUTS)
+        return YamlMapping(entries, self.value.position)

@@ -217,3 +217,5 @@ WANTED_CODES: Schema = {
     ]
 }
 """Codes, or groups of codes, that a mission looks for."""
+ASSIGNMENTS: Schema = {"type": "object", **A_KEY, "additionalProperties": False, "minProperties": 1}
+"""A table of keys and values."""
