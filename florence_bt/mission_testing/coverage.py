@@ -12,8 +12,8 @@ from florence_bt.mission_testing.mocks.board import SkillCall
 from florence_bt.mission_testing.paths import NodeRef
 from florence_bt.mission_testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
 from florence_bt.mission_testing.test_run import TestRun
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import Outcomes, possible_outcomes
-from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, Node
 
@@ -183,7 +183,7 @@ class Coverage:
             SKIPPED: possible.skipped,
         }
         wanted = tuple(outcome for outcome, yes in can.items() if yes)
-        declaration = declarations.get(node.skill) if isinstance(node, model.RunSkill) else None
+        declaration = declarations.get(node.skill) if isinstance(node, kinds.RunSkill) else None
         codes = tuple(declaration.failures) if declaration is not None else ()
         return NodeCoverage(
             title=node.title,

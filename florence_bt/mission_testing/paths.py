@@ -23,8 +23,8 @@ from florence_bt.behaviours.why import path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import PossibleOutcomes, mission_outcomes
-from florence_bt.trees.language import model
 from florence_bt.trees.language.compile import Origin, compile_mission, origin_of
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
@@ -111,7 +111,7 @@ class MissionMap:
                 # The name of the skill is that of both; only with a number can the first be named alone.
                 names.append(f"{node.name}{FIRST}")
                 shown += FIRST
-        elif origin is not None and isinstance(origin.node, model.CallMission):
+        elif origin is not None and isinstance(origin.node, kinds.CallMission):
             names += [origin.node.mission.text, origin.node.default_title]
             shown = origin.node.mission.text
         segments = (*above, frozenset(_plain(name) for name in names))
@@ -134,7 +134,7 @@ class MissionMap:
 
     def _shorten(self) -> None:
         called = [ref.origin.node for ref in self.nodes.values() if ref.origin is not None]
-        missions = {node.mission.text for node in called if isinstance(node, model.CallMission)}
+        missions = {node.mission.text for node in called if isinstance(node, kinds.CallMission)}
         wanted = {path: _shorter(ref.shown, missions) for path, ref in self.nodes.items()}
         count = Counter(_plain(text) for texts in wanted.values() for text in texts)
         for ref in self.nodes.values():
@@ -324,7 +324,7 @@ def unmatched(
     others = matching(text, mission_map.nodes.values()) if skills_only else []
     if others:
         origin = others[0].origin
-        called = isinstance(origin.node, model.CallMission) if origin is not None else False
+        called = isinstance(origin.node, kinds.CallMission) if origin is not None else False
         inside = [
             params for params in candidates if any(params.path.startswith(f"{o.path}/") for o in others)
         ]
@@ -342,6 +342,6 @@ def unmatched(
 def _named_like(text: str, mission_map: MissionMap) -> list[str]:
     """Return the skill, or the called mission, whose name looks like this; either may be mocked."""
     nodes = [node.origin.node for node in mission_map.nodes.values() if node.origin is not None]
-    missions = [node.mission.text for node in nodes if isinstance(node, model.CallMission)]
+    missions = [node.mission.text for node in nodes if isinstance(node, kinds.CallMission)]
     names = dict.fromkeys([*missions, *(node.skill for node in mission_map.uses() if node.skill)])
     return difflib.get_close_matches(text, names, n=1, cutoff=0.8)

@@ -16,8 +16,8 @@ from pathlib import Path
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.lint import check
-from florence_bt.trees.language import model
 from florence_bt.trees.language.declared_skills import is_skills_file
 from florence_bt.trees.language.findings import ERROR, Finding
 from florence_bt.trees.language.loader import MissionLibrary
@@ -277,4 +277,4 @@ def _called_by(library: MissionLibrary, name: str) -> set[str]:
 def _calls(library: MissionLibrary, name: str) -> Iterable[str]:
     mission = library.find(name)
     nodes = mission.nodes() if mission is not None else ()
-    return [node.mission.text for node in nodes if isinstance(node, model.CallMission)]
+    return [node.mission.text for node in nodes if isinstance(node, kinds.CallMission)]

@@ -21,10 +21,11 @@ from florence_bt.core.plain_yaml import Position
 from florence_bt.core.skill import Skill
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.served_skill import ServedSkill
+from florence_bt.trees.kinds import CallMission, RunSkill
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.message_mappings import MessageMapping
-from florence_bt.trees.language.model import CallMission, Mission, RunSkill
+from florence_bt.trees.language.model import Mission
 
 STATES_S = 2.0
 """Wall seconds in which managed nodes must tell their state."""

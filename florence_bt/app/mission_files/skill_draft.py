@@ -22,10 +22,11 @@ from florence_bt.core.interfaces import (
     part_of,
 )
 from florence_bt.core.ros_names import check_ros_name
+from florence_bt.trees.kinds.words import RESERVED
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import ENDING, TO_BE_SAID, port_document, read_skills_file
 from florence_bt.trees.language.message_mappings import WAYS, MessageMapping
-from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 _TRANSITION = "lifecycle_msgs/srv/ChangeState"
 _MOST_SHOWN = 3

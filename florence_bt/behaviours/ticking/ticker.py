@@ -15,9 +15,20 @@ from py_trees import composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
-from florence_bt.behaviours.composites import Selector
-from florence_bt.behaviours.decorators import PreparedDecorator
+from florence_bt.behaviours.branching import If
+from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence, Selector
+from florence_bt.behaviours.decorators import (
+    CallMission,
+    ForceSuccess,
+    Invert,
+    Once,
+    PreparedDecorator,
+    StartGuard,
+    While,
+)
+from florence_bt.behaviours.pacing import Timeout
 from florence_bt.behaviours.stepping import Stepping
+from florence_bt.behaviours.until import Interruptible, Until, WaitUntil
 
 RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
 
@@ -27,6 +38,23 @@ Halt = Callable[[Any], None]
 """Stops a node with what is below it: ``node.stop(Status.INVALID)``."""
 StatusChange = tuple[Behaviour, Status, Status]
 """A node, its status before and its status after."""
+
+
+_KNOWN: tuple[Any, ...] = (
+    Behaviour,
+    *(
+        each
+        for each in vars(decorators).values()
+        if isinstance(each, type) and issubclass(each, decorators.Decorator)
+    ),
+    *(CallMission, ForceSuccess, Invert, Once, StartGuard, Timeout, While),
+    *(If, Interruptible, ReactiveSelector, ReactiveSequence, Until, WaitUntil),
+)
+LEAVE_CHILDREN = frozenset(
+    method for each in _KNOWN for method in (each.initialise, each.update, each.terminate)
+) - {decorators.Timeout.update}
+"""Methods that stop no child. Any other ``initialise``, ``update`` and ``terminate`` may, whoever has written
+it, and what it changes is looked for where changes are recorded."""
 
 
 class TickTable:
@@ -186,7 +214,7 @@ def make_leaf(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 def make_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """Make those of a decorator that keeps ``Decorator.tick`` and ``stop``."""
     ticks, halts, change = table.ticks, table.halts, table.change
-    watched = table.record and _may_stop_its_child(cls)
+    watched = table.record and cls.update not in LEAVE_CHILDREN
 
     def tick(node: Any) -> Status:
         if node.status is not RUNNING:
@@ -213,13 +241,6 @@ def make_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
             change(node, new)
 
     return tick, lambda node: stop(node, INVALID)
-
-
-def _may_stop_its_child(cls: Any) -> bool:
-    """Tell whether a decorator's ``update`` may stop the child: ``Timeout`` does, a user's may."""
-    module = cls.update.__module__
-    known = module == decorators.__name__ or module.startswith("florence_bt.behaviours.")
-    return not known or issubclass(cls, decorators.Timeout)
 
 
 def make_prepared_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
@@ -464,9 +485,7 @@ def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
 
 def _stops_as_composites_do(cls: Any) -> bool:
     """Tell whether a class has the ``stop`` of py_trees, and no own ``terminate`` that may stop children."""
-    module = cls.terminate.__module__
-    known = module == Behaviour.__module__ or module.startswith("florence_bt.behaviours.")
-    return known and cls.stop in (
+    return cls.terminate in LEAVE_CHILDREN and cls.stop in (
         composites.Composite.stop,
         composites.Sequence.stop,
         composites.Selector.stop,
@@ -487,7 +506,13 @@ MAKERS = {
 def _functions_of(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """Make the functions that tick and stop nodes of a class."""
     if cls.tick is Stepping.tick:
-        make = make_stepping
-    else:
-        make = MAKERS.get((cls.tick, cls.stop), make_own)
+        return make_stepping(table, cls)
+    make = MAKERS.get((cls.tick, cls.stop), make_own)
+    if table.record and make is not make_leaf and not _around(cls) <= LEAVE_CHILDREN:
+        make = make_own
     return make(table, cls)
+
+
+def _around(cls: Any) -> set[Any]:
+    """Return what a class does before and after its children; :func:`make_initialise` watches composites."""
+    return {cls.terminate, cls.initialise} if issubclass(cls, decorators.Decorator) else {cls.terminate}

@@ -9,8 +9,8 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.core.plain_yaml import Position
 from florence_bt.mission_testing.paths import MissionMap, Pattern
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import mission_outcomes
-from florence_bt.trees.language import model
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Reference
@@ -47,7 +47,7 @@ def mocked_missions(
     calls = [
         (ref, node)
         for ref in mission_map.nodes.values()
-        if ref.origin is not None and isinstance(node := ref.origin.node, model.CallMission)
+        if ref.origin is not None and isinstance(node := ref.origin.node, kinds.CallMission)
     ]
     names: dict[str, None] = {}
     for pattern in patterns:
@@ -108,7 +108,7 @@ def _stub(mission: Mission, taken: Collection[str]) -> Mission:
     def literal(name: str) -> Literal:
         return Literal(name, False, _NOWHERE)
 
-    tree = model.RunSkill(
+    tree = kinds.RunSkill(
         position=_NOWHERE,
         skill=mission.name,
         inputs=tuple((literal(name), Reference(name, _NOWHERE)) for name in mission.inputs),

@@ -15,6 +15,7 @@ from py_trees.behaviour import Behaviour
 from florence_bt.behaviours.decorators import CallMission, PreparedDecorator
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.runtime.viewers.snapshot import Accesses
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.compile import CompiledTree, origin_of
 
@@ -89,9 +90,7 @@ def _accesses(node: Behaviour, prefix: str) -> Iterator[tuple[str, str]]:
     origin = origin_of(node)
     if origin is None:
         return
-    needed = (*model.values_of(origin.node), *origin.node.expressions)
-    read = (reference.key for value in needed for reference in model.references(value))
-    for key in dict.fromkeys(read):
+    for key in dict.fromkeys(reference.key for reference in origin.node.references()):
         yield f"{prefix}{key}", READ
     for key in dict.fromkeys(_written(origin.node)):
         yield f"{prefix}{key}", WRITE
@@ -99,7 +98,7 @@ def _accesses(node: Behaviour, prefix: str) -> Iterator[tuple[str, str]]:
 
 def _written(node: model.Node) -> Iterator[str]:
     match node:
-        case model.RunSkill(outputs=outputs) | model.CallMission(outputs=outputs):
+        case kinds.RunSkill(outputs=outputs) | kinds.CallMission(outputs=outputs):
             yield from (key.text for _, key in outputs)
-        case model.Set(values=values):
+        case kinds.Set(values=values):
             yield from (key.text for key, _ in values)

@@ -12,9 +12,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from florence_bt.trees import kinds
+from florence_bt.trees.kinds import PolicyKind
 from florence_bt.trees.language import model
 from florence_bt.trees.language.expressions.compiling import constant_of
-from florence_bt.trees.language.model import Expression, Node, PolicyKind, Reference
+from florence_bt.trees.language.model import Expression, Node, Reference
 from florence_bt.trees.language.outcomes import NodeOutcomes
 
 
@@ -104,11 +106,11 @@ class KeyFlow:
         start, failed = self._reads(node, before, observer)
         if start is None:
             return Flow(None, before, before.maybe)
-        if isinstance(node, model.Retry) and node.attempt_key is not None:
+        if isinstance(node, kinds.Retry) and node.attempt_key is not None:
             start = start.plus(self._bit(node.attempt_key.text))
         body = self._body(node, start, observer)
         success, failure, touched = body.success, join(body.failure, failed), body.touched
-        if success is not None and not isinstance(node, model.Retry | model.OnFailure | model.ForEach):
+        if success is not None and not isinstance(node, kinds.Retry | kinds.OnFailure | kinds.ForEach):
             success = success.plus(self._mask(self._writes(node)))
             touched |= success.maybe
         if node.holds is not None:
@@ -129,7 +131,7 @@ class KeyFlow:
     def _reads(self, node: Node, before: Written, observer: ReadObserver | None) -> tuple[State, State]:
         """Return the states after the reads with which a node begins: to go on with, and when one fails."""
         state, failed = before, None
-        for reference in _read_by(node):
+        for reference in node.references():
             bit = self._bits.get(reference.key)
             if bit is None:
                 continue  # nothing writes such a key: found elsewhere
@@ -144,20 +146,20 @@ class KeyFlow:
     def _body(self, node: Node, before: Written, observer: ReadObserver | None) -> Flow:
         match node:
             case (
-                model.Sequence(children=children, memory=True)
-                | model.Selector(children=children, memory=True)
+                kinds.Sequence(children=children, memory=True)
+                | kinds.Selector(children=children, memory=True)
             ):
                 return self._chain(node, children, before, observer)
-            case model.Sequence(children=children) | model.Selector(children=children):
+            case kinds.Sequence(children=children) | kinds.Selector(children=children):
                 return self._reactive(node, children, before, observer)
-            case model.Parallel():
+            case kinds.Parallel():
                 return self._parallel(node, before, observer)
-            case model.If():
+            case kinds.If():
                 return self._if(node, before, observer)
-            case model.Switch():
+            case kinds.Switch():
                 ways = [self.follow(part, before, observer) for part in node.parts]
                 return _either(ways, before, nothing_done=None, not_done=before)
-            case model.WaitUntil(goal=goal):
+            case kinds.WaitUntil(goal=goal):
                 asked = self.follow(goal, self._together((goal,), before), observer)
                 return Flow(asked.success, asked.failure, asked.touched)
             case model.Wrapper(child=child):
@@ -170,7 +172,7 @@ class KeyFlow:
         self, node: Node, children: Iterable[Node], before: Written, observer: ReadObserver | None
     ) -> Flow:
         """Follow children in turn: a sequence goes on after a success, a selector after a failure."""
-        is_sequence = isinstance(node, model.Sequence)
+        is_sequence = isinstance(node, kinds.Sequence)
         state: State = before
         ended: State = None
         touched = before.maybe
@@ -191,7 +193,7 @@ class KeyFlow:
             state = Written(state.maybe | touched, state.surely)
         return self._chain(node, children, state, observer)
 
-    def _parallel(self, node: model.Parallel, before: Written, observer: ReadObserver | None) -> Flow:
+    def _parallel(self, node: kinds.Parallel, before: Written, observer: ReadObserver | None) -> Flow:
         children, policy = node.children, node.policy
         state = self._together(children, before)
         touched = state.maybe
@@ -216,7 +218,7 @@ class KeyFlow:
             surely |= common
         return Flow(Written(touched, surely), failure, touched)
 
-    def _if(self, node: model.If, before: Written, observer: ReadObserver | None) -> Flow:
+    def _if(self, node: kinds.If, before: Written, observer: ReadObserver | None) -> Flow:
         if not node.memory:
             # Decided again at every tick: one branch may read what the other wrote.
             branches = [node.then, *([node.otherwise] if node.otherwise is not None else [])]
@@ -245,31 +247,34 @@ class KeyFlow:
     def _wrapper(
         self, node: model.Wrapper, child: Node, before: Written, observer: ReadObserver | None
     ) -> Flow:
-        if isinstance(node, model.OnFailure):
+        if isinstance(node, kinds.OnFailure):
             return self._on_failure(node, before, observer)
-        if isinstance(node, model.ForEach):
+        if isinstance(node, kinds.ForEach):
             return self._for_each(node, before, observer)
-        if isinstance(node, model.Until):
+        if isinstance(node, kinds.Until):
             return self._until(node, before, observer)
-        if isinstance(node, model.Interruptible):
+        if isinstance(node, kinds.Interruptible):
             return self._interruptible(node, before, observer)
-        if isinstance(node, model.Retry | model.Repeat):
+        if isinstance(node, kinds.Retry | kinds.Repeat):
             return self._loop(node, self._start_of_rounds(node, before), observer)
         flow = self.follow(child, before, observer)
         stopped = join(flow.failure, Written(flow.touched, before.surely))
         match node:
-            case model.Succeed():
+            case kinds.Once():
+                return flow
+            case kinds.Succeed():
                 return Flow(join(flow.success, flow.failure), None, flow.touched)
-            case model.Invert() if self._outcomes(child).can_skip:
+            case kinds.Invert() if self._outcomes(child).can_skip:
                 # What is skipped below it stays so.
                 return Flow(join(flow.failure, flow.success), join(flow.success, flow.failure), flow.touched)
-            case model.Invert():
+            case kinds.Invert():
                 return Flow(flow.failure, flow.success, flow.touched)
-            case model.Timeout():
+            case kinds.Timeout():
                 return Flow(flow.success, stopped, flow.touched)
-        return flow
+        # Of another kind it is not known whether it does what is below it at all, or to its end.
+        return Flow(join(flow.success, before), join(stopped, before), flow.touched)
 
-    def _on_failure(self, node: model.OnFailure, before: Written, observer: ReadObserver | None) -> Flow:
+    def _on_failure(self, node: kinds.OnFailure, before: Written, observer: ReadObserver | None) -> Flow:
         flow = self.follow(node.child, before, observer)
         if flow.failure is None:
             return flow
@@ -278,7 +283,7 @@ class KeyFlow:
         # What is not caught stands; whether there is such a failure is known from the outcomes.
         return _either([flow, *ways], before, nothing_done=None, not_done=flow.failure)
 
-    def _for_each(self, node: model.ForEach, before: Written, observer: ReadObserver | None) -> Flow:
+    def _for_each(self, node: kinds.ForEach, before: Written, observer: ReadObserver | None) -> Flow:
         keys = self._mask(self._writes(node))
         state = before.plus(keys)
         goes_on = bool(node.goes_on_over) or node.first_success
@@ -298,7 +303,7 @@ class KeyFlow:
         success = join(before, join(flow.success, flow.failure if goes_on else None))
         return Flow(success, join(flow.failure, before), touched)
 
-    def _until(self, node: model.Until, before: Written, observer: ReadObserver | None) -> Flow:
+    def _until(self, node: kinds.Until, before: Written, observer: ReadObserver | None) -> Flow:
         state = self._together(node.parts, before)
         self.follow(node.child, state, observer)
         goal = self.follow(node.goal, state, observer)
@@ -309,7 +314,7 @@ class KeyFlow:
         return Flow(success, Written(touched, before.surely), touched)
 
     def _interruptible(
-        self, node: model.Interruptible, before: Written, observer: ReadObserver | None
+        self, node: kinds.Interruptible, before: Written, observer: ReadObserver | None
     ) -> Flow:
         state = self._together(node.parts, before)
         done = self.follow(node.child, state, observer).success
@@ -332,21 +337,21 @@ class KeyFlow:
                 return state
             state = Written(touched, before.surely)
 
-    def _loop(self, node: model.Retry | model.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
+    def _loop(self, node: kinds.Retry | kinds.Repeat, start: Written, observer: ReadObserver | None) -> Flow:
         """Follow the last round, and what comes between two rounds."""
         flow = self.follow(node.child, start, observer)
-        if not isinstance(node, model.Retry) or node.between is None or flow.failure is None:
+        if not isinstance(node, kinds.Retry) or node.between is None or flow.failure is None:
             return flow
         pause = self.follow(node.between, flow.failure, observer)
         return Flow(flow.success, join(flow.failure, pause.failure), flow.touched | pause.touched)
 
-    def _start_of_rounds(self, node: model.Retry | model.Repeat, before: Written) -> Written:
+    def _start_of_rounds(self, node: kinds.Retry | kinds.Repeat, before: Written) -> Written:
         """Return the state at the beginning of any round of a loop, the first one included."""
         state = before
         while True:
             flow = self.follow(node.child, state)
-            again = flow.failure if isinstance(node, model.Retry) else flow.success
-            if isinstance(node, model.Retry) and node.between is not None and again is not None:
+            again = flow.failure if isinstance(node, kinds.Retry) else flow.success
+            if isinstance(node, kinds.Retry) and node.between is not None and again is not None:
                 again = self.follow(node.between, again).success
             joined = join(state, again)
             if joined is None or joined == state:
@@ -383,11 +388,3 @@ def _either(ways: Iterable[Flow], before: Written, *, nothing_done: State, not_d
         success, failure = join(success, way.success), join(failure, way.failure)
         touched |= way.touched
     return Flow(success, failure, touched)
-
-
-def _read_by(node: Node) -> Iterable[Reference]:
-    """Yield the keys that a node needs when it begins, guards first."""
-    for expression in node.expressions:
-        yield from model.references(expression)
-    for value in model.values_of(node):
-        yield from model.references(value)

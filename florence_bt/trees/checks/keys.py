@@ -8,6 +8,7 @@ from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import close_matches, closest_first
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.key_flow import KeyFlow, State, Written
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
@@ -96,9 +97,9 @@ class KeyChecks:
         if key in _TIMES:
             return ['wait_until: "20:00", which waits for a time']
         for node in self._all:
-            if isinstance(node, model.RunSkill | model.CallMission):
+            if isinstance(node, kinds.RunSkill | kinds.CallMission):
                 given = self._analysis.output_kinds(node)
-                name = node.skill if isinstance(node, model.RunSkill) else node.mission.text
+                name = node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
                 if key in given:
                     return [f"out: {{{key}: {key}}} below {name} of line {node.position.line}"]
                 if key == name and given:  # $find_user.room
@@ -109,9 +110,7 @@ class KeyChecks:
         return []
 
     def _wanted(self) -> list[Reference]:
-        return [
-            reference for node in self._all for value in _needed_by(node) for reference in references(value)
-        ] + [
+        return [reference for node in self._all for reference in node.references()] + [
             reference
             for node in self._all
             for value in _explanations_of(node)
@@ -170,7 +169,7 @@ class KeyChecks:
         """Warn of what is written or declared and never read."""
         written = {key.text for _, key in self._written}
         for node, key in self._written:
-            if isinstance(node, model.OnFailure):
+            if isinstance(node, kinds.OnFailure):
                 continue  # nobody has asked for these keys
             known = key.text in read or key.text in self._mission.inputs or key in self._of_nothing
             if not known:
@@ -189,7 +188,7 @@ class KeyChecks:
         return self._mission.positions.get(name, Position())
 
     def _unread(self, node: Node, key: Literal) -> None:
-        given = isinstance(node, model.RunSkill | model.CallMission)
+        given = isinstance(node, kinds.RunSkill | kinds.CallMission)
         what = f"output that goes to the key {key.text!r}" if given else f"key {key.text!r}"
         message = f"nothing reads the {what}"
         self._findings.warning(key.position, message, [f"${key.text} in a later node", "leaving it out"])
@@ -200,15 +199,9 @@ def _outputs_of_nothing(
 ) -> Iterator[tuple[Literal, Literal, Mapping[str, Kind]]]:
     """Yield outputs that a skill or mission lacks, with the key each goes to and those that it has."""
     for node in nodes:
-        if isinstance(node, model.RunSkill | model.CallMission) and node.outputs:
+        if isinstance(node, kinds.RunSkill | kinds.CallMission) and node.outputs:
             given = analysis.output_kinds(node)
             yield from ((output, key, given) for output, key in node.outputs if output.text not in given)
-
-
-def _needed_by(node: Node) -> Iterator[Value]:
-    """Yield the values that a node needs when it begins."""
-    yield from node.expressions
-    yield from model.values_of(node)
 
 
 def _explanations_of(node: Node) -> Iterator[Value]:

@@ -17,6 +17,7 @@ from florence_bt.trees.checks.reach import ReachChecks
 from florence_bt.trees.checks.structure import check_structure
 from florence_bt.trees.checks.waits import WaitChecks
 from florence_bt.trees.checks.watches import WatchChecks
+from florence_bt.trees.kinds import RunSkill
 from florence_bt.trees.language.analysis import Analysis, callers_among, reachable
 from florence_bt.trees.language.findings import (
     ERROR,
@@ -28,7 +29,7 @@ from florence_bt.trees.language.findings import (
     sort_findings,
 )
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission, RunSkill
+from florence_bt.trees.language.model import Mission
 
 __all__ = ["KnownPlaces", "check", "errors_of_called", "read_files", "written_labels"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from florence_bt.behaviours.keys import HIDDEN
 from florence_bt.core.declaration import Kind, SkillDeclaration
-from florence_bt.trees.language import model
+from florence_bt.trees import kinds
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, Node
@@ -60,7 +60,7 @@ def possible_outcomes(
 
 
 def _can_succeed(node: Node, outcomes: NodeOutcomes) -> bool:
-    return outcomes.can_succeed and not outcomes.only_skips and not isinstance(node, model.Fail)
+    return outcomes.can_succeed and not outcomes.only_skips and not isinstance(node, kinds.Fail)
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from florence_bt.trees.language.expressions.syntax import (
     parts_of,
 )
 from florence_bt.trees.language.findings import ERROR, FindingList
-from florence_bt.trees.language.model import Literal, Mission, Node, PoseParts, Value, default_of
+from florence_bt.trees.language.model import Literal, Mission, PoseParts, Value, default_of
 from florence_bt.trees.language.values import literal_value, tree_value
 
 
@@ -61,7 +61,7 @@ def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, find
             _check_label(text, position, what, places, findings, suggestions)
     if places.problem_at is not None:
         for node in analysis.of(mission).all:
-            for value in model.values_of(node):
+            for value in node.reads:
                 _check_pose(value, places.problem_at, findings)
 
 
@@ -83,23 +83,12 @@ def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Posit
             for item in value.items if isinstance(value, model.ListItems) else (value,):
                 if isinstance(item, Literal):
                     yield item.text, item.position, what
-        for literal, key in _meets_key(node):
+        for literal, key in node.literals_of_keys():
             if key in names and literal.text and isinstance(literal_value(literal, None), str):
                 yield literal.text, literal.position, names[key]
-        for expression in (*node.expressions, *model.values_of(node)):
+        for expression in (*node.expressions, *node.reads):
             if isinstance(expression, Expression):
                 yield from _compared(expression.term, names)
-
-
-def _meets_key(node: Node) -> Iterator[tuple[Literal, str]]:
-    """Yield literals that are written to a key, or held against one."""
-    match node:
-        case model.Set(values=values):
-            yield from ((value, key.text) for key, value in values if isinstance(value, Literal))
-        case model.ForEach(items=model.ListItems(items=items)):
-            yield from ((item, node.item_key.text) for item in items if isinstance(item, Literal))
-        case model.Switch(value=model.Reference(key=key), cases=cases):
-            yield from ((case, key) for case, _ in cases)
 
 
 def _compared(term: Term, names: dict[str, str] | Collection[str]) -> Iterator[tuple[str, Position, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
@@ -31,9 +32,9 @@ class _Write:
     def same(self) -> object:
         """What is equal for writers of which it does not matter who comes last."""
         match self.node:
-            case model.Append():
+            case kinds.Append():
                 return "added"  # nothing of another one is lost
-            case model.Set(values=values):
+            case kinds.Set(values=values):
                 value = next(value for key, value in values if key.text == self.key.text)
                 return ("set", value.text) if isinstance(value, Literal) else self.node
         return self.node
@@ -52,13 +53,13 @@ def check_races(mission: Mission, analysis: Analysis, findings: FindingList) -> 
     if mission.tree is None:
         return
     read = {*mission.outputs, *_read(mission.tree, frozenset())}
-    kinds = analysis.of(mission).kinds
+    known = analysis.of(mission).kinds
 
     def writes(node: Node) -> Iterator[Literal]:
-        return (key for key, _ in analysis.writes(node, kinds))
+        return (key for key, _ in analysis.writes(node, known))
 
     for node in analysis.of(mission).all:
-        if isinstance(node, model.Parallel):
+        if isinstance(node, kinds.Parallel):
             branches = [list(_writes(child, frozenset(), (True, True), writes)) for child in node.children]
             one_is_enough = node.policy.successes_needed(len(branches)) == 1 and not node.policy.names
             _check(branches, read, findings, one_is_enough=one_is_enough)
@@ -104,11 +105,11 @@ def _read(node: Node, own: frozenset[str]) -> Iterator[str]:
     if reasons is not None:
         texts = [*reasons.by_code.values(), *((reasons.always,) if reasons.always is not None else ())]
     hidden = {*own, *model.FAILURE_KEYS} if texts else own
-    for values, names in (((*node.expressions, *model.values_of(node)), own), (texts, hidden)):
-        for value in values:
-            yield from (each.key for each in model.references(value) if each.key not in names)
+    yield from (each.key for each in node.references() if each.key not in own)
+    for text in texts:
+        yield from (each.key for each in model.references(text) if each.key not in hidden)
     for part in _parts(node):
-        yield from _read(part, own | model.own_keys(node, part))
+        yield from _read(part, own | node.own_keys(part))
 
 
 def _writes(
@@ -128,11 +129,11 @@ def _writes(
             yield _Write(node, key, begins and not node.parts, ends and not node.parts)
     ends = ends and node.cleanup is None
     for part in _parts(node):
-        is_branch = isinstance(node, model.If | model.Switch | model.Selector)
-        first = isinstance(node, model.Sequence) and part is node.parts[0]
-        last = isinstance(node, model.Sequence) and part is node.parts[-1]
+        is_branch = isinstance(node, kinds.If | kinds.Switch | kinds.Selector)
+        first = isinstance(node, kinds.Sequence) and part is node.parts[0]
+        last = isinstance(node, kinds.Sequence) and part is node.parts[-1]
         below = begins and first, ends and (last or is_branch)
-        yield from _writes(part, own | model.own_keys(node, part), below, writes)
+        yield from _writes(part, own | node.own_keys(part), below, writes)
 
 
 def _parts(node: Node) -> tuple[Node, ...]:

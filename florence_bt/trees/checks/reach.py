@@ -8,13 +8,15 @@ from itertools import pairwise
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.trees import kinds
+from florence_bt.trees.kinds import PolicyKind
+from florence_bt.trees.kinds.wait import PAUSE
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.code_groups import ANY, codes_named
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.findings import FindingList
-from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
-from florence_bt.trees.language.outcomes import PAUSE
+from florence_bt.trees.language.model import Expression, Mission, Node
 from florence_bt.trees.language.quantities import example_of, format_value, guess_value
 from florence_bt.trees.language.values import port_value
 from florence_bt.trees.language.vocabulary import FOREVER, IDENTIFIER, MAX_QUICK_ROUNDS
@@ -56,33 +58,33 @@ class ReachChecks:
             self._check_words(node)
             self._check_cleanup(node)
             match node:
-                case model.Sequence(children=children):
+                case kinds.Sequence(children=children):
                     self._check_sequence(children)
-                case model.Selector(children=children):
+                case kinds.Selector(children=children):
                     self._check_selector(children)
-                case model.Parallel():
+                case kinds.Parallel():
                     self._check_parallel(node)
-                case model.If():
+                case kinds.If():
                     self._check_if(node)
-                case model.Switch():
+                case kinds.Switch():
                     self._check_switch(node)
-                case model.Retry():
+                case kinds.Retry():
                     self._check_retry(node)
-                case model.Repeat():
+                case kinds.Repeat():
                     self._check_repeat(node)
-                case model.Timeout():
+                case kinds.Timeout():
                     self._check_timeout(node)
-                case model.ForEach():
+                case kinds.ForEach():
                     self._check_for_each(node)
-                case model.OnFailure():
+                case kinds.OnFailure():
                     self._check_on_failure(node)
-                case model.Until():
+                case kinds.Until():
                     self._check_goal(node, "until")
-                case model.Interruptible():
+                case kinds.Interruptible():
                     self._check_goal(node, "interrupted_by")
-                case model.WaitUntil():
+                case kinds.WaitUntil():
                     self._check_wait_until(node)
-                case model.Condition(condition=condition):
+                case kinds.Condition(condition=condition):
                     self._check_constant(condition, "condition")
 
     # ---- codes ----------------------------------------------------------------------------------------
@@ -165,13 +167,13 @@ class ReachChecks:
                 valid = [f"{child.title} as the last node of the selector", "leaving it out"]
                 self._findings.in_vain(child.position, message, valid)
 
-    def _check_parallel(self, node: model.Parallel) -> None:
+    def _check_parallel(self, node: kinds.Parallel) -> None:
         hopeless = [child for child in node.children if not self._can_succeed(child)]
         if hopeless and not self._can_succeed(node) and node.policy.kind is not PolicyKind.ANY:
             message = f"the parallel never succeeds, because {hopeless[0].title!r} never does"
             self._findings.warning(hopeless[0].position, message)
 
-    def _check_if(self, node: model.If) -> None:
+    def _check_if(self, node: kinds.If) -> None:
         if isinstance(node.condition, Expression):
             fixed = constant_of(node.condition)
             shown, position = node.condition.text, node.condition.position
@@ -189,7 +191,7 @@ class ReachChecks:
             message = f"{never.title!r} is never reached: {shown!r} {always}"
             self._findings.in_vain(never.position, message, ["an expression with a $key"])
 
-    def _check_switch(self, node: model.Switch) -> None:
+    def _check_switch(self, node: kinds.Switch) -> None:
         """Check a switch: a value that is always the same leads to the same branch every time."""
         if not isinstance(node.value, model.Literal):
             return
@@ -204,7 +206,7 @@ class ReachChecks:
 
     # ---- decorators -----------------------------------------------------------------------------------
 
-    def _check_retry(self, node: model.Retry) -> None:
+    def _check_retry(self, node: kinds.Retry) -> None:
         below = self._known.of(node.child)
         self._check_rounds(node, surely=not below.outcomes.can_succeed)
         if not below.known:
@@ -222,21 +224,21 @@ class ReachChecks:
         if node.between is not None and not self._can_succeed(node.between):
             message = f"there is never a second attempt: {node.between.title!r} between two never succeeds"
             self._findings.in_vain(node.between.position, message, [f"finally: {node.between.title}"])
-        if isinstance(node.child, model.Once):
+        if isinstance(node.child, kinds.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
             self._findings.in_vain(node.position, message, ["once: {retry: ..., do: ...}"])
 
-    def _check_repeat(self, node: model.Repeat) -> None:
+    def _check_repeat(self, node: kinds.Repeat) -> None:
         title = node.child.title
         self._check_rounds(node, surely=not self._can_fail(node.child))
         if not self._can_succeed(node.child):
             self._findings.warning(node.position, f"there is never a second round: {title!r} never succeeds")
-        elif isinstance(node.child, model.Once):
+        elif isinstance(node.child, kinds.Once):
             self._findings.warning(
                 node.position, f"the repeat has no effect: {title!r} keeps its first result"
             )
 
-    def _check_timeout(self, node: model.Timeout) -> None:
+    def _check_timeout(self, node: kinds.Timeout) -> None:
         """Check the duration: a time-out of no time stops everything."""
         try:
             duration = port_value(node.duration, PAUSE)
@@ -249,7 +251,7 @@ class ReachChecks:
         valid = [example_of(Kind.DURATION), f"{title} without timeout"]
         self._findings.in_vain(node.duration.position, message, valid)
 
-    def _check_for_each(self, node: model.ForEach) -> None:
+    def _check_for_each(self, node: kinds.ForEach) -> None:
         below = self._known.of(node.child)
         if node.code is not None and not node.first_success:
             message = "code: a for_each has a failure of its own only with `first_success: true`"
@@ -263,7 +265,7 @@ class ReachChecks:
         for code in node.goes_on_over:
             self._check_code(code, f"go_on_over: {node.child.title!r}", below.outcomes.codes)
 
-    def _check_on_failure(self, node: model.OnFailure) -> None:
+    def _check_on_failure(self, node: kinds.OnFailure) -> None:
         below, title = self._known.of(node.child), node.child.title
         if not below.known:
             return
@@ -281,7 +283,7 @@ class ReachChecks:
             elif code.text != ANY:
                 self._check_code(code, f"on_failure: {title!r}", below.outcomes.codes, ANY)
 
-    def _check_goal(self, node: model.Until | model.Interruptible, word: str) -> None:
+    def _check_goal(self, node: kinds.Until | kinds.Interruptible, word: str) -> None:
         goal = self._known.of(node.goal)
         if not goal.known:
             return
@@ -292,7 +294,7 @@ class ReachChecks:
             message = f"{node.child.title!r} is never reached: {node.goal.title!r} succeeds at once"
             self._findings.in_vain(node.goal.position, message, ["an expression with a $key", "wait: 10 s"])
 
-    def _check_wait_until(self, node: model.WaitUntil) -> None:
+    def _check_wait_until(self, node: kinds.WaitUntil) -> None:
         goal, title = self._known.of(node.goal), node.goal.title
         if not goal.known:
             return
@@ -306,7 +308,7 @@ class ReachChecks:
             message = f"wait_until: {title!r} succeeds at once"
             self._findings.warning(node.goal.position, message, ["an expression with a $key"])
 
-    def _check_rounds(self, node: model.Retry | model.Repeat, *, surely: bool) -> None:
+    def _check_rounds(self, node: kinds.Retry | kinds.Repeat, *, surely: bool) -> None:
         """Check that a loop of nodes that take no time is ended at some point.
 
         Args:
@@ -318,7 +320,7 @@ class ReachChecks:
         lasting = any(self._known.of(part).lasting for part in node.parts)
         if not below.known or lasting or rounds <= MAX_QUICK_ROUNDS:
             return
-        number = node.attempts if isinstance(node, model.Retry) else node.rounds
+        number = node.attempts if isinstance(node, kinds.Retry) else node.rounds
         endless = number is None
         message = (
             f"{node.default_title!r}: nothing below it takes time, and "
@@ -334,10 +336,10 @@ class ReachChecks:
         below = max((self._quick_rounds(part) for part in node.parts), default=1)
         match node:
             case (
-                model.Retry(attempts=model.Literal(text=text)) | model.Repeat(rounds=model.Literal(text=text))
+                kinds.Retry(attempts=model.Literal(text=text)) | kinds.Repeat(rounds=model.Literal(text=text))
             ) if text.isdecimal():
                 return int(text[:MAX_DIGITS]) * below
-            case model.Repeat(rounds=None) | model.Retry(attempts=None):
+            case kinds.Repeat(rounds=None) | kinds.Retry(attempts=None):
                 return 10**MAX_DIGITS
         return below
 
@@ -375,5 +377,5 @@ class ReachChecks:
 
 def _does_nothing(node: Node) -> bool:
     """Tell whether a node is a ``fail``, or holds nothing else: it neither acts nor asks nor takes time."""
-    holds = isinstance(node, model.Fail | model.Sequence | model.Selector | model.Parallel | model.Once)
+    holds = isinstance(node, kinds.Fail | kinds.Sequence | kinds.Selector | kinds.Parallel | kinds.Once)
     return holds and node.cleanup is None and all(map(_does_nothing, node.parts))

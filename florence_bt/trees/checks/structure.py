@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis, chain_back, too_large
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Mission, Node
-from florence_bt.trees.language.watching import guards_of
 
 _ASK_ONCE = "memory: true, to ask only once"
 MAX_CHAIN = 100
@@ -28,24 +28,24 @@ def check_structure(mission: Mission, analysis: Analysis, findings: FindingList)
     _check_size(mission, analysis, findings)
     for node in analysis.of(mission).all:
         match node:
-            case model.Parallel(children=children):
+            case kinds.Parallel(children=children):
                 _check_resources(children, mission, analysis, findings, "sequence: one after the other")
-            case model.Until() | model.Interruptible():
+            case kinds.Until() | kinds.Interruptible():
                 together = (node.child, node.goal)
                 _check_resources(together, mission, analysis, findings, "sequence: one after the other")
-            case model.If(memory=False, condition=Node() as asked):
+            case kinds.If(memory=False, condition=Node() as asked):
                 # While a question that takes time is asked again, the branch goes on.
                 for branch in node.parts[1:]:
                     _check_resources((asked, branch), mission, analysis, findings, _ASK_ONCE)
-            case model.Sequence(memory=False) | model.Selector(memory=False):
+            case kinds.Sequence(memory=False) | kinds.Selector(memory=False):
                 _check_asked_beside(node, mission, analysis, findings)
 
 
 def _check_asked_beside(node: Node, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
     """Report skills that a node without memory asks while nodes behind them want the same resource."""
     known = analysis.of(mission)
-    for place, guard in enumerate(guards_of(node), 1):
-        asked = [each for each in model.walk(guard) if isinstance(each, model.RunSkill | model.CallMission)]
+    for place, guard in enumerate(node.watched, 1):
+        asked = [each for each in model.walk(guard) if isinstance(each, kinds.RunSkill | kinds.CallMission)]
         for each in asked:
             for later in node.parts[place:]:
                 for resource in sorted(known.of(each).asked_resources & known.of(later).resources):
@@ -59,7 +59,7 @@ def _check_recursion(mission: Mission, analysis: Analysis, findings: FindingList
     if not cycle:
         return
     for call in analysis.of(mission).all:
-        if isinstance(call, model.CallMission) and call.mission.text in cycle and not findings.full:
+        if isinstance(call, kinds.CallMission) and call.mission.text in cycle and not findings.full:
             rest = [call.mission.text, "...", mission.name]
             if len(cycle) <= MAX_CHAIN:
                 rest = chain_back(call.mission.text, mission.name, cycle, analysis.callees_of)
@@ -92,11 +92,11 @@ def _named(branch: Node, resource: str, analysis: Analysis) -> str:
     """Name a branch, with the skill or call in it that uses a resource when that is not the branch itself."""
     for node in model.walk(branch):
         uses = (
-            isinstance(node, model.RunSkill)
+            isinstance(node, kinds.RunSkill)
             and node.skill in analysis.declarations
             and resource in analysis.declarations[node.skill].resources
         )
-        called = analysis.called(node.mission.text) if isinstance(node, model.CallMission) else None
+        called = analysis.called(node.mission.text) if isinstance(node, kinds.CallMission) else None
         if uses or (called is not None and called.root is not None and resource in called.root.resources):
             inside = f" (in {node.title!r})" if node is not branch else ""
             return f"{branch.title!r}{inside}"

@@ -34,11 +34,12 @@ class ValueChecks:
 
     def __init__(self, mission: model.Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
-        self._findings = findings
-        self._kinds = analysis.of(mission).kinds
+        self.findings = findings
+        self.declared_keys = mission.keys
+        self.kinds = analysis.of(mission).kinds
         self._measured = analysis.measured(mission)
 
-    def check(self, value: model.Value, port: Port | None, what: str) -> None:
+    def value(self, value: model.Value, port: Port | None, what: str) -> None:
         """Check one value.
 
         Args:
@@ -48,30 +49,30 @@ class ValueChecks:
         """
         match value:
             case model.Expression():
-                said = port is not None and is_said(self.kind(value), port)
+                said = port is not None and is_said(self.kind_of(value), port)
                 if self.expression(value, port.kind if port is not None and not said else None, what):
                     self._computed(value, port, what)
             case model.Reference() if port is not None:
                 self._reference(value, port, what)
             case model.PoseParts(x=x, y=y, yaw=yaw) if port is None or port.kind is Kind.POSE:
                 for part, kind in ((x, Kind.LENGTH), (y, Kind.LENGTH), (yaw, Kind.ANGLE)):
-                    self.check(part, Port(kind, ""), what)
+                    self.value(part, Port(kind, ""), what)
             case model.ListItems(items=items) if items and (port is None or port.kind.item is not None):
                 self._items(value, port, what)
             case _:
                 self._written(value, port, what)
 
     def _items(self, value: model.ListItems, port: Port | None, what: str) -> None:
-        kinds = {kind for item in value.items if (kind := self.kind(item)) is not None}
+        kinds = {kind for item in value.items if (kind := self.kind_of(item)) is not None}
         wanted = port.kind.item if port is not None else next(iter(kinds)) if len(kinds) == 1 else None
         if port is None and (len(kinds) > 1 or any(kind.item is not None for kind in kinds)):
             found = " and ".join(sorted(with_article(kind) for kind in kinds))
-            self._findings.error(value.position, f"{what}: the items of a list are of one kind, not {found}")
+            self.findings.error(value.position, f"{what}: the items of a list are of one kind, not {found}")
             return
         for item in value.items:
             choices = port.choices if port is not None else ()
             one = Port(wanted, "", choices=choices) if wanted is not None else None
-            self.check(item, one, f"an item of {what}")
+            self.value(item, one, f"an item of {what}")
 
     def condition(self, expression: model.Expression, what: str) -> None:
         """Check an expression that must give true or false."""
@@ -80,11 +81,11 @@ class ValueChecks:
 
     def expression(self, expression: model.Expression, wanted: Kind | None, what: str) -> bool:
         """Check an expression that must give a kind; says whether it does."""
-        problems = check_kinds(expression, self._kinds, wanted).problems
+        problems = check_kinds(expression, self.kinds, wanted).problems
         for problem in problems:
-            self._findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
-        for problem in () if problems else exact_comparisons(expression, self._kinds, self._measured):
-            self._findings.warning(problem.position, f"{what}: {problem.message}", problem.valid)
+            self.findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
+        for problem in () if problems else exact_comparisons(expression, self.kinds, self._measured):
+            self.findings.warning(problem.position, f"{what}: {problem.message}", problem.valid)
         return not problems
 
     def _computed(self, expression: model.Expression, port: Port | None, what: str) -> None:
@@ -97,11 +98,11 @@ class ValueChecks:
             else:
                 port_value(expression, port)
         except ConfigError as error:
-            self._findings.error(expression.position, f"{what}: {error.problem}", error.valid)
+            self.findings.error(expression.position, f"{what}: {error.problem}", error.valid)
 
-    def kind(self, value: model.Value) -> Kind | None:
+    def kind_of(self, value: model.Value) -> Kind | None:
         """Return the kind of a value, None when it is not known."""
-        return kind_of(value, self._kinds)
+        return kind_of(value, self.kinds)
 
     def _written(self, value: model.Value, port: Port | None, what: str) -> None:
         try:
@@ -111,13 +112,13 @@ class ValueChecks:
                 port_value(value, port)
         except ConfigError as error:
             suggestions = (
-                (f"${value.text}",) if isinstance(value, model.Literal) and value.text in self._kinds else ()
+                (f"${value.text}",) if isinstance(value, model.Literal) and value.text in self.kinds else ()
             )
             if port is not None and port.kind is Kind.POSE and isinstance(value, model.Literal):
                 place = f"get_hotspot: {{label: {value.text}}}, out: {{pose: place}}"
                 suggestions = (*suggestions, f"$place, after {place}")
             valid = (*suggestions, *error.valid)
-            self._findings.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
+            self.findings.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
         else:
             if not self.text(value, what) and port is None:
                 self.unclear(value, what)
@@ -129,16 +130,16 @@ class ValueChecks:
         if isinstance(value, model.Literal) and not value.quoted and _JOINED.search(value.text):
             message = f"{what}: {value.text!r} is one item"
             items = ", ".join(part.strip() for part in _JOINED.split(value.text))
-            self._findings.warning(value.position, message, [f"[{items}]", f'["{value.text}"]'])
+            self.findings.warning(value.position, message, [f"[{items}]", f'["{value.text}"]'])
 
     def unclear(self, value: model.Value, what: str) -> None:
         """Warn of ``$a + 1`` where anything will do: without ``${...}`` it is a text."""
         if isinstance(value, model.Template) and not value.quoted:
             suggestions = as_expression(value)
             # "$first - $last" with two texts is not a sum that lacks its braces.
-            if suggestions and not check_kinds(parse_expression(model.show(value)), self._kinds).problems:
+            if suggestions and not check_kinds(parse_expression(model.show(value)), self.kinds).problems:
                 message = f"{what}: {model.show(value)!r} is text here, and nothing is computed"
-                self._findings.warning(
+                self.findings.warning(
                     value.position, message, (*suggestions, f'"{model.show(value)}" for text')
                 )
 
@@ -153,36 +154,36 @@ class ValueChecks:
         parts = value.parts if isinstance(value, model.Template) else written_out
         for text in (part for part in parts if isinstance(part, str)):
             for braced in _IN_BRACES.finditer(text):
-                if braced["key"] in self._kinds:
+                if braced["key"] in self.kinds:
                     message = f"{what}: {braced[0]} is text here, and not the value of the key"
-                    self._findings.warning(
+                    self.findings.warning(
                         value.position, message, [f"${braced['key']}", f"${{{braced['key']}}}"]
                     )
                     warned = True
         for part, behind in pairwise(parts):
             match = _PART.match(behind) if isinstance(behind, str) else None
-            if isinstance(part, model.Reference) and match and self._kinds.get(part.key) is Kind.POSE:
+            if isinstance(part, model.Reference) and match and self.kinds.get(part.key) is Kind.POSE:
                 written = f"${part.key}{match[0]}"
                 message = f"{what}: {written} is text here: the whole pose, then {match[0]!r}"
                 alone = [f"${{{written}}}"] if len(parts) == 2 and match[0] == behind else []
                 valid = alone or [f"set: {{part: '${{{written}}}'}} first, and $part in the text"]
-                self._findings.warning(value.position, message, valid)
+                self.findings.warning(value.position, message, valid)
                 warned = True
         return warned
 
     def _reference(self, value: model.Reference, port: Port, what: str) -> None:
-        given = kind_of(value, self._kinds)
+        given = kind_of(value, self.kinds)
         if given is None or is_said(given, port):
             return
         if not fits(given, port.kind):
-            written = {key: kind for key, kind in self._kinds.items() if not key.startswith(HIDDEN)}
+            written = {key: kind for key, kind in self.kinds.items() if not key.startswith(HIDDEN)}
             valid = [f"${key}" for key, kind in written.items() if fits(kind, port.kind)]
             if port.kind is Kind.TEXT:
                 valid.insert(0, f'a text with it: "{value.key.replace("_", " ")}: ${value.key}"')
             message = (
                 f"{what}: {with_article(port.kind)} is needed, but ${value.key} is {with_article(given)}"
             )
-            self._findings.error(value.position, message, valid)
+            self.findings.error(value.position, message, valid)
             return
         source = self._mission.inputs.get(value.key)
         if source is None or source.required or source.default is None:
@@ -191,14 +192,4 @@ class ValueChecks:
         if problem is not None:
             default = format_value(source.default, source.kind)
             message = f"{what}: the default of ${value.key} does not fit: {problem}"
-            self._findings.error(
-                value.position, message, [f"a default of {value.key!r} other than {default}"]
-            )
-
-
-def literal_kind(literal: model.Literal, kind: Kind | None) -> object:
-    """Return what tells a literal from another one: its value if it has one of the kind, else its text."""
-    try:
-        return tree_value(model.Literal(literal.text, literal.quoted, literal.position), kind)
-    except ConfigError:
-        return literal.text
+            self.findings.error(value.position, message, [f"a default of {value.key!r} other than {default}"])

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Mission, Node
-from florence_bt.trees.language.watching import guards_of
 
 _Beside = tuple[tuple[Counter[str], frozenset[str]], ...]
 """Of each node whose parts run together: how many of them write each key, and the keys of this part."""
-_Asking = model.WaitUntil | model.Until | model.Interruptible
+_Asking = kinds.WaitUntil | kinds.Until | kinds.Interruptible
 """Nodes that ask again until the answer is yes."""
 _WORDS: dict[type[Node], str] = {
-    model.WaitUntil: "wait_until",
-    model.Until: "until",
-    model.Interruptible: "interrupted_by",
+    kinds.WaitUntil: "wait_until",
+    kinds.Until: "until",
+    kinds.Interruptible: "interrupted_by",
 }
 
 
@@ -67,9 +67,9 @@ class WaitChecks:
     def _check_goal(self, node: _Asking, beside: _Beside) -> None:
         goal = node.goal
         asked = tuple(model.walk(goal))
-        if any(isinstance(each, model.RunSkill | model.CallMission) for each in asked):
+        if any(isinstance(each, kinds.RunSkill | kinds.CallMission) for each in asked):
             return  # whose answer changes by itself
-        keys = tuple(dict.fromkeys(reference.key for each in asked for reference in _read_by(each)))
+        keys = tuple(dict.fromkeys(reference.key for each in asked for reference in each.references()))
         if self._never_change(keys, goal, beside):
             word = _WORDS[type(node)]
             message = f"{word}: nothing that runs meanwhile writes {_named(keys)}"
@@ -95,13 +95,8 @@ class WaitChecks:
 
 def _run_together(node: Node) -> tuple[Node, ...]:
     """Return the nodes below a node of which one may run, or be asked, while another one does."""
-    together = isinstance(node, model.Parallel | model.Until | model.Interruptible) or guards_of(node)
+    together = isinstance(node, kinds.Parallel | kinds.Until | kinds.Interruptible) or node.watched
     return node.parts if together else ()
-
-
-def _read_by(node: Node) -> Iterator[model.Reference]:
-    for value in (*node.expressions, *model.values_of(node)):
-        yield from model.references(value)
 
 
 def _named(keys: Iterable[str]) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.expressions.checking import has_threshold
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.model import Mission, Node
 from florence_bt.trees.language.quantities import NUMERIC_KINDS
-from florence_bt.trees.language.watching import asked_first, guards_of, is_condition, unwatched
+from florence_bt.trees.language.watching import asked_first, unwatched
 
 _LIMITS = NUMERIC_KINDS - {Kind.INTEGER}
 """Kinds of inputs with which a condition is told its limit."""
@@ -36,11 +37,11 @@ class WatchChecks:
     def check(self) -> None:
         """Check all nodes."""
         for node in self._known.all:
-            for guard in guards_of(node):
+            for guard in node.watched:
                 self._check_can_be_watched(guard)
                 self._check_asked_once(guard)
             self._check_thresholds(node)
-            if isinstance(node, model.Until | model.WaitUntil) and not self._known.of(node.goal).acts:
+            if isinstance(node, kinds.Until | kinds.WaitUntil) and not self._known.of(node.goal).acts:
                 self._check_can_be_watched(node.goal)
         self._check_every()
 
@@ -50,7 +51,7 @@ class WatchChecks:
         if facts.unwatchable is None or node in self._told:
             return
         mission, cause = facts.unwatchable
-        if isinstance(node, model.CallMission) and cause is not node:
+        if isinstance(node, kinds.CallMission) and cause is not node:
             self._told.add(node)
             place = cause.cleanup.position if cause.cleanup is not None else cause.position
             where = f" (in {mission.file}:{place.line}:{place.column})"
@@ -78,10 +79,10 @@ class WatchChecks:
     def _check_thresholds(self, node: Node) -> None:
         """Warn of a watched threshold by which one branch takes over from another, and gives it back."""
         match node:
-            case model.If(memory=False, condition=model.Expression() as asked) if self._wavers(asked):
+            case kinds.If(memory=False, condition=model.Expression() as asked) if self._wavers(asked):
                 self._warn_of_threshold(asked.text, asked.position)
-            case model.If(memory=False) | model.Selector(memory=False):
-                below = (each for guard in guards_of(node) for each in model.walk(guard))
+            case kinds.If(memory=False) | kinds.Selector(memory=False):
+                below = (each for guard in node.watched for each in model.walk(guard))
                 for leaf in below:
                     if self._is_threshold(leaf):
                         self._warn_of_threshold(leaf.title, leaf.position)
@@ -97,9 +98,9 @@ class WatchChecks:
 
     def _is_threshold(self, node: Node) -> bool:
         """Tell whether a node asks on which side of a value something measured is."""
-        if isinstance(node, model.Condition):
+        if isinstance(node, kinds.Condition):
             return self._wavers(node.condition)
-        declaration = self._skills.get(node.skill) if isinstance(node, model.RunSkill) else None
+        declaration = self._skills.get(node.skill) if isinstance(node, kinds.RunSkill) else None
         return (
             declaration is not None
             and declaration.instant
@@ -114,21 +115,21 @@ class WatchChecks:
             return
         message = f"{node.title!r} takes time and is done only once, although a later node runs"
         valid = ["memory: true", "a condition or a look-up instead of it", f"once: {node.title}"]
-        valid += ["every: 10 s, to watch it as a condition"] if isinstance(node, model.RunSkill) else []
+        valid += ["every: 10 s, to watch it as a condition"] if isinstance(node, kinds.RunSkill) else []
         self._findings.warning(node.position, message, valid)
 
     def _takes_time(self, node: Node) -> bool:
-        if isinstance(node, model.RunSkill):
+        if isinstance(node, kinds.RunSkill):
             declaration = self._skills.get(node.skill)
-            return declaration is not None and not is_condition(node, declaration)
-        return isinstance(node, model.Wait)
+            return declaration is not None and not node.is_condition(declaration)
+        return isinstance(node, kinds.Wait)
 
     def _check_every(self) -> None:
         """Warn of ``every`` without effect: nobody asks again, or the skill itself says when to ask."""
         tree, skills = self._mission.tree, self._skills
-        uses = [node for node in self._known.all if isinstance(node, model.RunSkill) and node.skill in skills]
+        uses = [node for node in self._known.all if isinstance(node, kinds.RunSkill) and node.skill in skills]
         # A mission of nothing but conditions may be one where it is called.
-        only_conditions = all(is_condition(node, skills[node.skill]) for node in uses)
+        only_conditions = all(node.is_condition(skills[node.skill]) for node in uses)
         alone = set(unwatched(tree)) if tree is not None else set()
         for node in uses:
             if node.every is None:

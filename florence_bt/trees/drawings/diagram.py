@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission, Node, PolicyKind, show
+from florence_bt.trees.language.model import Mission, Node, show
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,59 +66,20 @@ class _Maker:
         self._callers = callers
 
     def box(self, node: Node, edge: str = "") -> Box:
-        below = [self.box(part, word) for part, word in zip(node.parts, _edges(node), strict=True)]
-        if isinstance(node, model.CallMission):
+        below = [self.box(part, word) for part, word in zip(node.parts, node.edges, strict=True)]
+        if isinstance(node, kinds.CallMission):
             below += self._called(node)
         if node.cleanup is not None:
             below.append(self.box(node.cleanup, "finally"))
         details, guards = tuple(_details(node)), tuple(_guards(node))
         because = tuple(_because(node))
-        return Box(node.title, _kind(node), details, tuple(below), edge, guards, because, node.position)
+        return Box(node.title, node.kind.word, details, tuple(below), edge, guards, because, node.position)
 
-    def _called(self, node: model.CallMission) -> Iterator[Box]:
+    def _called(self, node: kinds.CallMission) -> Iterator[Box]:
         name = node.mission.text
         mission = self._library.find(name) if self._library else None
         if mission is not None and mission.tree is not None and name not in self._callers:
             yield _Maker(self._library, (*self._callers, name)).box(mission.tree)
-
-
-def _kind(node: Node) -> str:
-    match node:
-        case model.RunSkill():
-            return "skill"
-        case model.CallMission():
-            return "run"
-        case model.OnFailure():
-            return "on_failure"
-        case model.WaitUntil():
-            return "wait_until"
-        case model.Interruptible():
-            return "interrupted_by"
-        case model.ForEach():
-            return "for_each"
-    return type(node).__name__.lower()
-
-
-def _edges(node: Node) -> list[str]:
-    """Return a word for the line to each part."""
-    match node:
-        case model.If():
-            asked = ["if"] if isinstance(node.condition, Node) else []
-            return [*asked, "then", *(["else"] if node.otherwise is not None else [])]
-        case model.Switch(cases=cases, default=default):
-            return [*(case.text for case, _ in cases), *(["default"] if default is not None else [])]
-        case model.Parallel(policy=policy) if policy.kind is PolicyKind.SELECTED:
-            wanted = [name.text for name in policy.names]
-            return ["must succeed" if child.title in wanted else "" for child in node.children]
-        case model.Retry(between=Node()):
-            return ["", "between"]
-        case model.OnFailure(handlers=handlers):
-            return ["", *(f"on {code.text}" for code, _ in handlers)]
-        case model.Until():
-            return ["", "until"]
-        case model.Interruptible():
-            return ["", "interrupted if", "then first"]
-    return [""] * len(node.parts)
 
 
 def _guards(node: Node) -> Iterator[str]:
@@ -135,38 +97,8 @@ def _because(node: Node) -> Iterator[str]:
 
 
 def _details(node: Node) -> Iterator[str]:
-    if node.name and not isinstance(node, model.RunSkill | model.Sequence | model.Selector | model.Parallel):
+    if node.name and not isinstance(node, kinds.RunSkill | model.Composite):
         yield node.default_title
-    match node:
-        case model.RunSkill() | model.CallMission():
-            if isinstance(node, model.RunSkill) and node.name:
-                yield node.skill
-            yield from (f"{name.text}: {show(value)}" for name, value in node.inputs)
-            yield from (f"{output.text} -> ${key.text}" for output, key in node.outputs)
-        case model.Set(values=values):
-            yield from (f"${key.text} = {show(value)}" for key, value in values)
-        case model.Append(values=values):
-            yield from (f"${key.text} + {show(value)}" for key, value in values)
-        case model.ForEach(goes_on_over=over, index_key=index):
-            yield f"as ${node.item_key.text}"
-            if index is not None:
-                yield f"index -> ${index.text}"
-            if over:
-                yield "goes on over " + ", ".join(code.text for code in over)
-            if node.first_success:
-                yield "the first success ends it"
-        case model.Retry(on=on, attempt_key=key):
-            if on:
-                yield "on " + ", ".join(code.text for code in on)
-            if key is not None:
-                yield f"attempt -> ${key.text}"
-        case model.Fail(reason=reason):
-            yield show(reason)
-        case model.Parallel(policy=policy) if policy.kind is PolicyKind.ANY:
-            yield "any one is enough"
-        case model.Parallel(policy=policy) if policy.kind is PolicyKind.COUNTED:
-            yield f"policy: {policy}"
-        case model.Sequence(memory=False) | model.Selector(memory=False) | model.If(memory=False):
-            yield "without memory"
+    yield from node.details
     if node.code is not None:
         yield f"code: {node.code.text}"

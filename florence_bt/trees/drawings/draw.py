@@ -5,38 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 
+from florence_bt.trees import kinds
 from florence_bt.trees.drawings._svg import COLOURS, OTHER, diagram_svg
 from florence_bt.trees.drawings.diagram import Box, diagram_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
-SYMBOLS = {
-    "sequence": "→",
-    "selector": "?",
-    "parallel": "⇉",
-    "if": "◇",
-    "switch": "◈",
-    "condition": "◇",
-    "for_each": "↻",
-    "add": "+",
-    "append": "+",
-    "retry": "↻",
-    "repeat": "↻",
-    "timeout": "⏱",
-    "once": "①",
-    "invert": "¬",
-    "succeed": "✓",
-    "on_failure": "!",
-    "until": "⇥",
-    "interrupted_by": "⇄",
-    "ensure": "≟",
-    "fail": "✗",
-    "wait": "⏸",
-    "wait_until": "⏸",
-    "set": "=",
-    "run": "▤",
-    "skill": "",
-}
+SYMBOLS = {node.kind.word: node.kind.symbol for node in kinds.ALL}
 """A sign for each kind, in texts and Mermaid."""
 
 

@@ -5,23 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import ConfigError, close_matches, closest_first, spelling
+from florence_bt.core.errors import close_matches, closest_first, spelling
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
-from florence_bt.trees.language.expressions.parser import parse_expression
-from florence_bt.trees.language.expressions.syntax import Binary
+from florence_bt.trees.kinds import BY_WORD
+from florence_bt.trees.kinds.parallel import POLICIES
+from florence_bt.trees.kinds.words import KEY_WORDS, NODE_KINDS, OWNERS
 from florence_bt.trees.language.model import FAILURE_KEYS
-from florence_bt.trees.language.quantities import guess_value
-from florence_bt.trees.language.vocabulary import (
-    ANYWHERE,
-    FOREVER,
-    IDENTIFIER,
-    MISSION_KEYS,
-    MODIFIERS,
-    NODE_KINDS,
-    POLICIES,
-    by_spelling,
-)
+from florence_bt.trees.language.quantities import is_duration
+from florence_bt.trees.language.vocabulary import ANYWHERE, IDENTIFIER, MISSION_KEYS, by_spelling
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _BESIDE_A_KIND = (
@@ -41,10 +32,6 @@ _BESIDE_A_KIND = (
     "between",
 )
 _NO_NODES = ("nothing", "none", "pass", "skip", "true", "false", "yes", "no")
-_CALL = re.compile(r"(?P<name>[a-z][a-z0-9_]*)\s*\(.*|(?P<first>[a-z][a-z0-9]*_[a-z0-9_]*)\s.*", re.DOTALL)
-"""A call as in a programming language, or an input behind the name of a mission."""
-_BARE_NAME = re.compile(r"(?<![$\w\"'.])([a-z_][a-z0-9_]*)(?!\w*\()")
-"""The name of a key without its dollar."""
 _OTHER_WORDS = {"otherwise": "else", "case": "cases", "inputs": "with"}
 _ELSE_IF = ("elif", "elseif", "else if", "else_if", "elsif")
 _OTHER_MODIFIERS = by_spelling(
@@ -56,8 +43,6 @@ _OTHER_MODIFIERS = by_spelling(
     }
 )
 """What other languages and people call the modifiers that every node may have."""
-_ENDLESS = ("infinite", "infinity", "inf", "endless", "endlessly", "always", "unlimited", "true", "-1")
-"""What others say for ``forever``."""
 _AT_A_TIME = 'tree: a sequence that begins with wait_until: "08:00"'
 _OTHER_SECTIONS = by_spelling(
     {
@@ -72,13 +57,7 @@ _OTHER_SECTIONS = by_spelling(
 """What people call the sections of a mission, and where that is said which has none."""
 OTHER_KINDS = by_spelling(
     {
-        "selector": ("fallback", "priority", "reactive_fallback", "reactivefallback"),
-        "sequence": ("reactive_sequence", "reactivesequence"),
-        "invert": ("inverter", "not"),
-        "repeat": ("loop",),
-        "for_each": ("for", "foreach", "for_all", "each", "map"),
-        "retry": ("retry_until_successful",),
-        "succeed": ("force_success",),
+        **{word: node.kind.others for word, node in BY_WORD.items()},
         "sequence: [the node, {fail: the reason}]": ("force_failure", "forcefailure"),
         "succeed: the node, or a sequence that ends with fail": ("force",),
         "sequence: [{wait: 2 s}, the node]": ("delay",),
@@ -87,15 +66,8 @@ OTHER_KINDS = by_spelling(
             *("try", "catch", "try_catch", "trycatch", "except", "recovery", "recovery_node", "recoverynode"),
         ),
         "repeat: forever": ("loop_forever", "keep_running_until_failure", "forever"),
-        "once": ("run_once",),
-        "wait": ("sleep", "pause"),
-        "run": ("call", "subtree", "do_mission"),
-        "switch": ("match",),
-        "condition": ("check", "assert"),
         "add: {key: 1}": ("increment", "increase", "inc", "count", "count_up", "plus"),
         "add: {key: -1}": ("decrement", "decrease", "dec", "count_down", "subtract", "minus"),
-        "fail": ("abort",),
-        "parallel": ("at_once",),
         "$near and not $done, as the expression itself": ("and", "or", "all", "any"),
         "wait: 0 s, which does nothing": ("success", "done", "noop", "nothing", "always_success"),
         "parallel: with policy: any": ("race", "first_of"),
@@ -177,14 +149,6 @@ def for_not_a_node(source: YamlNode) -> tuple[str, tuple[str, ...]]:
     return message, (f"{word}: {rest}" if rest else f"{word}:",)
 
 
-def for_call(source: YamlNode) -> tuple[str, ...]:
-    """Suggest what would have worked where the name of a mission has its inputs behind it."""
-    match = _CALL.fullmatch(source.text.strip()) if isinstance(source, YamlScalar) else None
-    if match is None:
-        return ()
-    return (f"run: {match['name'] or match['first']}", "with: {...} for the inputs, below it")
-
-
 def for_no_kind(keys: list[str]) -> tuple[str, tuple[str, ...]]:
     """Say what is wrong with a table of modifiers alone, and what would have worked."""
     if keys[:1] == ["while"] and "do" in keys:
@@ -213,7 +177,7 @@ def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
 def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tuple[str, ...]:
     """Suggest what would have worked where a table has two kind keys."""
     word = _OTHER_WORDS.get(second.text)
-    if word is not None and first.text in MODIFIERS.get(word, ()):
+    if word is not None and first.text in OWNERS.get(word, ()):
         return (word,)
     if second.text in _ELSE_IF and first.text == "if":
         asked = value.text if isinstance(value, YamlScalar) and not value.empty else "..."
@@ -236,13 +200,13 @@ def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tup
         if first.text == "retry":
             return (f"between: {{{pause}}}",)
         return (f"do: {{sequence: [the node, {{{pause}}}]}}",)
-    if first.text in MODIFIERS["do"]:
+    if first.text in OWNERS["do"]:
         return (f"do: with {second.text} below it", "sequence: [a node for each]")
     if first.text == "switch":
         return (f"cases: with {second.text} below it",)
     if first.text == "if":
         return (f"then: with {second.text} below it", "sequence: [a node for each]")
-    if second.text in MODIFIERS["do"]:
+    if second.text in OWNERS["do"]:
         return (f"do: with {first.text} below it, beside {second.text}", "sequence: [a node for each]")
     return ("a dash before each of them in a list", "sequence: [a node for each]")
 
@@ -270,27 +234,6 @@ def is_else_if(word: str) -> bool:
     return word in _ELSE_IF
 
 
-def is_duration(text: str) -> bool:
-    """Tell whether a text is a number of seconds, minutes or hours."""
-    return guess_value(text.strip())[0] is Kind.DURATION
-
-
-def for_rounds(kind: str, text: str) -> str | None:
-    """Suggest what is meant by a ``retry`` or ``repeat`` of something else than a number; None for a number.
-
-    Args:
-        kind: The kind of node.
-        text: What stands behind it.
-    """
-    if kind not in ("retry", "repeat"):
-        return None
-    if is_duration(text) and kind == "repeat":
-        return f"repeat: {FOREVER}, with until: {{wait: {text}}}"
-    if is_duration(text):
-        return f"timeout: {text}, with do: {{{kind}: forever, do: ...}}"
-    return FOREVER if text.lower() in _ENDLESS or text.startswith("until ") else None
-
-
 def for_duration(what: str, text: str) -> str:
     """Suggest what would have worked where a time that passes stands in place of an expression.
 
@@ -305,16 +248,6 @@ def for_duration(what: str, text: str) -> str:
         "if": f"sequence: [{{wait: {text}}}, what is under then]",
     }
     return instead.get(what, f"until: {{wait: {text}}}")
-
-
-def as_value(text: str) -> str:
-    """Write a value as ``set`` takes it; a sum of other languages, ``n + 1``, with its dollars and braces."""
-    sum_ = _BARE_NAME.sub(r"$\1", text)
-    try:
-        term = parse_expression(sum_).term
-    except ConfigError:
-        return text
-    return f'"${{{sum_}}}"' if isinstance(term, Binary) else text
 
 
 def for_condition(what: str, source: YamlNode) -> tuple[str, ...]:
@@ -365,13 +298,9 @@ def written_keys(source: YamlNode | None) -> Iterator[str]:
                     item.text.removeprefix("$") for _, item in value.entries if isinstance(item, YamlScalar)
                 ]
                 yield from filter(IDENTIFIER.fullmatch, targets)
-            elif key.text in ("set", "add", "append"):
+            elif key.text in NODE_KINDS and key.text in KEY_WORDS:
                 yield from named_in(value)
-            elif (
-                key.text in ("attempt", "as", "index")
-                and isinstance(value, YamlScalar)
-                and IDENTIFIER.fullmatch(value.text)
-            ):
+            elif key.text in KEY_WORDS and isinstance(value, YamlScalar) and IDENTIFIER.fullmatch(value.text):
                 yield value.text
             else:
                 yield from FAILURE_KEYS if key.text == "on_failure" else ()

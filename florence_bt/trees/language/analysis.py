@@ -9,13 +9,14 @@ from functools import cached_property
 
 from florence_bt.core.declaration import CodeGroup, Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Node
+from florence_bt.trees.language.node_kind import KnownKinds
 from florence_bt.trees.language.outcomes import SUCCEEDS, MissionOutcomes, NodeOutcomes
 from florence_bt.trees.language.values import kind_of
-from florence_bt.trees.language.watching import is_condition, passes_on
 
 NOTHING = frozenset[str]()
 
@@ -124,9 +125,9 @@ class Analysis:
         mission = self.library.find(name)
         return self._known.get(mission) if mission is not None else None
 
-    def calls(self, mission: Mission) -> Iterator[model.CallMission]:
+    def calls(self, mission: Mission) -> Iterator[kinds.CallMission]:
         """Yield every call of another mission."""
-        return (node for node in mission.nodes() if isinstance(node, model.CallMission))
+        return (node for node in mission.nodes() if isinstance(node, kinds.CallMission))
 
     def callees(self, mission: Mission) -> tuple[str, ...]:
         """Return the missions that a mission calls, each once."""
@@ -149,46 +150,29 @@ class Analysis:
     def _cycles(self) -> dict[str, frozenset[str]]:
         return cycles(self.library.names(), self.callees_of)
 
-    def output_kinds(self, node: model.RunSkill | model.CallMission) -> Mapping[str, Kind]:
-        """Return the outputs that a node can give, with their kinds."""
-        if isinstance(node, model.RunSkill):
+    def output_kinds(self, node: Node) -> Mapping[str, Kind]:
+        """Return the outputs that a skill or a called mission can give, with their kinds."""
+        if isinstance(node, kinds.RunSkill):
             declaration = self.declarations.get(node.skill)
             return {name: port.kind for name, port in declaration.outputs.items()} if declaration else {}
-        mission = self.library.find(node.mission.text)
+        mission = self.library.find(node.mission.text) if isinstance(node, kinds.CallMission) else None
         return {name: port.kind for name, port in mission.outputs.items()} if mission else {}
 
-    def writes(self, node: Node, kinds: Mapping[str, Kind]) -> Iterator[tuple[Literal, Kind | None]]:
+    def writes(self, node: Node, known: Mapping[str, Kind]) -> Iterator[tuple[Literal, Kind | None]]:
         """Yield the keys that a node itself writes, each with its kind if that is known.
 
         Args:
             node: The node.
-            kinds: The kinds of keys that are known already.
+            known: The kinds of keys that are known already.
         """
-        match node:
-            case model.RunSkill(outputs=outputs) | model.CallMission(outputs=outputs):
-                given = self.output_kinds(node) if outputs else {}
-                yield from ((key, given.get(output.text)) for output, key in outputs)
-            case model.Set(values=values):
-                yield from ((key, kind_of(value, kinds)) for key, value in values)
-            case model.Append(values=values):
-                yield from ((key, None) for key, _ in values)
-            case model.ForEach(items=items):
-                listed = kind_of(items, kinds)
-                yield node.item_key, listed.item if listed is not None else None
-                if node.index_key is not None:
-                    yield node.index_key, Kind.INTEGER
-            case model.Retry(attempt_key=key) if key is not None:
-                yield key, Kind.INTEGER
-            case model.OnFailure(handlers=((code, _), *_)):
-                for key_name in model.FAILURE_KEYS:
-                    yield Literal(key_name, True, code.position), Kind.TEXT
+        return node.writes(KnownKinds(lambda value: kind_of(value, known), self.output_kinds))
 
     def measured(self, mission: Mission) -> frozenset[str]:
         """Return the keys to which skills and called missions of a mission give what is no whole number."""
         return frozenset(
             key.text
             for node in self.of(mission).all
-            if isinstance(node, model.RunSkill | model.CallMission)
+            if isinstance(node, kinds.RunSkill | kinds.CallMission)
             for output, key in node.outputs
             if self.output_kinds(node).get(output.text) is not Kind.INTEGER
         )
@@ -213,11 +197,11 @@ class Analysis:
 
     def names_in(self, node: Node) -> Iterator[tuple[Literal, model.Value, str]]:
         """Yield inputs of a skill or called mission that name something: (input, value, what it names)."""
-        if isinstance(node, model.RunSkill):
+        if isinstance(node, kinds.RunSkill):
             declaration = self.declarations.get(node.skill)
             ports = declaration.inputs if declaration else {}
             wanted: Mapping[str, str] = {name: port.names for name, port in ports.items() if port.names}
-        elif isinstance(node, model.CallMission):
+        elif isinstance(node, kinds.CallMission):
             called = self.called(node.mission.text)
             wanted = called.names if called else {}
         else:
@@ -253,26 +237,25 @@ class _FactsOfMission:
     def _gather(self, node: Node) -> NodeFacts:
         parts = [self._gather(part) for part in node.parts]
         resources, known, acts = NOTHING, True, False
-        asks = node.holds is not None or isinstance(node, model.Condition)
-        asks = asks or (isinstance(node, model.If) and isinstance(node.condition, model.Expression))
-        lasting = isinstance(node, model.Wait | model.WaitUntil)
+        asks = node.holds is not None or bool(node.asked())
+        lasting = node.takes_time
         match node:
-            case model.RunSkill(skill=skill):
+            case kinds.RunSkill(skill=skill):
                 declaration = self._analysis.declarations.get(skill)
                 resources, known = (declaration.resources, True) if declaration else (NOTHING, False)
                 lasting = declaration is not None and not declaration.instant
-                asks = declaration is not None and is_condition(node, declaration)
+                asks = declaration is not None and node.is_condition(declaration)
                 acts = not asks
-            case model.CallMission(mission=mission):
+            case kinds.CallMission(mission=mission):
                 called = self._analysis.called(mission.text)
                 known = called is not None and called.root is not None
                 parts += [called.root] if called is not None and called.root is not None else []
         below = parts if node.cleanup is None else [*parts, self._gather(node.cleanup)]
         acts = acts or any(part.acts for part in parts)
         asks = asks or any(part.asks for part in parts)
-        asked = resources if isinstance(node, model.RunSkill) and asks else NOTHING
+        asked = resources if isinstance(node, kinds.RunSkill) and asks else NOTHING
         outcomes = self._outcomes.get(node, SUCCEEDS)
-        kept = not passes_on(node) and outcomes.can_fail
+        kept = not node.passes_on and outcomes.can_fail
         cannot = asks and not acts and (node.cleanup is not None or kept)
         gathered = NodeFacts(
             outcomes=outcomes,
@@ -281,7 +264,7 @@ class _FactsOfMission:
             lasting=lasting or any(part.lasting for part in below),
             acts=acts,
             asks=asks,
-            asked_resources=asked.union(*(part.asked_resources for part in parts if passes_on(node))),
+            asked_resources=asked.union(*(part.asked_resources for part in parts if node.passes_on)),
             unwatchable=(self._mission, node)
             if cannot
             else next((part.unwatchable for part in parts if part.unwatchable is not None), None),
@@ -299,7 +282,7 @@ class _FactsOfMission:
                 for _, value, what in self._analysis.names_in(node)
                 if isinstance(value, model.Reference)
             ]
-            if isinstance(node, model.RunSkill) and node.skill in self._analysis.declarations:
+            if isinstance(node, kinds.RunSkill) and node.skill in self._analysis.declarations:
                 ports = self._analysis.declarations[node.skill].outputs
                 named += [
                     (key.text, ports[output.text].names)
@@ -313,7 +296,7 @@ class _FactsOfMission:
         for node in self._all:
             # A list names what its items name.
             match node:
-                case model.ForEach(items=model.Reference(key=key), item_key=item) if item.text in names:
+                case kinds.ForEach(items=model.Reference(key=key), item_key=item) if item.text in names:
                     names.setdefault(key, names[item.text])
         return names
 

@@ -2,66 +2,40 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import ParallelPolicy
-from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.annotations import Title, annotations_of
 from florence_bt.behaviours.branch import Branch, take_ids
-from florence_bt.behaviours.branching import If, Switch
-from florence_bt.behaviours.catching import OnFailure
 from florence_bt.behaviours.cleaning_up import Finally
-from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence, Selector
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.decorators import (
-    CallMission,
-    ForceSuccess,
-    Invert,
-    Once,
-    StartGuard,
-    While,
-)
+from florence_bt.behaviours.decorators import StartGuard, While
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, OwnKeys, TextTemplate, is_source, readable
-from florence_bt.behaviours.leaves import AppendToKeys, Condition, Fail, SetKey
-from florence_bt.behaviours.looping import ForEach, Repeat, Retry
-from florence_bt.behaviours.pacing import Timeout, Wait
-from florence_bt.behaviours.parallel import CountingParallel
-from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.until import Interruptible, Question, Until, WaitUntil
-from florence_bt.behaviours.watched_skill import EVERY_S, ConditionAction, WatchedSkill
+from florence_bt.behaviours.until import Question
 from florence_bt.behaviours.watching import Spot, Watch
 from florence_bt.behaviours.why import Because
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import CodeGroup, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis, too_large
-from florence_bt.trees.language.code_groups import ANY, by_code, codes_named
+from florence_bt.trees.language.code_groups import by_code, codes_named
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
-from florence_bt.trees.language.outcomes import skip_fails_below
-from florence_bt.trees.language.quantities import format_value, guess_value
-from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
-from florence_bt.trees.language.vocabulary import (
-    CONDITION_FALSE,
-    FAILED,
-    GUARD_FAILED,
-    NONE_WORKED,
-    UNEXPECTED_SUCCESS,
-    UNTIL_NOT_MET,
-)
-from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
+from florence_bt.trees.language.model import Expression, Literal, Mission, Node, Value, Wrapper
+from florence_bt.trees.language.node_kind import Call
+from florence_bt.trees.language.quantities import format_value
+from florence_bt.trees.language.values import kind_of, port_value, template_of, tree_value
+from florence_bt.trees.language.vocabulary import GUARD_FAILED
 
 Made = TypeVar("Made")
 
@@ -288,14 +262,14 @@ class _TreeBuilder:
         raise_first_error(self.mission.findings)
         tree = self.mission.tree
         if tree is None:
-            raise self._error(None, "the mission has no tree")
+            raise self.error(None, "the mission has no tree")
         name = None if tree.guards else tree.name or default_name
-        root = self._node(tree, skipped_fails=False, name=name)
+        root = self.node(tree, skipped_fails=False, name=name)
         if tree.guards and default_name:
             root.name = default_name
         return root
 
-    def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
+    def node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
         """Build a node with everything below it, its guards and its clean-up."""
         of = self.parts.get(node, "node", partial(self._of_node, node))
         name = _one_step(name) if name else of.title
@@ -321,7 +295,7 @@ class _TreeBuilder:
         start = None
         if guards:
             name = _one_step(", ".join(f"{word} {guard.text}" for word, guard in guards.items()))
-            start = _Start(name, {word: self._condition(guard) for word, guard in guards.items()})
+            start = _Start(name, {word: self.condition(guard) for word, guard in guards.items()})
         groups = self.parts.analysis.groups
         because = _texts_of(node.reasons, groups) if node.reasons is not None else None
         return _OfNode(_one_step(node.title), Origin(self.mission, node), because, start)
@@ -329,12 +303,13 @@ class _TreeBuilder:
     def _depend(self, node: Node, watch: Watch) -> None:
         """Have a condition asked again when a key changes that a node of it reads to decide something."""
         keys = {key for expression in node.expressions for key in expression.keys}
-        if isinstance(node, model.Switch | model.Set | model.Append | model.ForEach | model.CallMission):
-            keys |= {each.key for value in model.values_of(node) for each in model.references(value)}
+        if node.decides_by_values:
+            keys |= {each.key for value in node.reads for each in model.references(value)}
         if keys:
             self.context.keys.watch(keys, Spot(watch, keeps=False).change)
 
-    def _spot(self) -> Spot | None:
+    def spot(self) -> Spot | None:
+        """Return the place of a leaf in the condition that is watched here; None: nobody watches."""
         return Spot(self.watch) if self.watch is not None else None
 
     # ---- guards and clean-ups -------------------------------------------------------------------------
@@ -342,24 +317,24 @@ class _TreeBuilder:
     def _guarded(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
         """Build what the conditions for the start of a node stand before."""
         if node.cleanup is None:
-            return self._while(node, self._bare(node, name, skipped_fails))
+            return self._while(node, node.build(self, name, skipped_fails))
         return self._finally(node, node.cleanup, name, skipped_fails)
 
     def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
         def make_cleanup(context: TreeContext) -> Behaviour:
             own = context.with_keys(self.context.keys)
             builder = replace(self, context=own, watch=None, later=None, made=None)
-            return builder._node(cleanup, skipped_fails=False)
+            return builder.node(cleanup, skipped_fails=False)
 
-        body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
-        return Finally(name, self.context, body, make_cleanup, self._spot())
+        body = self._while(node, node.build(self, _one_step(node.default_title), skipped_fails))
+        return Finally(name, self.context, body, make_cleanup, self.spot())
 
     def _while(self, node: Node, behaviour: Behaviour) -> Behaviour:
         if node.holds is None:
             return behaviour
         name = _one_step(f"while {node.holds.text}")
         code = node.own_failure(GUARD_FAILED)
-        return While(name, behaviour, self.context, self._condition(node.holds), code)
+        return While(name, behaviour, self.context, self.condition(node.holds), code)
 
     def _start_guard(
         self, node: Node, start: _Start, guarded: Callable[[], Behaviour], skipped_fails: bool
@@ -388,44 +363,20 @@ class _TreeBuilder:
             self.made[path] = branch
         return branch
 
-    # ---- composites -----------------------------------------------------------------------------------
+    # ---- nodes below ------------------------------------------------------------------------------------
 
-    def _bare(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
-        match node:
-            case model.RunSkill():
-                return self._run_skill(node, name)
-            case model.Wrapper():
-                return self._wrapper(node, name, skipped_fails)
-            case model.Sequence(children=children, memory=True):
-                return Sequence(name, True, self._children(children, False))
-            case model.Selector(children=children, memory=True):
-                return Selector(name, True, self._children(children, True))
-            case model.Sequence():
-                return ReactiveSequence(name, *self._watching(node, False))
-            case model.Selector():
-                return ReactiveSelector(name, *self._watching(node, True))
-            case model.Parallel():
-                return self._parallel(node, name)
-            case model.If():
-                parts, watches = self._watching(node, skipped_fails)
-                asked = node.condition
-                condition = parts.pop(0) if isinstance(asked, Node) else self._condition(asked)
-                watch = watches[0] if watches else None
-                return If(name, self.context, condition, *parts, memory=node.memory, watch=watch)
-            case model.Switch():
-                return self._switch(node, name, skipped_fails)
-            case model.CallMission():
-                return self._call_mission(node, name)
-            case model.WaitUntil(goal=goal):
-                return WaitUntil(name, self.context, self._question(goal))
-        return self._leaf(node, name)
+    def children(self, nodes: Iterable[Node], *, skipped_fails: bool) -> list[Behaviour]:
+        """Build several nodes below, with numbers where names are equal."""
+        return self.numbered([self.node(node, skipped_fails=skipped_fails) for node in nodes])
 
-    def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
-        return _numbered([self._node(node, skipped_fails=skipped_fails) for node in nodes])
+    def child(self, node: Wrapper, skipped_fails: bool) -> Behaviour:
+        """Build the node below a node, with the keys that belong to it."""
+        fails = node.skip_fails_below(skipped_fails)
+        return self.inside(node, node.child).node(node.child, skipped_fails=fails)
 
-    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[Watch | None]]:
-        """Build the children of a node without memory, with the watch of each that is a condition."""
-        guards = set(guards_of(node))
+    def watching(self, node: Node, *, skipped_fails: bool) -> tuple[list[Behaviour], list[Watch | None]]:
+        """Build the parts of a node, with the watch of each that it watches; None: it needs none."""
+        guards = set(node.watched)
         watches: list[Watch] = []
         children = []
         for part in node.parts:
@@ -433,42 +384,16 @@ class _TreeBuilder:
             if part in guards:
                 watches.append(Watch(self.context, self.watch))
                 builder = replace(self, watch=watches[-1])
-            is_question = isinstance(node, model.If) and part is node.condition
-            children.append(builder._node(part, skipped_fails=skipped_fails or is_question))
-        return _numbered(children), [watch if watch.needed else None for watch in watches]
+            fails = node.fails_when_skipped(part, skipped_fails)
+            children.append(builder.node(part, skipped_fails=fails))
+        return self.numbered(children), [watch if watch.needed else None for watch in watches]
 
-    def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
-        children = self._children(node.children, False)
-        policy = node.policy
-        if policy.kind is PolicyKind.ALL:
-            return Parallel(name, ParallelPolicy.SuccessOnAll(), children)
-        if policy.kind is PolicyKind.SELECTED:
-            titles = [child.title for child in node.children]
-            for wanted in policy.names:
-                if titles.count(wanted.text) != 1:
-                    problem = f"the policy needs one branch that is called {wanted.text!r}"
-                    raise self._error(wanted.position, problem, closest_first(wanted.text, titles))
-            chosen = [children[titles.index(wanted.text)] for wanted in policy.names]
-            return CountingParallel(name, children, len(chosen), 1, chosen)
-        needed = policy.successes_needed(len(children))
-        if max(needed, policy.fail or 1) > len(children):
-            raise self._error(policy.position, f"the policy counts more than {len(children)} branches")
-        return CountingParallel(name, children, needed, policy.fail)
-
-    def _switch(self, node: model.Switch, name: str, skipped_fails: bool) -> Behaviour:
-        branches = self._children(node.parts, skipped_fails)
-        wanted = [self._case_values(literal, node.value) for literal, _ in node.cases]
-        default = branches.pop() if node.default is not None else None
-        labels = [literal.text for literal, _ in node.cases]
-        value = self._value(node.value, None)
-        cases = list(zip(wanted, branches, strict=True))
-        return self._titled(node, Switch(name, self.context, value, cases, default, labels), value, None)
-
-    def _call_mission(self, node: model.CallMission, name: str) -> Behaviour:
+    def call(self, node: kinds.CallMission) -> Call:
+        """Build the tree of a mission that is called, or leave that until it is reached."""
         called = node.mission.text
         if called in self.callers:
             chain = " -> ".join((*self.callers, called))
-            raise self._error(node.position, f"the mission {called!r} calls itself: {chain}")
+            raise self.error(node.position, f"the mission {called!r} calls itself: {chain}")
         mission = self.parts.analysis.library.get(called)
         keys = KeyStore()
         declared = self.parts.get(mission, "keys", partial(_declared_keys, mission))
@@ -477,215 +402,88 @@ class _TreeBuilder:
         called_context = self.context.with_keys(keys)
         callers = (*self.callers, called)
         builder = replace(self, mission=mission, context=called_context, callers=callers, call_path=path)
-        return CallMission(
-            name,
-            self._branch(path, builder.root),
-            self.context,
-            keys,
-            mission.inputs,
-            self._inputs(node.inputs, mission.inputs, f"{called} has no input"),
-            {output.text: key.text for output, key in node.outputs},
-            watched=self.watch is not None,
-        )
+        return Call(mission, keys, self._branch(path, builder.root))
 
-    # ---- decorators and leaves ------------------------------------------------------------------------
-
-    def _wrapper(self, node: model.Wrapper, name: str, skipped_fails: bool) -> Behaviour:
-        builder = self if passes_on(node) else replace(self, watch=None)
-        below = self._with_own_keys(node, node.child)
-        child = replace(below, watch=builder.watch)._node(
-            node.child, skipped_fails=skip_fails_below(node, skipped_fails)
-        )
-        if self.watch is not None and isinstance(node, model.Retry | model.Repeat | model.ForEach):
-            self.watch.keep()
-        return self._decorator(node, name, child, below.context.keys)
-
-    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour, own: KeyStore) -> Behaviour:
-        match node:
-            case model.Invert():
-                return Invert(name, child, node.own_failure(UNEXPECTED_SUCCESS))
-            case model.Succeed():
-                return ForceSuccess(name, child)
-            case model.Once():
-                return Once(name, child)
-            case model.OnFailure():
-                return self._on_failure(node, name, child)
-            case model.Until():
-                return self._until(node, name, child)
-            case model.Interruptible():
-                return self._interruptible(node, name, child)
-            case model.ForEach():
-                return self._for_each(node, name, child, own)
-            case model.Repeat(rounds=None):
-                return Repeat(name, child, self.context, math.inf)
-            case model.Retry(attempts=None):
-                return self._retry(node, name, child, math.inf, own)
-        argument, kind = self.parts.get(node, "argument", partial(self._argument, node))
-        behaviour: Behaviour
-        match node:
-            case model.Retry():
-                behaviour = self._retry(node, name, child, argument, own)
-            case model.Repeat():
-                behaviour = Repeat(name, child, self.context, argument)
-            case model.Timeout():
-                behaviour = Timeout(name, child, self.context, argument, self._spot())
-            case _:
-                raise TypeError(f"no behaviour is known for {type(node).__name__}")
-        return self._titled(node, behaviour, argument, kind)
-
-    def _with_own_keys(self, node: model.Wrapper, part: Node) -> _TreeBuilder:
-        """Return what builds a part of a node: with the keys that belong to it."""
-        own = model.own_keys(node, part)
+    def inside(self, node: Node, part: Node) -> _TreeBuilder:
+        """Return what builds a part of a node: with its own keys, and watched if the node passes that on."""
+        builder = self if node.passes_on else replace(self, watch=None)
+        own = node.own_keys(part)
         if not own:
-            return self
-        return replace(self, context=self.context.with_keys(OwnKeys(self.context.keys, own)))
+            return builder
+        return replace(builder, context=self.context.with_keys(OwnKeys(self.context.keys, own)))
 
-    def _retry(self, node: model.Retry, name: str, child: Behaviour, attempts: Any, own: KeyStore) -> Retry:
-        key, between = node.attempt_key, node.between
-        builder = replace(self, context=self.context.with_keys(own))
-        pause = builder._node(between, skipped_fails=False) if between is not None else None
-        attempt = key.text if key is not None else None
-        behaviour = Retry(name, child, self.context, attempts, self._codes(node.on), attempt, pause, own)
-        _numbered(behaviour.children)
-        return behaviour
+    def keep_watched(self) -> None:
+        """Keep what is watched here: it is asked anew only when it has ended."""
+        if self.watch is not None:
+            self.watch.keep()
 
-    def _for_each(self, node: model.ForEach, name: str, child: Behaviour, own: KeyStore) -> Behaviour:
-        every = node.first_success and not node.goes_on_over
-        return ForEach(
-            name,
-            child,
-            self.context,
-            self._value(node.items, None),
-            node.item_key.text,
-            node.index_key.text if node.index_key is not None else None,
-            goes_on_over=None if every else self._codes(node.goes_on_over),
-            first_success=node.first_success,
-            code=node.own_failure(NONE_WORKED),
-            own=own,
-        )
-
-    def _on_failure(self, node: model.OnFailure, name: str, body: Behaviour) -> Behaviour:
-        builder = self._with_own_keys(node, node.handlers[0][1])
-        handlers = [builder._node(each, skipped_fails=True) for _, each in node.handlers]
-        words = [word.text for word, _ in node.handlers]
-        chosen = by_code(zip(words, handlers, strict=True), self.parts.analysis.groups)
-        otherwise = chosen.pop(ANY, None)
-        _numbered([body, *handlers])
-        return OnFailure(name, self.context, body, handlers, chosen, otherwise, builder.context.keys)
-
-    def _until(self, node: model.Until, name: str, body: Behaviour) -> Behaviour:
-        question = self._question(node.goal)
-        _numbered([body, question.node])
-        return Until(name, self.context, body, question, node.own_failure(UNTIL_NOT_MET))
-
-    def _interruptible(self, node: model.Interruptible, name: str, body: Behaviour) -> Behaviour:
-        question = self._question(node.goal)
-        interruption = self._node(node.interruption, skipped_fails=False)
-        _numbered([body, question.node, interruption])
-        return Interruptible(name, self.context, body, question, interruption)
-
-    def _question(self, node: Node) -> Question:
+    def question(self, node: Node) -> Question:
         """Build what is asked until it succeeds: watched when it only asks."""
         if self.parts.analysis.of(self.mission).of(node).acts:
             if self.watch is not None:
                 self.watch.keep()
-            return Question(self.context, self._node(node, skipped_fails=True), None)
+            return Question(self.context, self.node(node, skipped_fails=True), None)
         watch = Watch(self.context, self.watch)
-        return Question(self.context, replace(self, watch=watch)._node(node, skipped_fails=True), watch)
+        return Question(self.context, replace(self, watch=watch).node(node, skipped_fails=True), watch)
 
-    def _codes(self, words: Iterable[Literal]) -> frozenset[str]:
+    def codes(self, words: Iterable[Literal]) -> frozenset[str]:
         """Return the codes that some codes and groups stand for."""
         return frozenset().union(*(codes_named(word.text, self.parts.analysis.groups) for word in words))
 
-    def _argument(self, node: model.Wrapper) -> tuple[Any, Kind]:
-        """Return how often, or how long."""
-        kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
-        return self._value(next(model.values_of(node)), kind), kind
-
-    def _leaf(self, node: Node, name: str) -> Behaviour:
-        context = self.context
-        match node:
-            case model.Condition(condition=condition):
-                code = node.own_failure(CONDITION_FALSE)
-                return Condition(name, context, self._condition(condition), code)
-            case model.Fail(reason=reason):
-                return Fail(name, context, self._text(reason), node.own_failure(FAILED))
-            case model.Wait(duration=duration):
-                seconds = self._value(duration, Kind.DURATION)
-                return self._titled(node, Wait(name, context, seconds, self._spot()), seconds, Kind.DURATION)
-            case model.Set(values=values):
-                return SetKey(
-                    name, context, self.parts.get(node, "values", partial(self._set_values, values))
-                )
-            case model.Append(values=values):
-                return AppendToKeys(
-                    name, context, {key.text: self._added(key, value) for key, value in values}
-                )
-        raise TypeError(f"no behaviour is known for {type(node).__name__}")
-
-    def _set_values(self, values: Iterable[tuple[Literal, Value]]) -> dict[str, Any]:
-        ports = ((key.text, value, self.mission.keys.get(key.text)) for key, value in values)
-        return {
-            key: self._value(value, port.kind if port is not None else None) for key, value, port in ports
-        }
-
-    def _added(self, key: Literal, value: Value) -> Any:
-        """Return what is added to a list, or to a text."""
-        kind = self._kinds.get(key.text)
-        if kind is not None and kind.item is not None:
-            return self._value(value, kind.item)
-        return self._text(value)
-
-    def _text(self, value: Value) -> TextTemplate:
+    def text(self, value: Value) -> TextTemplate:
         """Return a text, with the values of keys as people write them."""
         make = partial(template_of, kinds=self._kinds_for(value))
         return self.parts.get(value, "text", lambda: self._placed(value, make))
 
-    def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
-        inputs, outputs = self.parts.get(node, "ports", partial(self._ports, node))
-        if self.watch is None:
-            return RunSkill(name, self.context, node.skill, inputs, outputs)
-        spot = Spot(self.watch)
-        if not is_condition(node, self.context.declarations[node.skill]):
-            return ConditionAction(name, self.context, node.skill, inputs, outputs, spot)
-        keys = {each.key for value in model.values_of(node) for each in model.references(value)}
-        every = EVERY_S if node.every is None else node.every
-        return WatchedSkill(name, self.context, node.skill, inputs, outputs, spot, keys=keys, every=every)
-
-    def _ports(self, node: model.RunSkill) -> tuple[dict[str, Any], dict[str, str]]:
-        """Return what a skill takes and where its outputs go."""
+    def declaration(self, node: kinds.RunSkill) -> SkillDeclaration:
+        """Return what a skill declares."""
         declaration = self.context.declarations.get(node.skill)
         if declaration is None:
             known = closest_first(node.skill, self.context.declarations)
-            raise self._error(node.position, f"unknown skill {node.skill!r}", known)
-        inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
-        return inputs, {output.text: key.text for output, key in node.outputs}
+            raise self.error(node.position, f"unknown skill {node.skill!r}", known)
+        return declaration
 
-    def _titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
+    def titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""
         if node.name is None and is_source(value):
             shown = partial(format_value, kind=kind) if kind is not None else readable
-            written = _one_step(model.show(next(model.values_of(node))))
+            written = _one_step(model.show(node.reads[0]))
             annotations_of(behaviour).title = Title(written, value, self.context.keys, shown)
         return behaviour
+
+    def numbered(self, siblings: list[Behaviour]) -> list[Behaviour]:
+        """Give numbers to siblings with equal names, so that every path is unique."""
+        if len({behaviour.name for behaviour in siblings}) == len(siblings):
+            return siblings
+        taken: set[str] = set()
+        counts: dict[str, int] = {}
+        for behaviour in siblings:
+            name = behaviour.name
+            count = counts.get(name, 1)
+            while behaviour.name in taken:
+                count += 1
+                behaviour.name = f"{name} ({count})"
+            counts[name] = count
+            taken.add(behaviour.name)
+        return siblings
 
     # ---- values ---------------------------------------------------------------------------------------
 
     @cached_property
-    def _kinds(self) -> Mapping[str, Kind]:
+    def key_kinds(self) -> Mapping[str, Kind]:
         """The kinds of the mission's keys, as far as they are known."""
         return self.parts.analysis.key_kinds(self.mission)
 
-    def _condition(self, expression: Expression) -> CompiledExpression:
+    def condition(self, expression: Expression) -> CompiledExpression:
         """Compile an expression that is true or false."""
         return self.parts.get(expression, "condition", lambda: self._make_condition(expression))
 
     def _make_condition(self, expression: Expression) -> CompiledExpression:
-        for problem in check_kinds(expression, self._kinds, Kind.BOOLEAN).problems:
-            raise self._error(problem.position, problem.message, problem.valid)
-        return compile_expression(expression, self._kinds)
+        for problem in check_kinds(expression, self.key_kinds, Kind.BOOLEAN).problems:
+            raise self.error(problem.position, problem.message, problem.valid)
+        return compile_expression(expression, self.key_kinds)
 
-    def _value(self, value: Value, kind: Kind | None) -> Any:
+    def value(self, value: Value, kind: Kind | None) -> Any:
         """Return a value in SI units, or a value source."""
 
         def make() -> Any:
@@ -693,7 +491,7 @@ class _TreeBuilder:
 
         return self.parts.get(value, kind, make)
 
-    def _inputs(
+    def inputs(
         self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
     ) -> dict[str, Any]:
         """Return the inputs of a skill or a mission, as given."""
@@ -706,21 +504,25 @@ class _TreeBuilder:
         for name, value in pairs:
             port = ports.get(name.text)
             if port is None:
-                raise self._error(name.position, f"{problem} {name.text!r}", closest_first(name.text, ports))
+                raise self.error(name.position, f"{problem} {name.text!r}", closest_first(name.text, ports))
             said = port.kind is Kind.TEXT and isinstance(value, model.Reference)
-            read = partial(port_value, port=port, kinds=self._kinds if said else self._kinds_for(value))
+            read = partial(port_value, port=port, kinds=self.key_kinds if said else self._kinds_for(value))
             inputs[name.text] = self._placed(value, read)
         return inputs
 
-    def _case_values(self, literal: Literal, value: Value) -> tuple[Any, ...]:
-        """Return what a value can be when a case fits; more than one when its kind is not known."""
-        kind = kind_of(value, self._kinds)
-        if literal.quoted or kind is Kind.TEXT:
-            return (literal.text,)
-        if kind is not None:
-            return (self._placed(literal, lambda _: literal_value(literal, kind)),)
-        guessed = guess_value(literal.text)[1]
-        return (guessed,) if guessed == literal.text else (guessed, literal.text)
+    def kind_of(self, value: Value) -> Kind | None:
+        """Return the kind of a value, None when it is not known."""
+        return kind_of(value, self.key_kinds)
+
+    @property
+    def declared_keys(self) -> Mapping[str, Port]:
+        """The keys that the mission declares."""
+        return self.mission.keys
+
+    @property
+    def groups(self) -> Mapping[str, CodeGroup]:
+        """The groups of failure codes, by name."""
+        return self.parts.analysis.groups
 
     def _kinds_for(self, value: Value) -> Mapping[str, Kind]:
         """Return the keys' kinds, whose search walks the mission, for expressions; others need none."""
@@ -729,16 +531,17 @@ class _TreeBuilder:
             parts = (value.x, value.y, value.yaw)
         elif isinstance(value, model.ListItems):
             parts = value.items
-        return self._kinds if any(isinstance(part, Expression) for part in parts) else {}
+        return self.key_kinds if any(isinstance(part, Expression) for part in parts) else {}
 
     def _placed(self, value: Value, read: Callable[[Value], Any]) -> Any:
         try:
             return read(value)
         except ConfigError as error:
             inside = Position(error.line, error.column or 1) if error.line else value.position
-            raise self._error(inside, error.problem, error.valid) from error
+            raise self.error(inside, error.problem, error.valid) from error
 
-    def _error(self, position: Position | None, problem: str, valid: Iterable[str] = ()) -> ConfigError:
+    def error(self, position: Position | None, problem: str, valid: Iterable[str] = ()) -> ConfigError:
+        """Return an error that a check would have found, at its place in the file."""
         line, column = (position.line, position.column) if position is not None else (None, None)
         return ConfigError(problem, file=self.mission.file, line=line, column=column, valid=valid)
 
@@ -761,20 +564,3 @@ def _declared_keys(mission: Mission) -> dict[str, Port]:
 def _one_step(name: str) -> str:
     """Return a name that is one step of a path: the slash between steps stands in no name."""
     return name.replace("/", "\N{DIVISION SLASH}")
-
-
-def _numbered(siblings: list[Behaviour]) -> list[Behaviour]:
-    """Give numbers to siblings with equal names, so that every path is unique."""
-    if len({behaviour.name for behaviour in siblings}) == len(siblings):
-        return siblings
-    taken: set[str] = set()
-    counts: dict[str, int] = {}
-    for behaviour in siblings:
-        name = behaviour.name
-        count = counts.get(name, 1)
-        while behaviour.name in taken:
-            count += 1
-            behaviour.name = f"{name} ({count})"
-        counts[name] = count
-        taken.add(behaviour.name)
-    return siblings

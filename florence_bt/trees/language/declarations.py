@@ -7,12 +7,13 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-import florence_bt.skills
+import florence_bt
 from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.trees.kinds.words import RESERVED
 from florence_bt.trees.language.declared_skills import ENDING, read_skills_file
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.third_party import ThirdParty
-from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 
 class Declarations(dict[str, SkillDeclaration]):
@@ -29,10 +30,13 @@ class Declarations(dict[str, SkillDeclaration]):
 
 @cache
 def own_declarations() -> Declarations:
-    """Read the files of our own skills, ``florence_bt/skills/**/NAME.skills.yaml``, once in a process."""
+    """Read the files of our own skills, ``florence_bt/skills/**/NAME.skills.yaml``, once in a process.
+
+    The folder is read and not imported: the language needs none of its code.
+    """
     declared: dict[str, SkillDeclaration] = {}
     findings: list[Finding] = []
-    for path in sorted(Path(florence_bt.skills.__file__).parent.rglob(f"*{ENDING}")):
+    for path in sorted((Path(florence_bt.__file__).parent / "skills").rglob(f"*{ENDING}")):
         read = read_skills_file(path)
         declared |= read.declarations
         findings += read.findings

@@ -34,13 +34,14 @@ from florence_bt.core.plain_yaml import (
     read_yaml,
 )
 from florence_bt.core.text_files import decode_utf8, read_bytes
+from florence_bt.trees.kinds.words import RESERVED
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.message_mappings import MAPPING_KEYS, WAYS, MessageMapping, read_mapping
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.third_party import installed
-from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
+from florence_bt.trees.language.vocabulary import IDENTIFIER, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""

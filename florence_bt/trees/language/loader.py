@@ -10,11 +10,12 @@ from pathlib import Path
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees.kinds import CallMission, RunSkill
 from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import ENDING, STOCK, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.message_mappings import MessageMapping
-from florence_bt.trees.language.model import CallMission, Mission, RunSkill
+from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.parse import read_mission
 from florence_bt.trees.language.third_party import ThirdParty
 

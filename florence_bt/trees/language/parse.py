@@ -7,52 +7,29 @@ from __future__ import annotations
 
 import difflib
 import hashlib
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
-from florence_bt.behaviours.keys import HIDDEN
-from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.declaration import Port
 from florence_bt.core.errors import ConfigError, close_matches
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
+from florence_bt.trees import kinds
+from florence_bt.trees.kinds import words
+from florence_bt.trees.kinds.ensure import NOT_ENSURED
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language import model, vocabulary
 from florence_bt.trees.language.expressions.parser import negated
-from florence_bt.trees.language.expressions.syntax import Binary, Key, print_term
 from florence_bt.trees.language.findings import MAX_FINDINGS
+from florence_bt.trees.language.form import Form, NodeReader
 from florence_bt.trees.language.ports import read_ports
-from florence_bt.trees.language.quantities import read_value, with_article
-from florence_bt.trees.language.reader import Reader, without_dollar
-from florence_bt.trees.language.values import term_of
+from florence_bt.trees.language.quantities import with_article
 
-SHORTEST_S = 0.01
-"""The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
-_ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
-_TIME_OF_DAY = re.compile(r"(?P<time>\d{1,2}:\d{2})(?: or (?P<sooner>.+))?")
-"""A time of day, perhaps with what ends the waiting sooner: ``22:00``, ``22:00 or $done``."""
-_TIME_TO_WAIT_FOR = re.compile(r"(?:until|till|at) ((?:[01]?\d|2[0-3]):[0-5]\d)")
-"""A time of day where a duration is wanted: ``until 22:00``."""
-_TIME_MEANT = re.compile(
-    r"(?:[^\W\d]+,? )?(?:at |um )?(?P<hours>\d{1,2})(?:(?P<sign>[:.h])(?P<minutes>\d{2})(?::\d{2})?)?"
-    r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
-    re.IGNORECASE,
-)
-"""How people write times of the day: ``8pm``, ``20.00``, ``20 Uhr``, ``Monday 08:00``."""
-_ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
-"""What people write who know a programming language: ``tries = 3``."""
-_LOOP = re.compile(r"\$?(?P<item>[a-z][a-z0-9_]*) in (?P<items>.+)")
-"""A loop of other languages: ``room in $rooms``."""
+_ALL_MODIFIERS = (*vocabulary.ANYWHERE, *words.MODIFIERS)
 _NO_KEYS = ("mission", "description", "imported_from", "on_restart")
 """Keys of a mission whose values name no keys."""
-_EXAMPLES = {"retry": "3", "repeat": "3", "for_each": "$rooms"}
-"""How the value after a kind key is written; where nothing stands it is a duration."""
-
-_Fields = dict[str, Any]
-"""The fields that every node of the model has."""
 
 
 def read_mission(path: Path) -> model.Mission:
@@ -81,7 +58,7 @@ def _mission_of(data: bytes, path: Path) -> model.Mission:
     return _MissionParser(path).mission(data, path)
 
 
-class _MissionParser(Reader):
+class _MissionParser(NodeReader):
     """Parses one mission file."""
 
     # ---- the file -------------------------------------------------------------------------------------
@@ -175,7 +152,7 @@ class _MissionParser(Reader):
         if len(kinds) != 1:
             return self._not_one_kind(source, [key for key, _ in kinds])
         key, value = kinds[0]
-        if key.text not in vocabulary.NODE_KINDS and suggestions.is_no_skill(key, value, source):
+        if key.text not in words.NODE_KINDS and suggestions.is_no_skill(key, value, source):
             return self._unknown_kind(key, value, source)
         self._check_modifiers(key.text, source)
         if self._is_misplaced(key, value, source):
@@ -193,16 +170,16 @@ class _MissionParser(Reader):
         entries = [entry for entry in source.entries if entry[0].text != "ensure"]
         inner = tuple(entry for entry in entries if entry[0].text not in outside)
         outer = tuple(entry for entry in entries if entry[0].text in outside)
-        fields = self._fields(key, YamlMapping(outer, source.position))
-        code = fields.pop("code", None) or model.Literal(vocabulary.NOT_ENSURED, False, ensure.position)
+        fields = self.fields(key, YamlMapping(outer, source.position))
+        code = fields.pop("code", None) or model.Literal(NOT_ENSURED, False, ensure.position)
         node = self._unensured(key, value, YamlMapping(inner, source.position))
         expression = self.expression(ensure, "ensure")
         if node is None or expression is None:
             return None
-        condition = model.Condition(
+        condition = kinds.Condition(
             condition=expression, name=f"ensure {expression.text}", code=code, position=ensure.position
         )
-        return model.Ensure(children=(node, condition), **fields)
+        return kinds.Ensure(children=(node, condition), **fields)
 
     def _unensured(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
         """Read a node without ``ensure``."""
@@ -235,8 +212,8 @@ class _MissionParser(Reader):
         """Report what looks like a kind of node and is none; what stands below it is parsed all the same."""
         meant = suggestions.meant_kind(key.text)
         message = f"there is no skill and no kind of node {key.text!r}"
-        self.error(key.position, message, meant or vocabulary.NODE_KINDS)
-        if meant and meant[0] in vocabulary.NODE_KINDS:
+        self.error(key.position, message, meant or words.NODE_KINDS)
+        if meant and meant[0] in words.NODE_KINDS:
             return self.node(_renamed(source, key, meant[0]))
         below = value.items if isinstance(value, YamlSequence) else (value,)
         return self._together(key, (*map(self._if_node, below), *self._below(source)))
@@ -257,7 +234,7 @@ class _MissionParser(Reader):
     def _together(key: YamlScalar, nodes: Iterable[model.Node | None]) -> model.Node | None:
         """Hold nodes that are checked, although what holds them is wrong."""
         children = tuple(node for node in nodes if node is not None)
-        return model.Sequence(children=children, position=key.position) if children else None
+        return kinds.Sequence(children=children, position=key.position) if children else None
 
     def _wait_in_time(self, source: YamlMapping) -> model.Node | None:
         """Read ``wait_until`` with a ``timeout`` beside it: the short form of a ``timeout`` round it."""
@@ -282,18 +259,18 @@ class _MissionParser(Reader):
         entries = [entry for entry in source.entries if entry[0].text not in ("until", "on_failure")]
         inner = tuple(entry for entry in entries if entry[0].text not in outside)
         outer = tuple(entry for entry in entries if entry[0].text in outside)
-        fields = self._fields(key, YamlMapping(outer, source.position))
+        fields = self.fields(key, YamlMapping(outer, source.position))
         node = self._interruptible(key, value, YamlMapping(inner, source.position))
-        goal = self._question(until, "until") if until is not None else None
+        goal = self.question(until, "until") if until is not None else None
         caught = self._handlers(handlers) if handlers is not None else ()
         if node is None or (goal is None and until is not None):
             return None
         if goal is not None and not caught:
-            return model.Until(child=node, goal=goal, **fields)
+            return kinds.Until(child=node, goal=goal, **fields)
         if goal is not None:
             code = fields.pop("code", None)
-            node = model.Until(child=node, goal=goal, code=code, position=key.position)
-        return model.OnFailure(child=node, handlers=caught, **fields)
+            node = kinds.Until(child=node, goal=goal, code=code, position=key.position)
+        return kinds.OnFailure(child=node, handlers=caught, **fields)
 
     def _interruptible(self, key: YamlScalar, value: YamlNode, source: YamlMapping) -> model.Node | None:
         """Read a node of a kind, and what interrupts it."""
@@ -307,10 +284,10 @@ class _MissionParser(Reader):
         outer = tuple(entry for entry in entries if entry[0].text in outside)
         node = self._of_kind(key, value, YamlMapping(inner, source.position))
         goal, interruption = self._interruption(interrupted_by)
-        fields = self._fields(key, YamlMapping(outer, source.position))
+        fields = self.fields(key, YamlMapping(outer, source.position))
         if node is None or goal is None or interruption is None:
             return None
-        return model.Interruptible(child=node, goal=goal, interruption=interruption, **fields)
+        return kinds.Interruptible(child=node, goal=goal, interruption=interruption, **fields)
 
     def _interruption(self, source: YamlNode) -> tuple[model.Node | None, model.Node | None]:
         """Read ``interrupted_by``: what is asked, and what is done then."""
@@ -322,18 +299,7 @@ class _MissionParser(Reader):
             self.error(position, "interrupted_by needs what is asked and what is done then", valid)
             return None, None
         parts = {key.text: item for key, item in entries}
-        return self._question(parts["if"], "interrupted_by"), self.node(parts["do"])
-
-    def _question(self, source: YamlNode, what: str) -> model.Node | None:
-        """Read a node that is asked; an expression is the condition of that text."""
-        if isinstance(source, YamlMapping):
-            return self.node(source)
-        if isinstance(source, YamlScalar) and (time := _time_meant(source.text)) is not None:
-            valid = [f'"{time}"' if what == "wait_until" else f'{{wait_until: "{time}"}}']
-            self.error(source.position, f"{what}: {source.text!r} is no time of day", valid)
-            return None
-        condition = self.expression(source, what, or_node=True)
-        return model.Condition(condition=condition, position=source.position) if condition else None
+        return self.question(parts["if"], "interrupted_by"), self.node(parts["do"])
 
     def _handlers(self, source: YamlNode) -> tuple[tuple[model.Literal, model.Node], ...]:
         """Read ``on_failure``: what is done about failures, by code."""
@@ -342,7 +308,7 @@ class _MissionParser(Reader):
             self.error(source.position, "on_failure needs codes and nodes", ["on_failure: {any: {a node}}"])
         handlers = []
         for key, item in entries:
-            if key.text in vocabulary.NODE_KINDS:
+            if key.text in words.NODE_KINDS:
                 message = f"on_failure: {key.text!r} is a kind of node, and the code is missing"
                 self.error(key.position, message, [f"any: {{{key.text}: ...}}"])
                 continue
@@ -355,102 +321,12 @@ class _MissionParser(Reader):
         return tuple(handlers)
 
     def _of_kind(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        match key.text:
-            case "sequence":
-                children, memory = self._children(key, value), self._memory(mapping)
-                return model.Sequence(children=children, memory=memory, **self._fields(key, mapping))
-            case "selector":
-                children, memory = self._children(key, value), self._memory(mapping)
-                return model.Selector(children=children, memory=memory, **self._fields(key, mapping))
-            case "parallel":
-                return self._parallel(key, value, mapping)
-            case "if":
-                return self._if(key, value, mapping)
-            case "switch":
-                return self._switch(key, value, mapping)
-            case kind if kind in vocabulary.MODIFIERS["do"]:
-                return self._decorator(key, value, mapping)
-            case "once" | "invert" | "succeed":
-                fields, child = self._fields(key, mapping), self.node(value)
-                wrapper = {"once": model.Once, "invert": model.Invert, "succeed": model.Succeed}[key.text]
-                return wrapper(child=child, **fields) if child is not None else None
-            case "condition":
-                condition, fields = self.expression(value, "condition"), self._fields(key, mapping)
-                return model.Condition(condition=condition, **fields) if condition is not None else None
-            case "fail":
-                reason, fields = self._template(value, "fail"), self._fields(key, mapping)
-                return model.Fail(reason=reason, **fields) if reason is not None else None
-            case "wait" if isinstance(value, YamlScalar) and (
-                time := _TIME_TO_WAIT_FOR.fullmatch(value.text)
-            ):
-                self.error(
-                    value.position, f"wait: {value.text!r} is a time of day", [f"wait_until: {time[1]}"]
-                )
-                return None
-            case "wait":
-                duration, fields = self.value(value, "wait"), self._fields(key, mapping)
-                return model.Wait(duration=duration, **fields) if duration is not None else None
-            case "wait_until":
-                return self._wait_until(key, value, mapping)
-            case "set":
-                return self._set(key, value, mapping)
-            case "add":
-                return self._sums(value, self._fields(key, mapping))
-            case "append":
-                values, fields = self.values(value, "append"), self._fields(key, mapping)
-                if not isinstance(value, YamlMapping) or not value.entries:
-                    self.error(value.position, "append needs keys and values", ['append: {report: "text"}'])
-                return model.Append(values=values, **fields)
-            case "run":
-                return self._call_mission(key, value, mapping)
-        skill = self._run_skill(key, value, mapping)
+        form, kind = Form(self, key, value, mapping), kinds.BY_WORD.get(key.text)
+        if kind is not None:
+            return kind.read(form)
+        skill = kinds.RunSkill.read(form)
         wrong = tuple(self._below(mapping))
         return self._together(key, (skill, *wrong)) if any(wrong) else skill
-
-    def _fields(self, key: YamlScalar, mapping: YamlMapping) -> _Fields:
-        fields: _Fields = {"position": key.position}
-        for modifier, source in mapping.entries:
-            match modifier.text:
-                case "name":
-                    fields["name"] = self.text(source, "name")
-                case "code":
-                    fields["code"] = self.identifier(source, "code")
-                case "because":
-                    fields["reasons"] = self._reasons(source)
-                case "finally":
-                    fields["cleanup"] = self.node(source)
-                case "when":
-                    fields["when"] = self.expression(source, "when")
-                case "while":
-                    fields["holds"] = self.expression(source, "while")
-        return fields
-
-    def _reasons(self, source: YamlNode) -> model.Reasons | None:
-        if not isinstance(source, YamlMapping):
-            always = self._template(source, "because")
-            return model.Reasons(always, {}, source.position) if always is not None else None
-        by_code, positions = {}, {}
-        for key, item in source.entries:
-            code = self.identifier(key, "a code in because")
-            text = self._template(item, f"because {key.text}")
-            if code is not None and text is not None:
-                by_code[code.text], positions[code.text] = text, code.position
-        return model.Reasons(None, by_code, source.position, positions)
-
-    def _template(self, source: YamlNode, what: str) -> model.Value | None:
-        """Read a text, with keys or without."""
-        if isinstance(source, YamlMapping):
-            self.error(source.position, f"{what} must be text")
-            return None
-        if isinstance(source, YamlSequence):
-            self.error(source.position, f"{what} must be text, not a list", ["a single value"])
-            return None
-        value = self.value(source, what)
-        return model.Literal(value.text, True, value.position) if isinstance(value, model.Literal) else value
-
-    def _optional_name(self, mapping: YamlMapping, modifier: str) -> model.Literal | None:
-        source = mapping.get(modifier)
-        return self.identifier(source, modifier) if source is not None else None
 
     def _not_one_kind(self, source: YamlMapping, keys: list[YamlScalar]) -> model.Node | None:
         """Say what is wrong with none or several kinds in one node, and go on with what was meant."""
@@ -466,7 +342,7 @@ class _MissionParser(Reader):
         for key in keys:
             other = suggestions.other_modifier(key.text, source) if key is not keys[0] else None
             close = [other] if other else difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
-            if close and key.text not in vocabulary.NODE_KINDS and not suggestions.is_else_if(key.text):
+            if close and key.text not in words.NODE_KINDS and not suggestions.is_else_if(key.text):
                 self.error(key.position, f"unknown modifier {key.text!r}", close)
                 return self.node(_renamed(source, key, close[0])) if source.get(close[0]) is None else None
         names = " and ".join(repr(key.text) for key in keys)
@@ -477,12 +353,12 @@ class _MissionParser(Reader):
         return self._together(keys[0], (self._if_node(item) for each in lists for item in each.items))
 
     def _check_modifiers(self, kind: str, mapping: YamlMapping) -> None:
-        own = kind if kind in vocabulary.NODE_KINDS else "a skill"
+        own = kind if kind in words.NODE_KINDS else "a skill"
         for key, _ in mapping.entries:
-            kinds = vocabulary.MODIFIERS.get(key.text)
+            kinds = words.OWNERS.get(key.text)
             beside = vocabulary.BESIDE.get(key.text, ())
             named = [word for word in beside if mapping.get(word) is not None]
-            if kinds is not None and own in kinds and (not named or kind != "for_each" or _may_fail(mapping)):
+            if kinds is not None and own in kinds and (not named or _may_fail(kind, mapping)):
                 named.insert(0, own)
             if len(named) > 1:
                 message = f"{key.text}: it is not clear whether that is about {' or '.join(map(repr, named))}"
@@ -490,7 +366,7 @@ class _MissionParser(Reader):
             elif kinds is not None and not named:
                 owners = (*kinds, *(f"a node with {word}" for word in beside))
                 message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(owners)}"
-                usable = [name for name, owners in vocabulary.MODIFIERS.items() if own in owners]
+                usable = [name for name, owners in words.OWNERS.items() if own in owners]
                 of_if = (f"{key.text} indented like the if that it belongs to",) if kinds == ("if",) else ()
                 self.error(key.position, message, (*of_if, *usable, *vocabulary.ANYWHERE))
 
@@ -498,8 +374,9 @@ class _MissionParser(Reader):
         """Tell whether modifiers stand inside the value of a kind key, indented one step too far."""
         if not isinstance(value, YamlMapping):
             return False
-        if key.text in vocabulary.MODIFIERS["do"]:
-            kind, example = key.text, f"{key.text}: {_EXAMPLES.get(key.text, '30 s')}"
+        if key.text in words.OWNERS["do"]:
+            kind = key.text
+            example = f"{kind}: {kinds.BY_WORD[kind].kind.argument}"
             message = f"a single value is needed after {kind}; `do` has the same indentation as {kind}"
             self.error(key.position, message, [example])
             return True
@@ -508,302 +385,6 @@ class _MissionParser(Reader):
             self.error(value.position, "the branch is inside the condition of the if", valid)
             return True
         return False
-
-    # ---- composites -----------------------------------------------------------------------------------
-
-    def _children(self, key: YamlScalar, value: YamlNode) -> tuple[model.Node, ...]:
-        if not isinstance(value, YamlSequence) or not value.items:
-            valid = suggestions.for_children(key, value)
-            self.error(value.position, f"{key.text} needs a list of nodes", valid)
-            return ()
-        return tuple(node for item in value.items if (node := self.node(item)) is not None)
-
-    def _child(self, key: YamlScalar, mapping: YamlMapping, modifier: str = "do") -> model.Node | None:
-        source = mapping.get(modifier)
-        if source is None:
-            message = f"{key.text} needs a node under `{modifier}`"
-            self.error(key.position, message, [f"{modifier}: {{a node}}"])
-            return None
-        return self.node(source)
-
-    def _optional_child(self, mapping: YamlMapping, modifier: str) -> model.Node | None:
-        source = mapping.get(modifier)
-        return self.node(source) if source is not None else None
-
-    def _memory(self, mapping: YamlMapping) -> bool:
-        source = mapping.get("memory")
-        return source is None or self.choice(source, "memory", ("true", "false")) != "false"
-
-    def _parallel(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
-        children = self._children(key, value)
-        source = mapping.get("policy")
-        policy = self._policy(source, children) if source is not None else model.ParallelPolicy()
-        return model.Parallel(children=children, policy=policy, **self._fields(key, mapping))
-
-    def _policy(self, source: YamlNode, children: tuple[model.Node, ...]) -> model.ParallelPolicy:
-        if isinstance(source, YamlMapping):
-            return self._counting_policy(source)
-        if isinstance(source, YamlScalar):
-            if source.text in vocabulary.POLICIES:
-                return model.ParallelPolicy(model.PolicyKind(source.text), position=source.position)
-            valid = (*vocabulary.POLICIES, "[the name of a branch]", "{succeed: 2, fail: 1}")
-            self.error(source.position, f"policy cannot be {source.text!r}", valid)
-            return model.ParallelPolicy(position=source.position)
-        if not source.items:
-            self.error(source.position, "no branch is named", [f"[{child.title}]" for child in children])
-        names = tuple(
-            model.Literal(name, True, item.position)
-            for item in source.items
-            if (name := self.text(item, "the name of a branch")) is not None
-        )
-        return model.ParallelPolicy(model.PolicyKind.SELECTED, names=names, position=source.position)
-
-    def _counting_policy(self, source: YamlMapping) -> model.ParallelPolicy:
-        for key, _ in source.entries:
-            if key.text not in vocabulary.POLICY_KEYS:
-                self.unknown(
-                    key.position, f"unknown key of a policy {key.text!r}", key.text, vocabulary.POLICY_KEYS
-                )
-        if not any(difflib.get_close_matches(key.text, ["succeed"]) for key, _ in source.entries):
-            self.error(source.position, "the policy lacks succeed", ["{succeed: 2, fail: 1}"])
-        succeed, fail = (self._count(source.get(name), name) for name in vocabulary.POLICY_KEYS)
-        return model.ParallelPolicy(
-            model.PolicyKind.COUNTED, succeed=succeed or 1, fail=fail, position=source.position
-        )
-
-    def _count(self, source: YamlNode | None, name: str) -> int | None:
-        if source is None:
-            return None
-        try:
-            number = read_value(source.text, Kind.INTEGER) if isinstance(source, YamlScalar) else 0
-        except ConfigError:
-            number = 0
-        if number < 1:
-            self.error(source.position, f"{name} must be a number of branches", [f"{name}: 1"])
-            return None
-        return int(number)
-
-    def _if(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        condition: model.Expression | model.Node | None
-        if isinstance(value, YamlMapping):
-            condition = self.node(value)
-        else:
-            condition = self.expression(value, "if", or_node=True)
-        then, otherwise = self._child(key, mapping, "then"), self._optional_child(mapping, "else")
-        fields, memory = self._fields(key, mapping), self._memory(mapping)
-        if condition is None or then is None:
-            return None
-        return model.If(condition=condition, then=then, otherwise=otherwise, memory=memory, **fields)
-
-    def _switch(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        switched_on = self.value(value, "switch")
-        source = mapping.get("cases")
-        entries = source.entries if isinstance(source, YamlMapping) else ()
-        if not entries:
-            position = source.position if source is not None else key.position
-            self.error(position, "switch needs cases", ["cases: {value: node, value: node}"])
-        cases = tuple(
-            (model.Literal(name.text, name.quoted, name.position), node)
-            for name, item in entries
-            if (node := self.node(item)) is not None
-        )
-        default, fields = self._optional_child(mapping, "default"), self._fields(key, mapping)
-        if switched_on is None:
-            return None
-        return model.Switch(value=switched_on, cases=cases, default=default, **fields)
-
-    # ---- decorators -----------------------------------------------------------------------------------
-
-    def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        """Read a node with the node below it under ``do``."""
-        fields, child = self._fields(key, mapping), self._child(key, mapping)
-        if key.text == "for_each":
-            return self._for_each(key, value, mapping, child, fields)
-        endless = isinstance(value, YamlScalar) and value.text == vocabulary.FOREVER
-        if isinstance(value, YamlScalar) and (meant := suggestions.for_rounds(key.text, value.text)):
-            self.error(value.position, f"{key.text}: a whole number is needed, not {value.text!r}", [meant])
-            endless = True
-        argument = None if endless else self.value(value, key.text)
-        on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
-        between = self._optional_child(mapping, "between")
-        codes = self.identifiers(on, "a code in on") if on is not None else ()
-        if child is None or (argument is None and not (endless and key.text in ("retry", "repeat"))):
-            return None
-        if key.text == "retry":
-            return model.Retry(
-                child=child, attempts=argument, on=codes, attempt_key=attempt_key, between=between, **fields
-            )
-        if key.text == "repeat":
-            return model.Repeat(child=child, rounds=argument, **fields)
-        assert argument is not None  # that was a loop
-        return model.Timeout(child=child, duration=argument, **fields)
-
-    def _for_each(
-        self,
-        key: YamlScalar,
-        value: YamlNode,
-        mapping: YamlMapping,
-        child: model.Node | None,
-        fields: _Fields,
-    ) -> model.Node | None:
-        items = self.value(value, "for_each")
-        name, index, over = (mapping.get(word) for word in ("as", "index", "go_on_over"))
-        if name is None:
-            loop = _LOOP.fullmatch(value.text) if isinstance(value, YamlScalar) else None
-            valid = [f"for_each: {loop['items']}", f"as: {loop['item']}"] if loop else ["as: room"]
-            self.error(key.position, "for_each needs a key for the item under `as`", valid)
-            return None
-        item_key = self.identifier(without_dollar(name), "as")
-        if child is None or items is None or item_key is None:
-            return None
-        return model.ForEach(
-            child=child,
-            items=items,
-            item_key=item_key,
-            index_key=self.identifier(without_dollar(index), "index") if index is not None else None,
-            goes_on_over=self.identifiers(over, "a code in go_on_over") if over is not None else (),
-            first_success=self.flag(mapping.get("first_success"), "first_success"),
-            **fields,
-        )
-
-    def _wait_until(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        fields = self._fields(key, mapping)
-        given = value.get("time") if isinstance(value, YamlMapping) and len(value.entries) == 1 else None
-        if given is not None:
-            time = self.value(given, "time")
-            return self._wait_for_time(time, None, given.position, fields) if time is not None else None
-        written = _TIME_OF_DAY.fullmatch(value.text.strip()) if isinstance(value, YamlScalar) else None
-        if isinstance(value, YamlScalar) and written is not None:
-            sooner = self._sooner(value, written) if written["sooner"] else None
-            literal = model.Literal(written["time"], True, value.position)
-            return self._wait_for_time(literal, sooner, value.position, fields)
-        goal = self._question(value, "wait_until")
-        return model.WaitUntil(goal=goal, **fields) if goal is not None else None
-
-    def _sooner(self, value: YamlScalar, written: re.Match[str]) -> model.Node | None:
-        """Read the expression behind a time of day and ``or``."""
-        start = value.text.index(written["sooner"])
-        column = None if value.first_column is None else value.first_column + start
-        place = value.position if column is None else Position(value.position.line, column)
-        return self._question(YamlScalar(written["sooner"], False, place, column), "wait_until")
-
-    def _wait_for_time(
-        self, time: model.Value, sooner: model.Node | None, place: Position, fields: _Fields
-    ) -> model.Node:
-        """Read a time of day, ``wait_until: "22:00"``: the next such moment is looked up, and waited for.
-
-        Args:
-            time: Hours and minutes, written out or in a key.
-            sooner: What ends the waiting, too, if anything does.
-            place: Where it stands.
-            fields: What every node has.
-        """
-        shown = model.show(time)
-        if isinstance(time, model.Literal) and _time_meant(shown) != f"{shown:0>5}":
-            self.error(place, f"wait_until: {shown!r} is no time of day", ["22:00"])
-        written = shown.replace(":", "_") if isinstance(time, model.Literal) else f"of_line_{place.line}"
-        name = f"{HIDDEN}time_{written}"
-        look_up = model.RunSkill(
-            skill="look_up_time",
-            inputs=((model.Literal("time", True, place), time),),
-            outputs=((model.Literal("date", True, place), model.Literal(name, True, place)),),
-            position=place,
-        )
-        asked: model.Node = model.RunSkill(
-            skill="time_reached",
-            inputs=((model.Literal("date", True, place), model.Reference(name, place)),),
-            position=place,
-        )
-        if sooner is not None:
-            asked = model.Selector(children=(asked, sooner), position=place)
-        wait = model.WaitUntil(goal=asked, position=place)
-        fields["name"] = fields.get("name") or f"wait until {shown}"
-        return model.Sequence(children=(look_up, wait), **fields)
-
-    # ---- leaves ---------------------------------------------------------------------------------------
-
-    def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
-        fields, empty = self._fields(key, mapping), isinstance(value, YamlScalar) and value.empty
-        if isinstance(value, YamlScalar) and not empty and (match := _ASSIGNMENT.fullmatch(value.text)):
-            valid = [f"set: {{{match['key']}: {suggestions.as_value(match['value'])}}}"]
-            self.error(value.position, "set must be a mapping (key: value)", valid)
-            return model.Set(values=(), **fields)
-        values = self.values(value, "set")
-        if empty or (isinstance(value, YamlMapping) and not value.entries):
-            self.error(value.position, "set needs keys and values", ["set: {key: value}"])
-        return model.Set(values=values, **fields)
-
-    def _sums(self, value: YamlNode, fields: _Fields) -> model.Node:
-        """Read ``add: {n: 1}``, which is short for ``set: {n: "${$n + 1}"}``."""
-        if not isinstance(value, YamlMapping) or not value.entries:
-            written = value.text.removeprefix("$") if isinstance(value, YamlScalar) else ""
-            meant = written if vocabulary.IDENTIFIER.fullmatch(written) else "key"
-            self.error(value.position, "add needs keys and values", [f"add: {{{meant}: 1}}"])
-            return model.Add(values=(), **fields)
-        values = self.values(value, "add")
-        sums = []
-        for name, given in values:
-            if (term := term_of(given)) is not None:
-                total = Binary("+", Key(name.text, name.position), term, given.position)
-                sums.append((name, model.Expression(print_term(total), total, given.position)))
-                continue
-            message = f"add: {model.show(given)!r} is no number and no quantity"
-            valid = [f"append: {{{name.text}: {model.show(given)}}}, to a text or a list"]
-            self.error(given.position, message, valid)
-        return model.Add(values=tuple(sums), **fields)
-
-    def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
-        fields = self._fields(key, mapping)
-        if isinstance(value, YamlMapping):
-            valid = ["run: goto_room", "with: {room: kitchen} indented like run"]
-            self.error(value.position, "run needs the name of a mission, not a mapping", valid)
-            return None
-        mission = self.identifier(value, "run", suggestions.for_call(value))
-        given = mapping.get("with")
-        inputs, outputs = self.values(given, "with"), self.keys(mapping.get("out"))
-        if mission is None:
-            return None
-        unread = _unread(given, inputs)
-        return model.CallMission(mission=mission, inputs=inputs, outputs=outputs, unread=unread, **fields)
-
-    def _run_skill(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
-        """Read a skill: every kind key that is not a kind of node is the name of a skill."""
-        given = isinstance(value, YamlMapping)
-        value = self._without_modifiers(key, value)
-        inputs = self.values(value, key.text) if given else ()
-        return model.RunSkill(
-            skill=key.text,
-            inputs=inputs,
-            outputs=self.keys(mapping.get("out")),
-            mapping_given=given or (isinstance(value, YamlScalar) and value.empty),
-            unread=_unread(value, inputs),
-            written=value.text if isinstance(value, YamlScalar) else "",
-            every=self._every(mapping.get("every")),
-            **self._fields(key, mapping),
-        )
-
-    def _every(self, source: YamlNode | None) -> float | None:
-        """Read ``every`` in seconds."""
-        seconds = self.duration(source, "every") if source is not None else None
-        if source is None or seconds is None:
-            return None
-        if seconds < SHORTEST_S:
-            self.error(source.position, "every: at least 10 ms are needed", ["1 s", "100 ms"])
-            return None
-        return seconds
-
-    def _without_modifiers(self, key: YamlScalar, value: YamlNode) -> YamlNode:
-        """Leave out modifiers that were indented as if they were inputs, and say so."""
-        if not isinstance(value, YamlMapping):
-            return value
-        for name, _ in value.entries:
-            if name.text in vocabulary.NEVER_INPUTS:
-                message = f"{name.text!r} stands among the inputs of {key.text}"
-                self.error(name.position, message, [f"{name.text} indented like {key.text}"])
-        entries = tuple(
-            (name, item) for name, item in value.entries if name.text not in vocabulary.NEVER_INPUTS
-        )
-        return YamlMapping(entries, value.position)
 
 
 def _named_anywhere(source: YamlMapping) -> Iterator[str]:
@@ -824,21 +405,9 @@ def _renamed(source: YamlMapping, key: YamlScalar, name: str) -> YamlMapping:
     return YamlMapping(entries, source.position)
 
 
-def _time_meant(text: str) -> str | None:
-    """Return a time of day that is written in another way as hours and minutes: ``20:00`` for ``8 pm``."""
-    match = _TIME_MEANT.fullmatch(text.strip())
-    if match is None or not (match["sign"] or match["half"] or match["word"]):
-        return None
-    hours, minutes = int(match["hours"]), int(match["minutes"] or 0)
-    if match["half"]:
-        hours = hours % 12 + 12 * (match["half"][0] in "pP")
-    return f"{hours:02}:{minutes:02}" if hours < 24 and minutes < 60 else None
-
-
-def _may_fail(loop: YamlMapping) -> bool:
-    """Tell whether a ``for_each`` has a failure of its own, which its ``code`` may be about."""
-    first = loop.get("first_success")
-    return isinstance(first, YamlScalar) and first.text == "true"
+def _may_fail(kind: str, mapping: YamlMapping) -> bool:
+    """Tell whether a node has a failure of its own, which its ``code`` may be about."""
+    return kind not in kinds.BY_WORD or kinds.BY_WORD[kind].has_own_failure(mapping)
 
 
 def _is_misspelt(mapping: YamlMapping, name: str) -> bool:
@@ -847,12 +416,3 @@ def _is_misspelt(mapping: YamlMapping, name: str) -> bool:
         key.text for key, _ in mapping.entries[:MAX_FINDINGS] if key.text not in vocabulary.MISSION_KEYS
     ]
     return any(suggestions.for_section(key, vocabulary.MISSION_KEYS)[0].startswith(name) for key in unknown)
-
-
-def _unread(
-    source: YamlNode | None, inputs: tuple[tuple[model.Literal, model.Value], ...]
-) -> tuple[str, ...]:
-    """Return the names in a mapping whose values could not be read."""
-    read = {name.text for name, _ in inputs}
-    entries = source.entries if isinstance(source, YamlMapping) else ()
-    return tuple(name.text.split(":")[0] for name, _ in entries if name.text not in read)

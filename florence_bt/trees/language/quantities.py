@@ -226,3 +226,8 @@ def _read_quantity(text: str, kind: Kind) -> float:
     meant = quantity_meant(match[1], unit, kind)
     valid = [meant] if meant is not None else [f"{match[1]} {name}" for name in units]
     raise ConfigError(f"{unit!r} is not a unit of {what}", valid=valid)
+
+
+def is_duration(text: str) -> bool:
+    """Tell whether a text is a number of seconds, minutes or hours."""
+    return guess_value(text.strip())[0] is Kind.DURATION

@@ -14,6 +14,7 @@ from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
+from florence_bt.trees.kinds.words import NEVER_INPUTS
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
 from florence_bt.trees.language.findings import FindingList
@@ -26,8 +27,8 @@ from florence_bt.trees.language.model import (
     Template,
     Value,
 )
-from florence_bt.trees.language.quantities import read_value
-from florence_bt.trees.language.vocabulary import IDENTIFIER, NEVER_INPUTS, OTHER_YAWS
+from florence_bt.trees.language.quantities import is_duration, read_value
+from florence_bt.trees.language.vocabulary import IDENTIFIER, OTHER_YAWS
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 _NAME = re.compile(r"[A-Za-z_À-ɏ][A-Za-z0-9_À-ɏ]*")
@@ -212,7 +213,7 @@ class Reader(WordReader):
             message = f"{what}: {text!r} is neither a key nor a node"
             self.error(source.position, message, (f"${text}", f"{{{text}: }}, if it is a skill"))
             return None
-        if suggestions.is_duration(text):
+        if is_duration(text):
             message = f"{what}: {text.strip()!r} is a time that passes, and no condition"
             self.error(source.position, message, [suggestions.for_duration(what, text.strip())])
             return None

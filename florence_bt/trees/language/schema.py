@@ -6,285 +6,33 @@ cannot say (whether a key has a value, whether a branch is ever reached) is left
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
-from typing import Any
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
-from florence_bt.core.units import UNITS
+from florence_bt.trees import kinds
+from florence_bt.trees.kinds.words import ANYWHERE_TEXTS, MODIFIERS, NODE_KINDS, OWNERS, TREE_CODES
 from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.code_groups import ANY, groups_of
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import (
-    COMPOUND,
     NUMERIC_KINDS,
     example_of,
-    format_value,
-    with_article,
 )
-
-Schema = dict[str, Any]
-
-NAME: Schema = {"type": "string", "pattern": f"^{vocabulary.IDENTIFIER.pattern}$"}
-TEXT: Schema = {"type": ["string", "number", "boolean"]}
-"""A text; one without quotes may look like a number."""
-EXPRESSION: Schema = {"$ref": "#/definitions/expression"}
-REFERENCE: Schema = {"$ref": "#/definitions/reference"}
-
-_NUMBER = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?"
-
-_REFERENCE = rf"\$({vocabulary.IDENTIFIER.pattern}|\{{[\s\S]+\}})"
-
-DEFINITIONS: dict[str, Schema] = {
-    "reference": {
-        "title": "a key, or an expression",
-        "type": "string",
-        "pattern": f"^{_REFERENCE}$",
-        "examples": ["$key", "${$distance + 0.5 m}"],
-    },
-    "expression": {
-        "title": "an expression",
-        "description": "Compares, computes and combines: or and not == != < <= > >= + - * /, keys as $key.",
-        "type": ["string", "boolean"],
-        "minLength": 1,
-        "examples": ["$distance < 1 m and not $found"],
-    },
-    "any": {
-        "title": "a value",
-        "anyOf": [TEXT, {"$ref": "#/definitions/pose"}, {"type": "array"}],
-    },
-    "pose": {
-        "title": "a pose in the frame of the map",
-        "type": "object",
-        "properties": {axis: {"$ref": f"#/definitions/{kind}"} for axis, kind in
-                       (("x", "length"), ("y", "length"), ("yaw", "angle"))},
-        "required": ["x", "y", "yaw"],
-        "additionalProperties": False,
-    },
-}  # fmt: skip
-"""What the other schemas refer to."""
-
-
-def literal(kind: Kind) -> Schema:
-    """Make the schema of a value of a kind that is written out."""
-    if kind.item is not None:
-        return {"anyOf": [{"type": "array", "items": given(kind.item)}, TEXT]}
-    match kind:
-        case Kind.TEXT:
-            return TEXT
-        case Kind.BOOLEAN:
-            return {"type": "boolean"}
-        case Kind.INTEGER:
-            return {"type": "integer"}
-        case Kind.NUMBER:
-            return {"type": "number"}
-        case Kind.POSE:
-            return {"$ref": "#/definitions/pose"}
-    return _quantity(kind)
-
-
-def _quantity(kind: Kind, *others: str) -> Schema:
-    """Make the schema of a number with its unit, or a text of another pattern; only 0 needs no unit.
-
-    One pattern: of several alternatives editors show only the types.
-    """
-    units = "|".join(re.escape(unit) for unit in UNITS[kind])
-    message = f"{with_article(kind)} is a number with its unit ({', '.join(UNITS[kind])}): {example_of(kind)}"
-    compound = (COMPOUND,) if kind is Kind.DURATION else ()
-    patterns = "|".join((rf"{_NUMBER}\s*({units})", *compound, *others))
-    written = {
-        "type": "string",
-        "pattern": f"^({patterns})$",
-        "examples": [example_of(kind)],
-        "errorMessage": message,
-    }
-    return {"anyOf": [written, {"const": 0, "errorMessage": message}]}
-
-
-def value(kind: Kind) -> Schema:
-    """Make the schema of a value of a kind: written out, a key, or an expression."""
-    title = f"{kind.value}, such as {example_of(kind)}"
-    if kind in UNITS:
-        return {"title": title, **_quantity(kind, _REFERENCE)}
-    return {"title": title, "anyOf": [literal(kind), REFERENCE]}
-
-
-def definitions() -> dict[str, Schema]:
-    """Make what the other schemas refer to: one definition per kind of value, and the common ones."""
-    kinds = {_definition(kind): value(kind) for kind in Kind if kind is not Kind.POSE}
-    return {**kinds, **DEFINITIONS, _definition(Kind.POSE): value(Kind.POSE)}
-
-
-def given(kind: Kind) -> Schema:
-    """Refer to the schema of a value of a kind."""
-    return {"$ref": f"#/definitions/{_definition(kind)}"}
-
-
-def _definition(kind: Kind) -> str:
-    """Return the name of the definition of a value of a kind; ``pose`` is a pose that is written out."""
-    return "a_pose" if kind is Kind.POSE else kind.value.replace(" ", "_")
-
-
-def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
-    """Make the schema of what an input takes.
-
-    Args:
-        port: The input.
-        labels: What a text can name (a hotspot, a room) -> the names that exist, where they are known.
-    """
-    schema: Schema = dict(given(port.kind))
-    allowed = port.choices or labels.get(port.names)
-    if allowed is not None:
-        named: Schema = {"enum": list(allowed)}
-        if port.kind.item is not None:
-            named = {"type": "array", "items": {"anyOf": [named, REFERENCE]}}
-        schema = {"anyOf": [named, REFERENCE]}
-    elif port.kind in (Kind.INTEGER, Kind.NUMBER) and (port.minimum, port.maximum) != (None, None):
-        limits = {"minimum": port.minimum, "maximum": port.maximum}
-        number = literal(port.kind) | {key: limit for key, limit in limits.items() if limit is not None}
-        schema = {"anyOf": [number, REFERENCE]}
-    schema["description"] = _about(port)
-    if not port.required and Kind.POSE not in (port.kind, port.kind.item):
-        schema["default"] = (
-            port.default
-            if port.kind in (Kind.BOOLEAN, Kind.INTEGER, Kind.NUMBER)
-            else format_value(port.default, port.kind)
-        )
-    return schema
-
-
-def _about(port: Port) -> str:
-    parts = [port.description.rstrip(".") or f"a {port.kind.value}"]
-    limits = [
-        f"{word} {format_value(limit, port.kind)}"
-        for word, limit in (("at least", port.minimum), ("at most", port.maximum))
-        if limit is not None
-    ]
-    if limits:
-        parts.append(", ".join(limits))
-    parts.append("required" if port.required else f"default {format_value(port.default, port.kind)}")
-    return "; ".join(parts)
-
-
-def table(owner: str, ports: Mapping[str, Port], labels: Mapping[str, Iterable[str]]) -> Schema:
-    """Make the schema of a table of inputs of a skill or a mission."""
-    required = [name for name, each in ports.items() if each.required]
-    schema: Schema = {
-        "title": f"inputs of {owner}",
-        "description": f"the inputs of {owner}",
-        "type": "object",
-        "properties": {name: port(each, labels) for name, each in ports.items()},
-        "additionalProperties": False,
-    }
-    if required:
-        schema["required"] = required
-    return schema
-
-
-def words(texts: Mapping[str, str]) -> Schema:
-    """Make the schema of a choice of words with meanings; editors show these when they offer them."""
-    return {"enum": list(texts), "enumDescriptions": list(texts.values())}
-
-
-def where(*conditions: Schema) -> Schema:
-    """Make the schema of what must hold for a rule to count.
-
-    One by one: editors take a schema with ``properties`` and ``required`` for something to offer.
-    """
-    return conditions[0] if len(conditions) == 1 else {"allOf": list(conditions)}
-
-
-def refused(message: str) -> Schema:
-    """Make the schema of what nothing fits, with the reason for editors."""
-    return {"type": "null", "errorMessage": message}
-
-
-def targets(ports: Mapping[str, Port]) -> Schema:
-    """Make the schema of ``out``: outputs and the keys that receive them."""
-    key = {"type": "string", "pattern": rf"^\$?{vocabulary.IDENTIFIER.pattern}$"}
-    return {
-        "type": "object",
-        "properties": {
-            name: key | {"description": f"{each.description or name} ({each.kind.value})"}
-            for name, each in ports.items()
-        },
-        "additionalProperties": False,
-    }
-
-
-NODE: Schema = {"$ref": "#/definitions/node"}
-_NODES: Schema = {"type": "array", "items": NODE, "minItems": 1}
-_COUNT: Schema = {"anyOf": [{"type": "integer", "minimum": 1}, REFERENCE]}
-_PAUSE = given(Kind.DURATION)
-_TIME: Schema = {
-    "type": "object",
-    "properties": {"time": TEXT},
-    "required": ["time"],
-    "additionalProperties": False,
-}
-_A_KEY: Schema = {"patternProperties": {f"^{vocabulary.IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
-
-KIND_VALUES: dict[str, Schema] = {
-    "sequence": _NODES,
-    "selector": _NODES,
-    "parallel": _NODES,
-    "if": {"anyOf": [EXPRESSION, NODE]},
-    "switch": {"$ref": "#/definitions/any"},
-    "for_each": {"anyOf": [{"type": "array"}, REFERENCE]},
-    "add": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
-    "append": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
-    "retry": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
-    "repeat": {"anyOf": [{"const": vocabulary.FOREVER}, *_COUNT["anyOf"]]},
-    "timeout": _PAUSE,
-    "once": NODE,
-    "invert": NODE,
-    "succeed": NODE,
-    "condition": EXPRESSION,
-    "fail": TEXT,
-    "wait": _PAUSE,
-    "wait_until": {"anyOf": [EXPRESSION, _TIME, NODE]},
-    "set": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
-}
-"""Kind key -> what stands behind it; ``run`` depends on the missions."""
-
-MODIFIER_TEXTS: dict[str, str] = {
-    "name": "shown instead of the name that the kind gives",
-    "when": "must hold before the node starts; the node is skipped otherwise",
-    "while": "must hold all along; the node is stopped and fails otherwise",
-    "until": "what ends the node: a node that succeeds, or an expression that holds",
-    "interrupted_by": "what comes first when something is so; then the node goes on",
-    "on_failure": "what is done about failures: codes, groups of codes or any, each with a node",
-    "ensure": "must hold when the node has succeeded; it has failed otherwise",
-    "because": "the reason of a failure in your own words, or one for each code",
-    "finally": "a node that runs afterwards, on success, failure and cancel alike",
-    "do": "the node that this one is about",
-    "then": "the node to run when the condition holds",
-    "else": "the node to run when the condition does not hold",
-    "cases": "the values, each with the node to run for it",
-    "default": "the node to run when no case fits",
-    "as": "the key that receives the item",
-    "index": "the key that receives the number of the item, counted from 0",
-    "go_on_over": "failures with these codes, or of these groups of codes, do not end the loop",
-    "first_success": "true: the first item that succeeds ends the loop, any failure leads to the next one",
-    "on": "only failures with these codes, or of these groups of codes, are worth another attempt",
-    "between": "a node that runs before each further attempt, such as a pause",
-    "attempt": "the key that receives the number of the attempt",
-    "memory": "false: conditions are watched while a later node runs",
-    "policy": "when the parallel is done: all, any, the names of branches, or numbers",
-    "code": "the code of the failure: what others find it by",
-    "with": "the inputs of the mission",
-    "out": "the outputs, each with the key that receives it",
-    "every": "how often a composite without memory asks this condition again, 1 s if not given",
-}
-"""Modifier -> what it does."""
-
-_POLICIES = {
-    "all": "succeeds when all have succeeded, fails at the first failure",
-    "any": "succeeds at the first success, fails when all have failed",
-}
-_NEEDED = {**dict.fromkeys(vocabulary.MODIFIERS["do"], "do"), "if": "then", "switch": "cases"}
-"""Kind key -> the modifier that it cannot be without."""
+from florence_bt.trees.language.value_schemas import (
+    EXPRESSION,
+    NAME,
+    NODE,
+    TEXT,
+    Schema,
+    definitions,
+    literal,
+    refused,
+    table,
+    targets,
+    where,
+    words,
+)
 
 
 class NodeSchemas:
@@ -329,18 +77,20 @@ class NodeSchemas:
         }
 
     def _one_kind(self, known: Schema) -> Iterable[Schema]:
-        kinds = [_is_kind(kind) for kind in (*vocabulary.NODE_KINDS, *self._declarations)]
-        none, one = {"not": {"anyOf": kinds}}, {"oneOf": kinds}
+        each = [_is_kind(kind) for kind in (*NODE_KINDS, *self._declarations)]
+        none, one = {"not": {"anyOf": each}}, {"oneOf": each}
         yield {"if": where(known, none), "then": refused("a node needs a kind, or the name of a skill")}
-        several = where({"anyOf": kinds}, {"not": one})
+        several = where({"anyOf": each}, {"not": one})
         message = "a node has one kind only: several nodes stand in a list, each after a dash"
         yield {"if": several, "then": refused(message)}
 
     def _kinds(self) -> dict[str, Schema]:
         missions = {mission.name: mission.description or "a mission" for mission in self._missions}
         run: Schema = {"anyOf": [words(missions), NAME]} if missions else NAME
-        values = {**KIND_VALUES, "run": run}
-        return {kind: {"description": text, **values[kind]} for kind, text in vocabulary.NODE_KINDS.items()}
+        known = {
+            word: {"description": node.kind.about, **node.kind.value} for word, node in kinds.BY_WORD.items()
+        }
+        return {**known, "run": {"description": known["run"]["description"], **run}}
 
     def _skills(self) -> dict[str, Schema]:
         schemas = {}
@@ -358,13 +108,10 @@ class NodeSchemas:
 
     def _modifiers(self) -> dict[str, Schema]:
         codes = {**self._groups(), **self._codes()}
-        code: Schema = {"$ref": "#/definitions/code"}
-        wanted: Schema = {"$ref": "#/definitions/wanted_code"}
         values: dict[str, Schema] = {
             "name": TEXT,
             "when": EXPRESSION,
             "while": EXPRESSION,
-            "ensure": EXPRESSION,
             "because": {
                 "anyOf": [
                     TEXT,
@@ -376,44 +123,20 @@ class NodeSchemas:
                     },
                 ]
             },
-            "until": {"anyOf": [EXPRESSION, NODE]},
-            "interrupted_by": {
-                "type": "object",
-                "properties": {"if": {"anyOf": [EXPRESSION, NODE]}, "do": NODE},
-                "required": ["if", "do"],
-                "additionalProperties": False,
-            },
-            "on_failure": {
-                "type": "object",
-                "properties": {
-                    name: {**NODE, "description": about}
-                    for name, about in {ANY: "every other failure", **codes}.items()
-                },
-                "additionalProperties": NODE,
-                "propertyNames": NAME,
-                "minProperties": 1,
-            },
             "finally": NODE,
-            "do": NODE,
-            "then": NODE,
-            "else": NODE,
-            "cases": {"type": "object", "additionalProperties": NODE, "minProperties": 1},
-            "default": NODE,
-            "on": {"anyOf": [wanted, {"type": "array", "items": wanted}]},
-            "as": NAME,
-            "index": NAME,
-            "go_on_over": {"anyOf": [wanted, {"type": "array", "items": wanted}]},
-            "first_success": {"type": "boolean", "default": False, "errorMessage": "true or false"},
-            "attempt": NAME,
-            "between": NODE,
-            "memory": {"type": "boolean", "default": True, "errorMessage": "true or false"},
-            "policy": _policy(),
-            "code": code,
-            "with": {"type": ["object", "null"], **_A_KEY, "additionalProperties": False},
-            "out": {"type": ["object", "null"], "propertyNames": NAME},
-            "every": literal(Kind.DURATION),
+            **{word: dict(node.kind.value) for word, node in kinds.OF_MODIFIERS.items()},
         }
-        return {name: {"description": text, **values[name]} for name, text in MODIFIER_TEXTS.items()}
+        values["on_failure"] |= {
+            "properties": {
+                name: {**NODE, "description": about}
+                for name, about in {ANY: "every other failure", **codes}.items()
+            },
+        }
+        anywhere = {
+            word: {"description": ANYWHERE_TEXTS[word], **values[word]} for word in vocabulary.ANYWHERE
+        }
+        of_kinds = {word: {"description": each.about, **each.value} for word, each in MODIFIERS.items()}
+        return {**anywhere, **of_kinds}
 
     def codes_and_groups(self) -> Schema:
         """Make the schema of a code or a group of codes that a mission looks for."""
@@ -428,29 +151,26 @@ class NodeSchemas:
         """Return every code with what it means."""
         declared = (skill.failures.items() for skill in self._declarations.values())
         known = {code: about for failures in declared for code, about in failures}
-        return dict(sorted({**known, **COMMON_CODES, **vocabulary.TREE_CODES}.items()))
+        return dict(sorted({**known, **COMMON_CODES, **TREE_CODES}.items()))
 
     # ---- what goes together ---------------------------------------------------------------------------
 
     def _rules(self, known: Schema) -> Iterable[Schema]:
-        for modifier, owners in vocabulary.MODIFIERS.items():
-            kinds = [
-                kind
-                for owner in owners
-                for kind in ([owner] if owner in vocabulary.NODE_KINDS else self._declarations)
+        for modifier, owners in OWNERS.items():
+            own = [
+                kind for owner in owners for kind in ([owner] if owner in NODE_KINDS else self._declarations)
             ]
             beside = [{"required": [word]} for word in vocabulary.BESIDE.get(modifier, ())]
             elsewhere: Schema = (
-                {"not": {"anyOf": [*({"required": [kind]} for kind in kinds), *beside]}} if kinds else {}
+                {"not": {"anyOf": [*({"required": [kind]} for kind in own), *beside]}} if own else {}
             )
             message = (
                 f"{modifier!r} belongs to {' and '.join((*owners, *vocabulary.BESIDE.get(modifier, ())))}"
             )
             then: Schema = {"properties": {modifier: False}, "errorMessage": message}
             yield {"if": where({"required": [modifier]}, known, elsewhere), "then": then}
-        for kind, modifier in _NEEDED.items():
-            yield _rule(kind, {"required": [modifier]})
-        yield _rule("for_each", {"required": ["as"]})
+        for word, node in kinds.BY_WORD.items():
+            yield from (_rule(word, {"required": [modifier]}) for modifier in node.kind.needed)
 
     def _skill_rules(self) -> Iterable[Schema]:
         for name, skill in self._declarations.items():
@@ -475,18 +195,6 @@ def _is_kind(key: str) -> Schema:
 
 def _rule(key: str, then: Schema) -> Schema:
     return {"if": _is_kind(key), "then": then}
-
-
-def _policy() -> Schema:
-    numbers = {key: {"type": "integer", "minimum": 1} for key in vocabulary.POLICY_KEYS}
-    counted: Schema = {
-        "type": "object",
-        "properties": numbers,
-        "required": [vocabulary.POLICY_KEYS[0]],
-        "additionalProperties": False,
-    }
-    named = words({each: _POLICIES[each] for each in vocabulary.POLICIES})
-    return {"anyOf": [named, {"type": "array", "items": TEXT, "minItems": 1}, counted]}
 
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
@@ -550,13 +258,13 @@ def make_schema(
         },
         "tree": NODE,
     }
-    kinds = ", ".join(vocabulary.NODE_KINDS)
+    words_of_kinds = ", ".join(NODE_KINDS)
     nodes = NodeSchemas(declarations, missions, labels or {})
     return {
         "$schema": DRAFT,
         "$id": "urn:florence-bt:mission",
         "title": "A mission of Florence BT",
-        "description": f"A behaviour tree over skills. Kinds of nodes: {kinds}; and skills.",
+        "description": f"A behaviour tree over skills. Kinds of nodes: {words_of_kinds}; and skills.",
         "type": "object",
         "properties": {key: {"description": _TEXTS[key], **values[key]} for key in vocabulary.MISSION_KEYS},
         "required": ["mission", "tree"],

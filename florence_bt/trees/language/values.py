@@ -232,3 +232,11 @@ def fits(given: Kind | None, wanted: Kind | None) -> bool:
     return (
         given is None or wanted is None or given is wanted or (given, wanted) == (Kind.INTEGER, Kind.NUMBER)
     )
+
+
+def literal_kind(literal: Literal, kind: Kind | None) -> object:
+    """Return what tells a literal from another one: its value if it has one of the kind, else its text."""
+    try:
+        return tree_value(Literal(literal.text, literal.quoted, literal.position), kind)
+    except ConfigError:
+        return literal.text

@@ -11,9 +11,10 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees.kinds.words import OWNERS
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions.parser import negated, parse_expression
-from florence_bt.trees.language.vocabulary import ANYWHERE, BESIDE, FOREVER, MODIFIERS, OUTSIDE
+from florence_bt.trees.language.vocabulary import ANYWHERE, BESIDE, FOREVER, OUTSIDE
 from florence_btcpp.custom_nodes import CustomNode, CustomNodes
 from florence_btcpp.data_flow import DataFlow, TreeFlow
 from florence_btcpp.key_uses import READ, WRITE, Ports, SubTreeCall, pointer, port_of_skill, registration
@@ -473,7 +474,7 @@ def put(node: Node, modifier: str, value: Any) -> Node:
     return {**node, modifier: value}
 
 
-_NAMES_ITS_FAILURE = frozenset({*MODIFIERS["code"], *BESIDE["code"]})
+_NAMES_ITS_FAILURE = frozenset({*OWNERS["code"], *BESIDE["code"]})
 """Words of a node of which a failure can have a `code`."""
 _JOINED = ("when", "while")
 """Guards, of which two are joined by ``and``."""

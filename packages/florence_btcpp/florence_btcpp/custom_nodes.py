@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees.kinds.words import NEVER_INPUTS
 from florence_bt.trees.language.quantities import read_value
-from florence_bt.trees.language.vocabulary import NEVER_INPUTS
 from florence_btcpp.key_uses import Ports, pointer
 from florence_btcpp.names import Names, skill_names
 from florence_btcpp.node_models import PortModel

@@ -13,6 +13,8 @@ from xml.etree import ElementTree
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees import kinds
+from florence_bt.trees.kinds import PolicyKind
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import chain_back, cycles
 from florence_bt.trees.language.declared_skills import port_document
@@ -20,7 +22,7 @@ from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.syntax import Term, parts_of
 from florence_bt.trees.language.findings import ERROR, Finding
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Reference, Value
+from florence_bt.trees.language.model import Expression, Literal, Mission, Node, Reference, Value
 from florence_bt.trees.language.quantities import format_value, read_value
 from florence_btcpp.mission_text import write_flow
 from florence_btcpp.node_models import known_nodes
@@ -77,15 +79,15 @@ def _computed_by(node: Node) -> Iterator[str]:
         if guard is not None:
             yield from _computed(guard.term, is_condition=True)
     match node:
-        case model.Condition(condition=condition):
+        case kinds.Condition(condition=condition):
             yield from _computed(condition.term, is_condition=True)
-        case model.If(condition=Expression() as condition):
+        case kinds.If(condition=Expression() as condition):
             yield from _computed(condition.term, is_condition=True)
-        case model.Switch(value=Reference(key=key)) if all(
+        case kinds.Switch(value=Reference(key=key)) if all(
             c.text in ("true", "false") for c, _ in node.cases
         ):
             yield key
-        case model.Set(values=values):
+        case kinds.Set(values=values):
             for _, value in values:
                 if isinstance(value, Expression):
                     yield from _computed(value.term, is_condition=False)
@@ -106,7 +108,7 @@ def _computed(term: Term, *, is_condition: bool) -> Iterator[str]:
 
 MAX_CASES = 6
 """Most cases that a ``Switch`` of BehaviorTree.CPP has."""
-_TURNING = (model.Invert, model.Succeed, model.Once)
+_TURNING = (kinds.Invert, kinds.Succeed, kinds.Once)
 _SKIPPED = "in BehaviorTree.CPP it is skipped when what is below is skipped; here that is success or failure"
 
 
@@ -193,19 +195,19 @@ class NodeWriter:
 
     def _bare(self, node: Node) -> Element:
         match node:
-            case model.Sequence(children=children, memory=memory):
+            case kinds.Sequence(children=children, memory=memory):
                 return Element("Sequence" if memory else "ReactiveSequence", {}, children=self._all(children))
-            case model.Selector(children=children, memory=memory):
+            case kinds.Selector(children=children, memory=memory):
                 if all(child.when is not None for child in children):
                     self._differs(node, _SKIPPED)
                 return Element("Fallback" if memory else "ReactiveFallback", {}, children=self._all(children))
-            case model.Parallel():
+            case kinds.Parallel():
                 return self._parallel(node)
-            case model.If():
+            case kinds.If():
                 return self._if(node)
-            case model.Switch():
+            case kinds.Switch():
                 return self._switch(node)
-            case model.WaitUntil(goal=goal):
+            case kinds.WaitUntil(goal=goal):
                 reason = "BehaviorTree.CPP has no node that asks a condition until it holds"
                 self._florence_node(node, "FlorenceWaitUntil", reason)
                 return _control("FlorenceWaitUntil", [self.node(goal)])
@@ -216,7 +218,7 @@ class NodeWriter:
     def _all(self, nodes: tuple[Node, ...]) -> list[Element]:
         return [self.node(node) for node in nodes]
 
-    def _parallel(self, node: model.Parallel) -> Element:
+    def _parallel(self, node: kinds.Parallel) -> Element:
         children, policy = self._all(node.children), node.policy
         if policy.kind is PolicyKind.SELECTED:
             self._florence_node(
@@ -232,7 +234,7 @@ class NodeWriter:
         thresholds = {"success_count": "-1" if succeed == count else str(succeed), "failure_count": str(fail)}
         return Element("Parallel", thresholds, children=children)
 
-    def _if(self, node: model.If) -> Element:
+    def _if(self, node: kinds.If) -> Element:
         if isinstance(node.condition, Node):
             condition = self.node(node.condition)
         else:
@@ -248,7 +250,7 @@ class NodeWriter:
             self._florence_node(node, "FlorenceCondition", error.problem)
             return _florence("Condition", "FlorenceCondition", {"code": expression.text})
 
-    def _switch(self, node: model.Switch) -> Element:
+    def _switch(self, node: kinds.Switch) -> Element:
         texts = [case.text for case, _ in node.cases]
         children = [self.node(child) for _, child in node.cases]
         native = isinstance(node.value, Reference) and 2 <= len(texts) <= MAX_CASES
@@ -285,46 +287,46 @@ class NodeWriter:
         if isinstance(node, _TURNING) and node.child.when is not None:
             self._differs(node, _SKIPPED)
         match node:
-            case model.Invert():
+            case kinds.Invert():
                 return Element("Inverter", {}, children=children)
-            case model.Succeed():
+            case kinds.Succeed():
                 return Element("ForceSuccess", {}, children=children)
-            case model.Once():
+            case kinds.Once():
                 return Element("RunOnce", {"then_skip": "false"}, children=children)
-            case model.Retry():
+            case kinds.Retry():
                 if node.between is not None:
                     children.append(self.node(node.between))
                 return self._retry(node, children)
-            case model.Repeat(rounds=None):
+            case kinds.Repeat(rounds=None):
                 return Element("Repeat", {"num_cycles": "-1", MARK: ENDLESS}, children=children)
-            case model.ForEach():
+            case kinds.ForEach():
                 return self._for_each(node, children)
-            case model.OnFailure(handlers=handlers):
+            case kinds.OnFailure(handlers=handlers):
                 self._florence_node(node, "FlorenceCatch", "BehaviorTree.CPP knows no failure codes")
                 codes = {"codes": ";".join(code.text for code, _ in handlers)}
                 children += [self.node(each) for _, each in handlers]
                 return _florence("Control", "FlorenceCatch", codes, children)
-            case model.Until(goal=goal):
+            case kinds.Until(goal=goal):
                 reason = "BehaviorTree.CPP has no node that ends another one with success"
                 self._florence_node(node, "FlorenceUntil", reason)
                 return _control("FlorenceUntil", [*children, self.node(goal)])
-            case model.Interruptible(goal=goal, interruption=interruption):
+            case kinds.Interruptible(goal=goal, interruption=interruption):
                 reason = "BehaviorTree.CPP has no node that goes on where it was interrupted"
                 self._florence_node(node, "FlorenceInterruptible", reason)
                 children += [self.node(goal), self.node(interruption)]
                 return _control("FlorenceInterruptible", children)
-            case model.Repeat(rounds=rounds):
+            case kinds.Repeat(rounds=rounds):
                 assert rounds is not None  # that was a case above
                 if not isinstance(rounds, Literal | Reference):
                     self._differs(node, "a Repeat cannot compute its number of rounds")
                 return Element(
                     "Repeat", {"num_cycles": port_attribute(rounds, Kind.INTEGER)}, children=children
                 )
-            case model.Timeout(duration=duration):
+            case kinds.Timeout(duration=duration):
                 return self._timed(node, duration, ("Timeout", "msec"), "FlorenceTimeout", children)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
-    def _for_each(self, node: model.ForEach, children: list[Element]) -> Element:
+    def _for_each(self, node: kinds.ForEach, children: list[Element]) -> Element:
         self._florence_node(node, "FlorenceForEach", "BehaviorTree.CPP loops over queues, not over lists")
         attributes = {"items": port_attribute(node.items, None), "as": f"{{{node.item_key.text}}}"}
         if node.index_key is not None:
@@ -335,7 +337,7 @@ class NodeWriter:
             attributes["first_success"] = "true"
         return _florence("Decorator", "FlorenceForEach", attributes, children)
 
-    def _retry(self, node: model.Retry, children: list[Element]) -> Element:
+    def _retry(self, node: kinds.Retry, children: list[Element]) -> Element:
         endless = {"num_attempts": "-1", MARK: ENDLESS}
         attributes = dict(endless)
         if node.attempts is not None:
@@ -368,25 +370,25 @@ class NodeWriter:
 
     def _leaf(self, node: Node) -> Element:
         match node:
-            case model.Condition(condition=condition):
+            case kinds.Condition(condition=condition):
                 return self._condition_node(node, condition)
-            case model.Wait(duration=duration):
+            case kinds.Wait(duration=duration):
                 return self._timed(node, duration, ("Sleep", "msec"), "FlorenceWait", [])
-            case model.Fail(reason=reason):
+            case kinds.Fail(reason=reason):
                 return Element("AlwaysFailure", {f"{MARK}_reason": own_value(reason)})
-            case model.Set():
+            case kinds.Set():
                 return self._set(node)
-            case model.Append(values=values):
+            case kinds.Append(values=values):
                 self._florence_node(node, "FlorenceAppend", "the scripts of BehaviorTree.CPP have no lists")
                 text = write_flow({key.text: flow_value(value) for key, value in values})[1:-1]
                 return _florence("Action", "FlorenceAppend", {"values": text})
-            case model.RunSkill():
+            case kinds.RunSkill():
                 return self._use(node)
-            case model.CallMission():
+            case kinds.CallMission():
                 return self._call(node)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
-    def _set(self, node: model.Set) -> Element:
+    def _set(self, node: kinds.Set) -> Element:
         text = write_flow({key.text: flow_value(value) for key, value in node.values})[1:-1]
         try:
             attributes = {"code": set_script(node.values)}
@@ -397,7 +399,7 @@ class NodeWriter:
             attributes[f"{MARK}_set"] = text
         return Element("Script", attributes)
 
-    def _use(self, node: model.RunSkill) -> Element:
+    def _use(self, node: kinds.RunSkill) -> Element:
         declaration = self._declarations[node.skill]
         attributes = {"ID": node.skill, **self._given(node, node.inputs, declaration.inputs)}
         for output, key in node.outputs:
@@ -409,7 +411,7 @@ class NodeWriter:
             "Condition" if declaration.instant and not declaration.outputs else "Action", attributes
         )
 
-    def _call(self, node: model.CallMission) -> Element:
+    def _call(self, node: kinds.CallMission) -> Element:
         called = self._library.get(node.mission.text)
         attributes = {"ID": called.name, **self._given(node, node.inputs, called.inputs)}
         for name in computed_inputs(called):
@@ -520,7 +522,7 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
     callees: dict[str, list[str]] = {}
     for caller in (waiting := [name]):
         mission = found[caller]
-        calls = [node for node in mission.nodes() if isinstance(node, model.CallMission)]
+        calls = [node for node in mission.nodes() if isinstance(node, kinds.CallMission)]
         callees[caller] = [call.mission.text for call in calls]
         for call in calls:
             called = call.mission.text
@@ -537,7 +539,7 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
         call = next(
             node
             for node in mission.nodes()
-            if isinstance(node, model.CallMission) and node.mission.text == called
+            if isinstance(node, kinds.CallMission) and node.mission.text == called
         )
         raise _error_at(mission, call, f"the mission {caller!r} calls itself: {' -> '.join(chain)}")
     return list(found.values())
@@ -548,7 +550,7 @@ def _check_mission(mission: Mission, declarations: Mapping[str, SkillDeclaration
         if finding.severity == ERROR:
             raise finding.as_error()
     for node in mission.nodes():
-        if isinstance(node, model.RunSkill) and node.skill not in declarations:
+        if isinstance(node, kinds.RunSkill) and node.skill not in declarations:
             raise _error_at(
                 mission, node, f"unknown skill {node.skill!r}", closest_first(node.skill, declarations)
             )

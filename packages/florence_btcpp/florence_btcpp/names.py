@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 
-from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
+from florence_bt.trees.kinds.words import RESERVED
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _OTHER = re.compile(r"[^a-z0-9]+")

@@ -11,9 +11,10 @@ from typing import Any
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
+from florence_bt.trees.kinds import Set
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.expressions.syntax import Term, Unary
-from florence_bt.trees.language.model import Literal, Set
+from florence_bt.trees.language.model import Literal
 from florence_bt.trees.language.parse import parse_mission
 from florence_btcpp.mission_text import read_flow
 from florence_btcpp.script import parse_script, script_of, set_script

@@ -5,8 +5,8 @@ import pytest
 from florence_bt.mission_testing import MissionTester
 from florence_bt.mission_testing.coverage import Coverage, Share, coverage_text, total_of
 from florence_bt.mission_testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
+from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import possible_outcomes
-from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
 
 MISSION = """
@@ -132,6 +132,6 @@ def test_a_fail_that_a_guard_skips_is_not_asked_to_succeed(tmp_path):
     [fail] = [
         outcomes
         for node, outcomes in possible_outcomes(library.get("picky"), library, {})
-        if isinstance(node, model.Fail)
+        if isinstance(node, kinds.Fail)
     ]
     assert (fail.success, fail.failure, fail.skipped) == (False, True, True)

@@ -8,11 +8,11 @@ import pytest
 
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.runtime.recovery.recovery import CRASHED
+from florence_bt.trees.kinds.words import TREE_CODES
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import STOCK, read_skills_file
 from florence_bt.trees.language.outcomes import OWN_CODES
-from florence_bt.trees.language.vocabulary import TREE_CODES
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "manual" / "trouble.md").read_text(encoding="utf-8")

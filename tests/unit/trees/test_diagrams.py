@@ -12,8 +12,8 @@ from florence_bt.trees.drawings._layout import PlacedBox, lay_out
 from florence_bt.trees.drawings._svg import MAX_CHARS, box_lines
 from florence_bt.trees.drawings.diagram import Box, diagram_of
 from florence_bt.trees.drawings.draw import FORMATS, SYMBOLS, draw
+from florence_bt.trees.kinds.words import NODE_KINDS
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.vocabulary import NODE_KINDS
 
 EVERYTHING = """
 inputs: {near: {type: length, default: 1 m}}

@@ -49,7 +49,7 @@ tree:
     [
         (
             "{wait: 1 s, code: x}",
-            "'code' does not belong to 'wait' but to fail and condition and invert and for_each and a node",
+            "'code' does not belong to 'wait' but to for_each and invert and condition and fail and a node",
         ),
         (
             "{condition: $n < 3, while: $n < 4, code: x}",

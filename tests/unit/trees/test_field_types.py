@@ -19,7 +19,7 @@ from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import DeclaredSkills, read_skills_file
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.schema import port
+from florence_bt.trees.language.value_schemas import port
 from tests.made_interfaces import make_interfaces
 
 PLANT = "string species\nfloat32 height\nbool ripe"

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from florence_bt.trees.kinds.words import NODE_KINDS
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.vocabulary import ANYWHERE, NODE_KINDS
+from florence_bt.trees.language.vocabulary import ANYWHERE
 from tests.sweeps import examples, sweep
 from tests.unit.trees.interpreted import Writer, by_the_engine, by_the_page, file_of
 from tests.unit.trees.interpreter import MODIFIERS, Node, World

@@ -13,6 +13,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.checks.lint import check
+from florence_bt.trees.kinds.words import MODIFIERS, NODE_KINDS, TREE_CODES
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import own_declarations
 from florence_bt.trees.language.declared_skills import read_skills_file
@@ -20,7 +21,7 @@ from florence_bt.trees.language.expressions.parser import FUNCTIONS
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.quantities import UNITS
-from florence_bt.trees.language.vocabulary import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
+from florence_bt.trees.language.vocabulary import ANYWHERE
 from tests.scripted_skill import ScriptedSkill
 from tests.ticking import drain, make_context, tick_until
 from tools.skills_page import skills_page

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.declaration import Kind
+from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.model import Literal, PoseParts, Reference, Template
 from florence_bt.trees.language.parse import parse_mission
@@ -156,11 +157,11 @@ sequence:
     )
     selector, parallel, retry, repeat, timeout, invert, set_, run, go = tree.children
     assert (selector.memory, selector.children[0].code.text) == (False, "nope")
-    assert parallel.policy.kind is model.PolicyKind.ANY
+    assert parallel.policy.kind is kinds.PolicyKind.ANY
     assert ([code.text for code in retry.on], retry.attempt_key.text) == (["a", "b"], "n")
     assert repeat.rounds.key == "n"
-    assert isinstance(timeout, model.Timeout)
-    assert isinstance(invert.child, model.Succeed)
+    assert isinstance(timeout, kinds.Timeout)
+    assert isinstance(invert.child, kinds.Succeed)
     assert [key.text for key, _ in set_.values] == ["a", "b"]
     assert [(output.text, key.text) for output, key in run.outputs] == [("y", "z")]
     assert (go.skill, go.inputs, go.mapping_given) == ("go", (), True)

@@ -7,10 +7,9 @@ import pytest
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.language.model import (
+from florence_bt.trees.kinds import (
     CallMission,
     Condition,
-    Expression,
     If,
     Once,
     OnFailure,
@@ -20,13 +19,10 @@ from florence_bt.trees.language.model import (
     RunSkill,
     Sequence,
     Switch,
-    Template,
     Timeout,
     Until,
-    references,
-    show,
-    walk,
 )
+from florence_bt.trees.language.model import Expression, Template, references, show, walk
 from florence_bt.trees.language.parse import parse_mission
 from florence_bt.trees.language.vocabulary import ANYWHERE
 

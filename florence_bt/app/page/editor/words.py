@@ -9,6 +9,8 @@ from typing import Any
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.units import UNITS
 from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.trees import kinds
+from florence_bt.trees.kinds.words import OWNERS
 from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
@@ -17,30 +19,6 @@ from florence_bt.trees.language.schema import make_schema
 
 Words = Mapping[str, Any]
 """See :func:`words_of`."""
-
-_SNIPPETS = {
-    "sequence": "- sequence:\n    - wait: 1 s",
-    "selector": "- selector:\n    - wait: 1 s",
-    "parallel": "- parallel:\n    - wait: 1 s\n    - wait: 2 s",
-    "if": "- if: $found\n  then:\n    wait: 1 s",
-    "switch": "- switch: $room\n  cases:\n    kitchen:\n      wait: 1 s",
-    "for_each": "- for_each: [kitchen, hall]\n  as: room\n  do:\n    run: goto_room\n    with: {room: $room}",
-    "retry": "- retry: 3\n  do:\n    wait: 1 s",
-    "repeat": "- repeat: 3\n  do:\n    wait: 1 s",
-    "timeout": "- timeout: 1 min\n  do:\n    wait: 10 s",
-    "once": "- once:\n    wait: 1 s",
-    "invert": "- invert:\n    condition: $found",
-    "succeed": "- succeed:\n    wait: 1 s",
-    "condition": "- condition: $found",
-    "fail": "- fail: nobody is at home",
-    "wait": "- wait: 5 s",
-    "wait_until": "- wait_until: $found",
-    "set": "- set: {found: true}",
-    "add": "- add: {rounds: 1}",
-    "append": "- append: {rooms: $room}",
-    "run": "- run: go_home",
-}
-"""Kind -> a node of it, as the palette inserts it."""
 
 TEMPLATES: Mapping[str, tuple[str, str]] = {
     "say": (
@@ -142,10 +120,10 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
         "policies": _choices(nodes["policy"]["anyOf"][0]),
         "restarts": _choices(top["on_restart"]),
         "units": {kind.value: list(units) for kind, units in UNITS.items()},
-        "node_kinds": {kind: _SNIPPETS[kind] for kind in vocabulary.NODE_KINDS},
+        "node_kinds": {word: node.kind.example for word, node in kinds.BY_WORD.items()},
         "modifiers": {
             **dict.fromkeys(vocabulary.ANYWHERE, None),
-            **{name: list(kinds) for name, kinds in vocabulary.MODIFIERS.items()},
+            **{name: list(kinds) for name, kinds in OWNERS.items()},
         },
         "skills": {name: _skill(name, skill, nodes[name], labels) for name, skill in skills.items()},
         "missions": {
