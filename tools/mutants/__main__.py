@@ -1,6 +1,6 @@
-"""Tells which small changes of the code no unit test notices.
+"""Tells which small changes of the code no test notices.
 
-``python -m tools.mutants`` draws mutations of the core places by chance, and runs for each the unit tests
+``python -m tools.mutants`` draws mutations of the core places by chance, and runs for each the tests
 that run its line; ``FILE...`` are modules or folders to look at instead, ``--changed main`` lines that differ
 from a commit. What is unnoticed stands in the output as a change of a line; what cannot be noticed (an
 equivalent mutant) belongs into ``tests/equivalent_mutants.yaml``, with the reason.
@@ -73,10 +73,13 @@ def _text(rows: Sequence[Tried]) -> str:
     for area in [*dict.fromkeys(row.area for row in rows), ""]:
         mine = [row for row in rows if area in ("", row.area)]
         equal = sum(bool(row.equivalent) for row in mine)
-        noticed = sum(row.verdict is Verdict.NOTICED for row in mine)
+        noticed = sum(row.verdict.is_noticed for row in mine)
+        over_ros = sum(row.verdict is Verdict.OVER_ROS for row in mine)
         share = f"{100.0 * noticed / max(len(mine) - equal, 1):.0f} %"
-        lines.append([area or "**all**", str(len(mine)), str(equal), str(noticed), share])
-    return table(["place", "mutants", "of them equivalent", "noticed", "share of those that are not"], lines)
+        numbers = len(mine), equal, noticed, over_ros
+        lines.append([area or "**all**", *map(str, numbers), share])
+    head = ["place", "mutants", "of them equivalent", "noticed", "of them only over ROS"]
+    return table([*head, "noticed of those that are not equivalent"], lines)
 
 
 TABLE = RowTable("mutants", Tried, _text)
@@ -88,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     wanted = [*_drawn(options)]
     covering = measure({mutation.path for _, mutation in wanted}, options.jobs)
     rows = list(_tried(wanted, covering, options))
-    missed = [row for row in rows if row.verdict is not Verdict.NOTICED and not row.equivalent]
+    missed = [row for row in rows if not row.verdict.is_noticed and not row.equivalent]
     for row in missed:
         print(f"{row.path}:{row.line}: {row.verdict.value}\n    - {row.before}\n    + {row.after}")
     TABLE.publish(rows, options.write, command_of("-m tools.mutants", arguments))
@@ -169,10 +172,10 @@ def _tried(
             verdict = copy.judge(mutation, covering.tests_of(mutation.path, mutation.line))
         finally:
             copies.put(copy)
-        print(f"{verdict.value:<10} {mutation.path}:{mutation.line}", file=sys.stderr, flush=True)
+        print(f"{verdict.value:<16} {mutation.path}:{mutation.line}", file=sys.stderr, flush=True)
         reason = reasons.get((mutation.path, mutation.before, mutation.after), "")
         what = mutation.line, mutation.family, mutation.before, mutation.after
-        return Tried(area, mutation.path, *what, verdict, "" if verdict is Verdict.NOTICED else reason)
+        return Tried(area, mutation.path, *what, verdict, "" if verdict.is_noticed else reason)
 
     with ThreadPoolExecutor(options.jobs) as pool:
         rows = [row for row in pool.map(lambda pair: tried(*pair), wanted) if row is not None]

@@ -1,4 +1,4 @@
-"""Which unit tests run a line: measured once for a commit by coverage.py, with a context for each test."""
+"""Which tests run a line: measured once for a commit by coverage.py, with a context for each test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from coverage import CoverageData
 
 from tools.tables import BUILD, ROOT, git
 
-QUICK = ("-m", "not ros and not slow and not sweep")
+QUICK = ("-m", "not slow and not sweep")
+WITHOUT_ROS = ("tests/unit/*test_*.py", "tests/emulators/*test_*.py", "packages/*test_*.py")
+OVER_ROS = "tests/ros/"
+"""Where the tests of what imports rclpy lie."""
 MOST = 400
 """Tests that are tried of a line; the ones that run little else come first."""
 
@@ -58,7 +61,8 @@ class Covering:
         }
 
     def _specific_first(self, tests: Counter[str]) -> list[str]:
-        return sorted(tests, key=lambda test: (-tests[test] / self._sizes[test], test))[:MOST]
+        """Return the tests that run little else first, those over ROS, which take long, at the end."""
+        return sorted(tests, key=lambda test: (over_ros(test), -tests[test] / self._sizes[test], test))[:MOST]
 
     @cached_property
     def _sizes(self) -> Counter[str]:
@@ -71,7 +75,7 @@ class Covering:
 
 
 def measure(paths: Collection[str], workers: int) -> Covering:
-    """Run with coverage.py the unit tests that import modules, directly or through one other module.
+    """Run with coverage.py the tests that import modules, directly or through one other module.
 
     What was measured of this commit and these modules is taken as it is.
 
@@ -95,9 +99,28 @@ def measure(paths: Collection[str], workers: int) -> Covering:
 
 
 def tests_near(paths: Collection[str]) -> list[str]:
-    """Return the files of unit tests that import one of the modules, or a module that imports one of them."""
-    near = {*paths, *importers(paths, "florence_bt/*.py")}
-    return importers(near, "tests/unit/*test_*.py", "packages/*test_*.py")
+    """Return the files of tests that import one of the modules, or a module that imports one of them.
+
+    Those over ROS are among them for modules that import rclpy: what they do nobody can test without.
+    """
+    nodes = [path for path in paths if _imports_rclpy(path)]
+    return [*importers(_near(paths), *WITHOUT_ROS), *importers(_near(nodes), f"{OVER_ROS}*test_*.py")]
+
+
+def over_ros(test: str) -> bool:
+    """Tell whether a test, by its id, needs ROS."""
+    return test.startswith(OVER_ROS)
+
+
+def _near(paths: Collection[str]) -> set[str]:
+    packages = {str(Path(path).parent / "__init__.py") for path in paths if Path(path).name.startswith("_")}
+    return {*paths, *packages, *importers({*paths, *packages}, "florence_bt/*.py")}
+
+
+def _imports_rclpy(path: str) -> bool:
+    """Tell whether a module lies where rclpy may be imported (the contracts of ``pyproject.toml``)."""
+    parts = Path(path).with_suffix("").parts
+    return "node" in parts or parts[1:2] in (("ros",), ("app",))
 
 
 def importers(paths: Collection[str], *where: str) -> list[str]:

@@ -1,6 +1,7 @@
 """Small changes of a module's text, each at one place: the operators of Cosmic Ray, and one of our own.
 
-Changes that cannot matter are left out: of annotations, decorators and what only a type checker reads.
+Changes that cannot matter are left out: of annotations, decorators, what only a type checker reads, and
+notes in logs.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ _FAMILIES = {
     r"ExceptionReplacer": "exception",
 }
 """By the operator's name. Others are noticed by any test: names that do not exist, bits of floats."""
+
+
+_NOTE = re.compile(r"(.*\.)?(get_logger\(\)|_?log(ger)?)\.(debug|info)")
+"""A note in a log that asks nobody to do anything; PIT leaves calls of loggers as they are, too."""
 
 
 class RemoveStatement(Operator):  # type: ignore[misc]
@@ -172,6 +177,8 @@ def _idle_parts(node: ast.AST) -> Iterator[Any]:
         case ast.AnnAssign():
             yield node.annotation if node.value is not None else node
         case ast.Expr(value=ast.Constant()):
+            yield node
+        case ast.Expr(value=ast.Call(func=called)) if _NOTE.fullmatch(ast.unparse(called)):
             yield node
         case ast.If() if ast.unparse(node.test) == "TYPE_CHECKING":
             yield node

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tools.mutants.covering import over_ros
 from tools.mutants.mutations import Mutation
 from tools.tables import ROOT, git
 
@@ -25,8 +26,14 @@ class Verdict(enum.Enum):
     """What the tests say of a mutation."""
 
     NOTICED = "noticed"
+    OVER_ROS = "noticed over ROS"
     UNNOTICED = "unnoticed"
     UNTESTED = "no test runs it"
+
+    @property
+    def is_noticed(self) -> bool:
+        """Whether any test failed."""
+        return self in (Verdict.NOTICED, Verdict.OVER_ROS)
 
 
 class Copy:
@@ -51,14 +58,17 @@ class Copy:
         }
 
     def judge(self, mutation: Mutation, tests: Sequence[str]) -> Verdict:
-        """Run tests with a mutation, until one fails."""
+        """Run tests with a mutation, until one fails; those over ROS when no other has."""
         if not tests:
             return Verdict.UNTESTED
         file = self._folder / mutation.path
         before = file.read_text()
         file.write_text(mutation.text)
+        quick, slow = [[test for test in tests if over_ros(test) is ros] for ros in (False, True)]
         try:
-            return Verdict.NOTICED if self._fails(tests) else Verdict.UNNOTICED
+            if quick and self._fails(quick):
+                return Verdict.NOTICED
+            return Verdict.OVER_ROS if slow and self._fails(slow) else Verdict.UNNOTICED
         finally:
             file.write_text(before)
 

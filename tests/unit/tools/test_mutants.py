@@ -6,6 +6,7 @@ import ast
 
 import pytest
 
+from tools.mutants.covering import over_ros
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
 
@@ -32,6 +33,7 @@ class Counter:
                 continue
             self.count += each
             self.note(each)
+            self.get_logger().info(f"{each} were added")
         left, right = self.count, -number
         return left * 2 - right
 '''
@@ -55,6 +57,10 @@ def test_annotations_decorators_and_docstrings_stay(mutants: list[Mutation]) -> 
     assert all("int | None) -> int | None" in each.text for each in mutants)
 
 
+def test_notes_in_logs_stay(mutants: list[Mutation]) -> None:
+    assert all('self.get_logger().info(f"{each} were added")' in each.text for each in mutants)
+
+
 def test_a_name_is_never_left_unbound(mutants: list[Mutation]) -> None:
     left_out = {each.before for each in mutants if each.family == "statement"}
     assert left_out == {'raise ValueError("too much")', "self.count += each", "self.note(each)"}
@@ -70,3 +76,9 @@ def test_tests_of_a_module_and_of_those_that_import_it_are_near() -> None:
     near = files_near(["florence_bt/skills/navigation/navigate/_wave_kernels.py"])
     assert "tests/unit/skills/test_planner.py" in near, "the planner imports the kernels"
     assert "tests/unit/trees/test_schema.py" not in near
+    assert not any(map(over_ros, near)), "kernels are tested without ROS"
+
+
+def test_tests_over_ros_are_near_what_imports_rclpy() -> None:
+    assert "tests/ros/test_turtlebot_node.py" in files_near(["florence_bt/drivers/turtlebot/node.py"])
+    assert "tests/ros/test_mission_server.py" in files_near(["florence_bt/runtime/node/_triggers.py"])
