@@ -1,4 +1,7 @@
-"""Which tests run a line: measured once for a commit by coverage.py, with a context for each test."""
+"""Which tests run a line: measured by coverage.py, with a context for each test, and kept.
+
+A file of tests is measured again when it, the code, or what tests share has changed.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import hashlib
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -27,13 +30,14 @@ class Covering:
     """Knows the tests of each line.
 
     Args:
-        file: Data of coverage.py, measured with ``--cov-context=test``.
+        batches: Data of coverage.py, measured with ``--cov-context=test``, and the files whose tests count.
         root: Where the modules were when it was measured.
     """
 
-    def __init__(self, file: Path, root: Path) -> None:
-        self._data = CoverageData(str(file))
-        self._data.read()
+    def __init__(self, batches: Iterable[tuple[Path, Collection[str]]], root: Path) -> None:
+        self._batches = [(CoverageData(str(file)), files) for file, files in batches]
+        for data, _ in self._batches:
+            data.read()
         self._root = root
 
     def tests_of(self, path: str, line: int) -> list[str]:
@@ -53,12 +57,13 @@ class Covering:
         )
 
     def _contexts(self, path: str) -> dict[int, list[str]]:
-        found = self._data.contexts_by_lineno(str(self._root / path))
-        return {
-            line: [each.partition("|")[0] for each in tests if each]
-            for line, tests in found.items()
-            if any(tests)
-        }
+        """Return the ids of the tests that run each line of a module, by the line."""
+        found: dict[int, list[str]] = {}
+        for data, files in self._batches:
+            for line, contexts in data.contexts_by_lineno(str(self._root / path)).items():
+                tests = {context.partition("|")[0] for context in contexts}
+                found.setdefault(line, []).extend(test for test in tests if _file_of(test) in files)
+        return {line: tests for line, tests in found.items() if tests}
 
     def _specific_first(self, tests: Counter[str]) -> list[str]:
         """Return the tests that run little else first, those over ROS, which take long, at the end."""
@@ -68,34 +73,68 @@ class Covering:
     def _sizes(self) -> Counter[str]:
         """How many lines of all modules each test runs."""
         sizes: Counter[str] = Counter()
-        for file in self._data.measured_files():
-            for tests in self._data.contexts_by_lineno(file).values():
-                sizes.update({each.partition("|")[0] for each in tests})
+        for path in {
+            str(Path(file).relative_to(self._root))
+            for data, _ in self._batches
+            for file in data.measured_files()
+        }:
+            for tests in self._contexts(path).values():
+                sizes.update(set(tests))
         return sizes
+
+
+def _file_of(test: str) -> str:
+    return test.partition("::")[0]
 
 
 def measure(paths: Collection[str], workers: int) -> Covering:
     """Run with coverage.py the tests that import modules, directly or through one other module.
 
-    What was measured of this commit and these modules is taken as it is.
+    What was measured before of the same code and the same tests is taken as it is.
 
     Raises:
         RuntimeError: A test fails without any change: its word would be worth nothing.
     """
-    tests = tests_near(paths)
-    what = hashlib.sha256("\n".join([git("rev-parse", "HEAD"), git("diff", "HEAD"), *tests]).encode())
-    file = BUILD / "mutants" / f"coverage-{what.hexdigest()[:12]}"
-    if not file.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        settings = file.with_suffix(".ini")
-        settings.write_text(f"[run]\ndata_file = {file}.part\n")
-        command = [sys.executable, "-m", "pytest", "-q", "-n", str(workers), "--dist", "loadgroup", *QUICK]
-        options = ["--cov=florence_bt", "--cov-context=test", "--cov-report=", f"--cov-config={settings}"]
-        done = subprocess.run([*command, *options, *tests], cwd=ROOT, stdout=sys.stderr, check=False)
-        if done.returncode:
-            raise RuntimeError("tests fail without any mutation: mend them first")
-        Path(f"{file}.part").rename(file)
-    return Covering(file, ROOT)
+    folder = BUILD / "mutants" / f"coverage-{_code_and_helpers()}"
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = {(file, _sha(ROOT / file)) for file in tests_near(paths)}
+    known = {line for listed in folder.glob("*.files") for line in _read_list(listed)}
+    new = sorted(file for file, _ in wanted - known)
+    if new:
+        _run(new, folder / f"{len(list(folder.glob('*.files')))}.data", workers)
+    batches = [
+        (listed.with_suffix(".data"), _read_list(listed) & wanted) for listed in folder.glob("*.files")
+    ]
+    return Covering([(data, {file for file, _ in files}) for data, files in batches], ROOT)
+
+
+def _run(tests: Sequence[str], data: Path, workers: int) -> None:
+    """Measure files of tests into a file, beside which they are listed when all is done."""
+    settings = data.with_suffix(".ini")
+    settings.write_text(f"[run]\ndata_file = {data}\n")
+    command = [sys.executable, "-m", "pytest", "-q", "-n", str(workers), "--dist", "loadgroup", *QUICK]
+    options = ["--cov=florence_bt", "--cov-context=test", "--cov-report=", f"--cov-config={settings}"]
+    listed = "".join(f"{file} {_sha(ROOT / file)}\n" for file in tests)
+    done = subprocess.run([*command, *options, *tests], cwd=ROOT, stdout=sys.stderr, check=False)
+    if done.returncode:
+        raise RuntimeError("tests fail without any mutation: mend them first")
+    data.with_suffix(".files").write_text(listed)
+
+
+def _read_list(listed: Path) -> set[tuple[str, str]]:
+    """Return the files of tests that were measured together, each with the sum of its content."""
+    return {(file, sha) for file, _, sha in (line.partition(" ") for line in listed.read_text().splitlines())}
+
+
+def _code_and_helpers() -> str:
+    """Return a sum of all on which it depends which lines a test runs, but for the tests themselves."""
+    files = git("ls-files", "florence_bt", "tests", "packages").splitlines()
+    helpers = [file for file in files if not Path(file).name.startswith("test_") and (ROOT / file).is_file()]
+    return hashlib.sha256("".join(_sha(ROOT / file) for file in helpers).encode()).hexdigest()[:12]
+
+
+def _sha(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def tests_near(paths: Collection[str]) -> list[str]:
