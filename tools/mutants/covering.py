@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import math
 import subprocess
 import sys
+import time
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
@@ -20,10 +22,12 @@ from tools.tables import BUILD, ROOT, git
 
 QUICK = ("-m", "not slow and not sweep")
 WITHOUT_ROS = ("tests/unit/*test_*.py", "tests/emulators/*test_*.py", "packages/*test_*.py")
-OVER_ROS = "tests/ros/"
-"""Where the tests of what imports rclpy lie."""
+OVER_ROS = "tests/ros/*test_*.py"
+"""The tests of what imports rclpy."""
 MOST = 400
 """Tests that are tried of a line; the ones that run little else come first."""
+MOST_OVER_ROS = 3
+"""Files of tests over ROS that are tried of a module."""
 
 
 class Covering:
@@ -66,8 +70,7 @@ class Covering:
         return {line: tests for line, tests in found.items() if tests}
 
     def _specific_first(self, tests: Counter[str]) -> list[str]:
-        """Return the tests that run little else first, those over ROS, which take long, at the end."""
-        return sorted(tests, key=lambda test: (over_ros(test), -tests[test] / self._sizes[test], test))[:MOST]
+        return sorted(tests, key=lambda test: (-tests[test] / self._sizes[test], test))[:MOST]
 
     @cached_property
     def _sizes(self) -> Counter[str]:
@@ -87,25 +90,39 @@ def _file_of(test: str) -> str:
     return test.partition("::")[0]
 
 
-def measure(paths: Collection[str], workers: int) -> Covering:
+def measure(paths: Collection[str], workers: int, until: float = math.inf) -> Covering:
     """Run with coverage.py the tests that import modules, directly or through one other module.
 
     What was measured before of the same code and the same tests is taken as it is.
+
+    Args:
+        paths: The modules.
+        workers: Processes.
+        until: Begin no tests after this moment of ``time.monotonic``; the nearest ones are measured first.
 
     Raises:
         RuntimeError: A test fails without any change: its word would be worth nothing.
     """
     folder = BUILD / "mutants" / f"coverage-{_code_and_helpers()}"
     folder.mkdir(parents=True, exist_ok=True)
-    wanted = {(file, _sha(ROOT / file)) for file in tests_near(paths)}
+    near = tests_near(paths)
+    wanted = {(file, _sha(ROOT / file)) for file in near}
     known = {line for listed in folder.glob("*.files") for line in _read_list(listed)}
-    new = sorted(file for file, _ in wanted - known)
+    new = [file for file in near if (file, _sha(ROOT / file)) not in known]
+    size = len(new) if until == math.inf else TOGETHER
+    while new and time.monotonic() < until:
+        some, new = new[:size], new[size:]
+        _run(some, folder / f"{len(list(folder.glob('*.files')))}.data", workers)
     if new:
-        _run(new, folder / f"{len(list(folder.glob('*.files')))}.data", workers)
+        print(f"{len(new)} of {len(near)} files of tests were left out: the time was over", file=sys.stderr)
     batches = [
         (listed.with_suffix(".data"), _read_list(listed) & wanted) for listed in folder.glob("*.files")
     ]
     return Covering([(data, {file for file, _ in files}) for data, files in batches], ROOT)
+
+
+TOGETHER = 12
+"""So many files of tests are measured at a time when the time is limited."""
 
 
 def _run(tests: Sequence[str], data: Path, workers: int) -> None:
@@ -138,22 +155,33 @@ def _sha(file: Path) -> str:
 
 
 def tests_near(paths: Collection[str]) -> list[str]:
-    """Return the files of tests that import one of the modules, or a module that imports one of them.
+    """Return the files of tests that import one of the modules, then of a module that imports one of them."""
+    return list(
+        dict.fromkeys(file for near in (paths, _near(paths)) for file in importers(near, *WITHOUT_ROS))
+    )
 
-    Those over ROS are among them for modules that import rclpy: what they do nobody can test without.
+
+def files_over_ros(path: str) -> list[str]:
+    """Return the files of tests over ROS of a module that imports rclpy, those that import little else first.
+
+    What such a module does nobody can test without ROS. Which lines these tests run is not measured: they
+    wait most of their time.
     """
-    nodes = [path for path in paths if _imports_rclpy(path)]
-    return [*importers(_near(paths), *WITHOUT_ROS), *importers(_near(nodes), f"{OVER_ROS}*test_*.py")]
-
-
-def over_ros(test: str) -> bool:
-    """Tell whether a test, by its id, needs ROS."""
-    return test.startswith(OVER_ROS)
+    if not _imports_rclpy(path):
+        return []
+    levels = ([path], [path, *_package_of(path)], _near([path]))
+    found = next(filter(None, (importers(level, OVER_ROS) for level in levels)), [])
+    return sorted(found, key=lambda file: (len(_imports(file)), file))[:MOST_OVER_ROS]
 
 
 def _near(paths: Collection[str]) -> set[str]:
-    packages = {str(Path(path).parent / "__init__.py") for path in paths if Path(path).name.startswith("_")}
-    return {*paths, *packages, *importers({*paths, *packages}, "florence_bt/*.py")}
+    with_packages = {*paths, *(each for path in paths for each in _package_of(path))}
+    return with_packages | set(importers(with_packages, "florence_bt/*.py"))
+
+
+def _package_of(path: str) -> list[str]:
+    """Return the package of a private module, by which others import what is in it."""
+    return [str(Path(path).parent / "__init__.py")] if Path(path).name.startswith("_") else []
 
 
 def _imports_rclpy(path: str) -> bool:

@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from tools.mutants.covering import over_ros
+from tools.mutants.covering import files_over_ros, importers
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
 
@@ -76,9 +76,12 @@ def test_tests_of_a_module_and_of_those_that_import_it_are_near() -> None:
     near = files_near(["florence_bt/skills/navigation/navigate/_wave_kernels.py"])
     assert "tests/unit/skills/test_planner.py" in near, "the planner imports the kernels"
     assert "tests/unit/trees/test_schema.py" not in near
-    assert not any(map(over_ros, near)), "kernels are tested without ROS"
+    assert (
+        near[0] == importers(["florence_bt/skills/navigation/navigate/_wave_kernels.py"], "tests/unit/*")[0]
+    )
 
 
-def test_tests_over_ros_are_near_what_imports_rclpy() -> None:
-    assert "tests/ros/test_turtlebot_node.py" in files_near(["florence_bt/drivers/turtlebot/node.py"])
-    assert "tests/ros/test_mission_server.py" in files_near(["florence_bt/runtime/node/_triggers.py"])
+def test_what_imports_rclpy_is_tested_over_ros() -> None:
+    assert "tests/ros/test_turtlebot_node.py" in files_over_ros("florence_bt/drivers/turtlebot/node.py")
+    assert "tests/ros/test_mission_server.py" in files_over_ros("florence_bt/runtime/node/_triggers.py")
+    assert files_over_ros("florence_bt/drivers/turtlebot/driver.py") == []
