@@ -24,7 +24,7 @@ class Counter:
     count: int = 0
     other: float | None
 
-    def add(self, number: int | None) -> int | None:
+    def add(self, number: int | None, *, twice: bool) -> int | None:
         """Add what is not too much."""
         if number is None or number > LIMIT:
             raise ValueError("too much")
@@ -54,7 +54,7 @@ def test_every_mutant_is_another_module_that_parses(mutants: list[Mutation]) -> 
 def test_annotations_decorators_and_docstrings_stay(mutants: list[Mutation]) -> None:
     changed = {each.before for each in mutants}
     assert not any("def " in line or "@" in line or "other" in line or '"""' in line for line in changed)
-    assert all("int | None) -> int | None" in each.text for each in mutants)
+    assert all("number: int | None, *, twice: bool" in each.text for each in mutants)
 
 
 def test_notes_in_logs_stay(mutants: list[Mutation]) -> None:
