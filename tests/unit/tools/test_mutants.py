@@ -5,10 +5,13 @@ from __future__ import annotations
 import ast
 
 import pytest
+import yaml
 
+from tools.mutants.__main__ import EQUIVALENT
 from tools.mutants.covering import files_over_ros, importers
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
+from tools.tables import ROOT
 
 SOURCE = '''
 """A module."""
@@ -85,3 +88,12 @@ def test_what_imports_rclpy_is_tested_over_ros() -> None:
     assert "tests/ros/test_turtlebot_node.py" in files_over_ros("florence_bt/drivers/turtlebot/node.py")
     assert "tests/ros/test_mission_server.py" in files_over_ros("florence_bt/runtime/node/_triggers.py")
     assert files_over_ros("florence_bt/drivers/turtlebot/driver.py") == []
+
+
+def test_the_lines_of_equivalent_mutants_are_still_there() -> None:
+    entries = yaml.safe_load(EQUIVALENT.read_text())
+    assert entries
+    for entry in entries:
+        lines = [line.strip() for line in (ROOT / entry["path"]).read_text().splitlines()]
+        assert entry["before"] in " ".join(lines), entry
+        assert entry["after"] != entry["before"] and entry["reason"]
