@@ -57,7 +57,7 @@ bench: setup ## run the benchmarks
 figures: setup ## list which tables of figures are old; ONLY=people (a page, a table, all) makes them again
 	$(BIN)/python -m tools.figures $(if $(ONLY),--only "$(ONLY)") $(ARGS)
 
-mutants: setup ## list small changes of the code that no unit test notices; FILES=... of these, CHANGED=main of lines changed since
+mutants: setup ## list small changes of the code that no test notices; FILES=... of these, CHANGED=main of lines changed since
 	$(BIN)/python -m tools.mutants $(if $(CHANGED),--changed $(CHANGED)) $(FILES) $(ARGS)
 
 colour: setup ## install the network of the colour detector, 144 MB (ARGS=--photographs: what its tests look at, too)

@@ -1,6 +1,6 @@
-"""Tells which small changes of the code no unit test notices.
+"""Tells which small changes of the code no test notices.
 
-``python -m tools.mutants`` draws mutations of the core places by chance, and runs for each the unit tests
+``python -m tools.mutants`` draws mutations of the core places by chance, and runs for each the tests
 that run its line; ``FILE...`` are modules or folders to look at instead, ``--changed main`` lines that differ
 from a commit. What is unnoticed stands in the output as a change of a line; what cannot be noticed (an
 equivalent mutant) belongs into ``tests/equivalent_mutants.yaml``, with the reason.
@@ -22,7 +22,7 @@ from pathlib import Path
 
 import yaml
 
-from tools.mutants.covering import Covering, measure
+from tools.mutants.covering import Covering, files_over_ros, measure
 from tools.mutants.mutations import Mutation, draw
 from tools.mutants.trying import Copy, Verdict
 from tools.tables import BUILD, ROOT, RowTable, command_of, git, table
@@ -73,10 +73,13 @@ def _text(rows: Sequence[Tried]) -> str:
     for area in [*dict.fromkeys(row.area for row in rows), ""]:
         mine = [row for row in rows if area in ("", row.area)]
         equal = sum(bool(row.equivalent) for row in mine)
-        noticed = sum(row.verdict is Verdict.NOTICED for row in mine)
+        noticed = sum(row.verdict.is_noticed for row in mine)
+        over_ros = sum(row.verdict is Verdict.OVER_ROS for row in mine)
         share = f"{100.0 * noticed / max(len(mine) - equal, 1):.0f} %"
-        lines.append([area or "**all**", str(len(mine)), str(equal), str(noticed), share])
-    return table(["place", "mutants", "of them equivalent", "noticed", "share of those that are not"], lines)
+        numbers = len(mine), equal, noticed, over_ros
+        lines.append([area or "**all**", *map(str, numbers), share])
+    head = ["place", "mutants", "of them equivalent", "noticed", "of them only over ROS"]
+    return table([*head, "noticed of those that are not equivalent"], lines)
 
 
 TABLE = RowTable("mutants", Tried, _text)
@@ -85,14 +88,18 @@ TABLE = RowTable("mutants", Tried, _text)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw mutations, try them, and print what was not noticed."""
     options = _options().parse_args(arguments)
+    began = time.monotonic()
     wanted = [*_drawn(options)]
-    covering = measure({mutation.path for _, mutation in wanted}, options.jobs)
-    rows = list(_tried(wanted, covering, options))
-    missed = [row for row in rows if row.verdict is not Verdict.NOTICED and not row.equivalent]
+    random.Random(options.seed).shuffle(wanted)  # when the time is over, every place has been looked at
+    covering = measure(
+        {mutation.path for _, mutation in wanted}, options.jobs, began + 30.0 * options.minutes
+    )
+    rows = list(_tried(wanted, covering, options, began + 60.0 * options.minutes))
+    missed = [row for row in rows if not row.verdict.is_noticed and not row.equivalent]
     for row in missed:
         print(f"{row.path}:{row.line}: {row.verdict.value}\n    - {row.before}\n    + {row.after}")
     TABLE.publish(rows, options.write, command_of("-m tools.mutants", arguments))
-    return 1 if options.changed and missed else 0
+    return 1 if options.changed and missed and not options.tell else 0
 
 
 def _options() -> argparse.ArgumentParser:
@@ -103,7 +110,13 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument(
         "--changed", metavar="COMMIT", help="only lines that differ from a commit; fails on a miss"
     )
-    parser.add_argument("--minutes", type=float, default=math.inf, help="begin no mutant after these")
+    parser.add_argument("--tell", action="store_true", help="do not fail on a miss")
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        default=math.inf,
+        help="end after these, of which half at most goes into which tests run which lines",
+    )
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: %(default)s)")
     parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table into a page")
     return parser
@@ -154,25 +167,28 @@ def _changed_lines(commit: str, path: str) -> Iterator[range]:
 
 
 def _tried(
-    wanted: Sequence[tuple[str, Mutation]], covering: Covering, options: argparse.Namespace
+    wanted: Sequence[tuple[str, Mutation]], covering: Covering, options: argparse.Namespace, end: float
 ) -> Iterator[Tried]:
     copies: queue.SimpleQueue[Copy] = queue.SimpleQueue()
     for number in range(options.jobs):
         copies.put(Copy(BUILD / "mutants" / f"copy-{number}"))
-    reasons, end = _equivalent(), time.monotonic() + 60.0 * options.minutes
+    reasons = _equivalent()
 
     def tried(area: str, mutation: Mutation) -> Tried | None:
         copy = copies.get()
         try:
             if time.monotonic() > end:
                 return None
-            verdict = copy.judge(mutation, covering.tests_of(mutation.path, mutation.line))
+            tests = covering.tests_of(mutation.path, mutation.line)
+            verdict = copy.judge(mutation, tests, files_over_ros(mutation.path), end)
         finally:
             copies.put(copy)
-        print(f"{verdict.value:<10} {mutation.path}:{mutation.line}", file=sys.stderr, flush=True)
+        if verdict is None:
+            return None
+        print(f"{verdict.value:<16} {mutation.path}:{mutation.line}", file=sys.stderr, flush=True)
         reason = reasons.get((mutation.path, mutation.before, mutation.after), "")
         what = mutation.line, mutation.family, mutation.before, mutation.after
-        return Tried(area, mutation.path, *what, verdict, "" if verdict is Verdict.NOTICED else reason)
+        return Tried(area, mutation.path, *what, verdict, "" if verdict.is_noticed else reason)
 
     with ThreadPoolExecutor(options.jobs) as pool:
         rows = [row for row in pool.map(lambda pair: tried(*pair), wanted) if row is not None]

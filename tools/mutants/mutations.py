@@ -1,6 +1,7 @@
 """Small changes of a module's text, each at one place: the operators of Cosmic Ray, and one of our own.
 
-Changes that cannot matter are left out: of annotations, decorators and what only a type checker reads.
+Changes that cannot matter are left out: of annotations, decorators, what only a type checker reads, and
+notes in logs.
 """
 
 from __future__ import annotations
@@ -30,6 +31,12 @@ _FAMILIES = {
     r"ExceptionReplacer": "exception",
 }
 """By the operator's name. Others are noticed by any test: names that do not exist, bits of floats."""
+
+
+_NO_OPERATION = ("parameters", "param", "argument")
+"""Where a star or slash is no operation; with the other one callers get the same."""
+_NOTE = re.compile(r"(.*\.)?(get_logger\(\)|_?log(ger)?)\.(debug|info)")
+"""A note in a log that asks nobody to do anything; PIT leaves calls of loggers as they are, too."""
 
 
 class RemoveStatement(Operator):  # type: ignore[misc]
@@ -124,7 +131,7 @@ def _places(source: str) -> tuple[tuple[int, str, type[Operator], int], ...]:
     places: list[tuple[int, str, type[Operator], int]] = []
     occurrences: Counter[type[Operator]] = Counter()
     for family, kind, line, column in found.positions:
-        if not idle.covers(line, column):
+        if family and not idle.covers(line, column):
             places.append((line, family, kind, occurrences[kind]))
         occurrences[kind] += 1
     return tuple(places)
@@ -138,9 +145,10 @@ class _Positions(Visitor):  # type: ignore[misc]
         self.positions: list[tuple[str, type[Operator], int, int]] = []
 
     def visit(self, node: Any) -> Any:
+        stands = node.type == "operator" and node.parent.type in _NO_OPERATION
         for family, kind, operator in self._operators:
             for (line, column), _ in operator.mutation_positions(node):
-                self.positions.append((family, kind, line, column))
+                self.positions.append(("" if stands else family, kind, line, column))
         return node
 
 
@@ -172,6 +180,8 @@ def _idle_parts(node: ast.AST) -> Iterator[Any]:
         case ast.AnnAssign():
             yield node.annotation if node.value is not None else node
         case ast.Expr(value=ast.Constant()):
+            yield node
+        case ast.Expr(value=ast.Call(func=called)) if _NOTE.fullmatch(ast.unparse(called)):
             yield node
         case ast.If() if ast.unparse(node.test) == "TYPE_CHECKING":
             yield node

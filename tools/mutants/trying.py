@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import enum
+import math
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tools.mutants.covering import QUICK
 from tools.mutants.mutations import Mutation
 from tools.tables import ROOT, git
 
@@ -25,8 +28,14 @@ class Verdict(enum.Enum):
     """What the tests say of a mutation."""
 
     NOTICED = "noticed"
+    OVER_ROS = "noticed over ROS"
     UNNOTICED = "unnoticed"
     UNTESTED = "no test runs it"
+
+    @property
+    def is_noticed(self) -> bool:
+        """Whether any test failed."""
+        return self in (Verdict.NOTICED, Verdict.OVER_ROS)
 
 
 class Copy:
@@ -50,19 +59,40 @@ class Copy:
             "PYTHONDONTWRITEBYTECODE": "1",
         }
 
-    def judge(self, mutation: Mutation, tests: Sequence[str]) -> Verdict:
-        """Run tests with a mutation, until one fails."""
-        if not tests:
+    def judge(
+        self, mutation: Mutation, tests: Sequence[str], over_ros: Sequence[str], until: float = math.inf
+    ) -> Verdict | None:
+        """Run tests with a mutation, until one fails; those over ROS when no other has.
+
+        Args:
+            mutation: The change.
+            tests: Ids of tests.
+            over_ros: Files of tests over ROS.
+            until: When to give up.
+
+        Returns:
+            None when nothing is known yet at the moment ``until`` of ``time.monotonic``.
+        """
+        if not tests and not over_ros:
             return Verdict.UNTESTED
         file = self._folder / mutation.path
         before = file.read_text()
         file.write_text(mutation.text)
         try:
-            return Verdict.NOTICED if self._fails(tests) else Verdict.UNNOTICED
+            if tests and self._fails(tests, until):
+                return Verdict.NOTICED
+            return Verdict.OVER_ROS if over_ros and self._fails(over_ros, until) else Verdict.UNNOTICED
+        except TimeoutError:
+            return None
         finally:
             file.write_text(before)
 
-    def _fails(self, tests: Sequence[str]) -> bool:
+    def _fails(self, tests: Sequence[str], until: float) -> bool:
+        """Tell whether a test fails, or goes round for ever.
+
+        Raises:
+            TimeoutError: The moment ``until`` came before that.
+        """
         names = self._folder / "tests-of-the-mutant"
         names.write_text("\n".join(tests))
         command = [
@@ -74,6 +104,7 @@ class Copy:
             "-p",
             "no:cacheprovider",
             "--benchmark-disable",
+            *QUICK,
         ]
         said = self._folder / "said-by-the-tests"  # no pipe: what a mutated test leaves behind would hold it
         with (
@@ -88,8 +119,10 @@ class Copy:
             ) as tests_running,
         ):
             try:
-                code = tests_running.wait(LONGEST_S)
+                code = tests_running.wait(max(0.0, min(LONGEST_S, until - time.monotonic())))
             except subprocess.TimeoutExpired:
+                if time.monotonic() >= until:
+                    raise TimeoutError from None
                 return True
             finally:
                 with contextlib.suppress(ProcessLookupError):

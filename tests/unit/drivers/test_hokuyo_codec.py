@@ -1,5 +1,6 @@
 """SCIP 2.0 on the wire. The bytes here are written by hand or by the small writer below, from the manual."""
 
+import tracemalloc
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -21,7 +22,7 @@ from florence_bt.drivers.hokuyo.codec import (
     serial_speed,
     time_mode,
 )
-from florence_bt.drivers.hokuyo.status import describe_status
+from florence_bt.drivers.hokuyo.status import describe_status, goes_on_by_itself, is_checking
 from tests.sweeps import examples
 from tests.unit.drivers.scip_writer import PP, encode, information, scan_bytes, summed
 
@@ -164,10 +165,26 @@ def test_bad_sums_are_counted_and_the_scan_is_dropped() -> None:
 
 def test_endless_noise_does_not_pile_up() -> None:
     parser = ReplyParser()
-    for _ in range(10):
-        assert parser.feed(b"\x55" * LONGEST_FRAME) == []
-    assert parser.corrupted >= 4
-    assert parser.feed(b"\n\n" + PP) == ReplyParser().feed(PP)
+    noise = b"\x55" * LONGEST_FRAME
+    tracemalloc.start()
+    try:
+        for _ in range(200):
+            assert parser.feed(noise) == []
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert held < 10 * LONGEST_FRAME
+    assert parser.corrupted == 100, "two pieces are too long each time, and are dropped together"
+    assert parser.feed(PP) == WHOLE[:1]
+    assert parser.corrupted == 100, "nothing of the noise is left before the reply"
+
+
+def test_a_frame_may_be_as_long_as_the_longest() -> None:
+    parser = ReplyParser()
+    half = PP[:-2].ljust(LONGEST_FRAME, b"\x55")
+    assert parser.feed(half) == [] and parser.corrupted == 0
+    assert parser.feed(b"\x55") == [] and parser.corrupted == 1
+    assert parser.feed(PP) == WHOLE[:1]
 
 
 def test_clear_forgets_half_a_reply() -> None:
@@ -175,6 +192,64 @@ def test_clear_forgets_half_a_reply() -> None:
     parser.feed(PP[:40])
     parser.clear()
     assert len(parser.feed(PP)) == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"STAT Sensor works well",  # neither sign nor sum
+        b"STAT:well" + b":" + summed(b"STAT:well")[-1:],
+        b"STAT:\xfe;" + summed(b"STAT:\xfe")[-1:],
+        b";",
+        b"",
+    ],
+)
+def test_an_information_line_needs_its_sign_and_printable_text(line: bytes) -> None:
+    with pytest.raises(FrameError):
+        parse_frame([b"PP", b"00P", line])
+    with pytest.raises(ChecksumError):
+        parse_frame([b"PP", b"00P", b"DMIN:20;5"])
+
+
+@pytest.mark.parametrize("command", [b"VV", b"II"])
+def test_lines_of_an_identification_that_cannot_be_read_are_left_out_and_counted(command: bytes) -> None:
+    good = information(command, b"SERI:H1", b"PROD:URG", b"no colon")
+    torn = good.replace(b"PROD:URG", b"PROD:UTG")
+    parser = ReplyParser(some=True)
+    for head in (b"", b"noise"):
+        (reply,) = parser.feed(head + torn)
+        assert (reply.echo, reply.lines, reply.unreadable) == (command.decode(), (b"SERI:H1",), 2)
+        assert reply.identification() == ({"SERI": "H1"}, 2)
+    assert parser.corrupted == 2
+    assert ReplyParser().feed(torn) == []
+    assert ReplyParser(some=True).feed(torn.replace(b"\n00P\n", b"\n00Q\n")) == [], (
+        "nor is it with a bad status"
+    )
+    (whole,) = ReplyParser(some=True).feed(information(command, b"SERI: H1 ", b"no colon"))
+    assert whole.identification() == ({"SERI": "H1"}, 1)
+    with pytest.raises(FrameError, match="no colon"):
+        whole.information()
+
+
+def test_the_numbers_a_sensor_measures_with_are_all_read_or_none() -> None:
+    parser = ReplyParser(some=True)
+    assert parser.feed(PP.replace(b"DMIN:20", b"DMIN:21")) == []
+    assert parser.corrupted == 1
+
+
+@pytest.mark.parametrize(("status", "checks"), [("20", False), ("21", True), ("49", True), ("50", False)])
+def test_which_statuses_pass_by_themselves(status: str, checks: bool) -> None:
+    assert is_checking(status) is checks
+    assert goes_on_by_itself(status) is checks
+    assert ("checks an error" in describe_status("MD", status)) is checks
+
+
+def test_some_other_statuses_pass_by_themselves_too() -> None:
+    assert goes_on_by_itself("98") and goes_on_by_itself("0M")
+    assert not is_checking("98") and not is_checking("0M") and not goes_on_by_itself("10")
+    for status, hardware in (("49", False), ("50", True), ("97", True), ("98", False)):
+        assert ("hardware trouble" in describe_status("ME", status)) is hardware
+    assert "hardware" not in describe_status("BM", "60"), "of measurements alone"
 
 
 def test_statuses_in_words() -> None:
@@ -196,9 +271,23 @@ def test_every_command_has_its_text() -> None:
     assert Measurement("GE", 0, 1080, 1).command == "GE0000108001"
 
 
+def test_every_argument_may_be_at_its_limit() -> None:
+    assert Measurement("HE", 9999, 9999, 99).command == "HE9999999999"
+    assert Measurement("NE", 0, 9999, 99, 9, 99).command == "NE0000999999999"
+    assert [Measurement(kind, 1, 1).streams for kind in ("MD", "MS", "ME", "ND", "NE")] == [True] * 5
+    assert [Measurement(kind, 1, 1).streams for kind in ("GD", "GS", "GE", "HD", "HE")] == [False] * 5
+    assert Measurement("MD", 44, 725, 1, 2, 10).head == "MD00440725012"
+    assert Measurement("GD", 44, 725, 1, 2, 10).head == "GD0044072501"
+
+
 @pytest.mark.parametrize(
     "make",
     [
+        lambda: Measurement("MD", -1, 5),
+        lambda: Measurement("MD", 0, 1, cluster=-1),
+        lambda: Measurement("MD", 0, 1, skip=-1),
+        lambda: Measurement("MD", 0, 1, count=-1),
+        lambda: time_mode(-1),
         lambda: time_mode(3),
         lambda: serial_speed(9600),
         lambda: Measurement("XX", 0, 1),

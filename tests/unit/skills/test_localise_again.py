@@ -43,6 +43,14 @@ def test_a_damaged_file_is_refused(tmp_path: Path, text: str) -> None:
         load_pose(file, make_map())
 
 
+@pytest.mark.parametrize("pose", [Pose2(10_001.0, 0.0), Pose2(0.0, -10_001.0), Pose2(0.0, 0.0, 7000.0)])
+def test_a_pose_where_no_robot_is_is_refused(tmp_path: Path, pose: Pose2) -> None:
+    file = tmp_path / "pose.json"
+    save_pose(file, pose, make_map())
+    with pytest.raises(ConfigError, match=r"no robot is at .*\(would have worked: to remove it\)"):
+        load_pose(file, make_map())
+
+
 def resumed(at: Pose2) -> tuple[World, Localiser]:
     boxes = [*WALLS, *FURNITURE]
     world = World(at, boxes=boxes, seed=4, odometry_noise=0.02)

@@ -197,8 +197,9 @@ def test_colours_and_sixteen_bits_of_a_png() -> None:
     colours[0, 0] = 30, 60, 90
     grey, opacity = decode_image(cv2.imencode(".png", colours)[1].tobytes())
     assert (grey.tolist(), opacity) == ([[60, 0]], None)
-    deep = np.array([[65535, 257 * 205, 0]], np.uint16)
-    assert decode_image(cv2.imencode(".png", deep)[1].tobytes())[0].tolist() == [[255, 205, 0]]
+    deep = np.array([[65535, 65534, 257 * 205 + 256, 257 * 205, 257 * 205 - 1, 256, 0]], np.uint16)
+    found, _ = decode_image(cv2.imencode(".png", deep)[1].tobytes())
+    assert found.tolist() == [[255, 254, 205, 205, 204, 0, 0]]
 
 
 def test_an_image_that_is_cut_is_not_read_as_walls() -> None:

@@ -5,9 +5,13 @@ from __future__ import annotations
 import ast
 
 import pytest
+import yaml
 
+from tools.mutants.__main__ import EQUIVALENT
+from tools.mutants.covering import files_over_ros, importers
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
+from tools.tables import ROOT
 
 SOURCE = '''
 """A module."""
@@ -23,7 +27,7 @@ class Counter:
     count: int = 0
     other: float | None
 
-    def add(self, number: int | None) -> int | None:
+    def add(self, number: int | None, *, twice: bool) -> int | None:
         """Add what is not too much."""
         if number is None or number > LIMIT:
             raise ValueError("too much")
@@ -32,6 +36,7 @@ class Counter:
                 continue
             self.count += each
             self.note(each)
+            self.get_logger().info(f"{each} were added")
         left, right = self.count, -number
         return left * 2 - right
 '''
@@ -52,7 +57,11 @@ def test_every_mutant_is_another_module_that_parses(mutants: list[Mutation]) -> 
 def test_annotations_decorators_and_docstrings_stay(mutants: list[Mutation]) -> None:
     changed = {each.before for each in mutants}
     assert not any("def " in line or "@" in line or "other" in line or '"""' in line for line in changed)
-    assert all("int | None) -> int | None" in each.text for each in mutants)
+    assert all("number: int | None, *, twice: bool" in each.text for each in mutants)
+
+
+def test_notes_in_logs_stay(mutants: list[Mutation]) -> None:
+    assert all('self.get_logger().info(f"{each} were added")' in each.text for each in mutants)
 
 
 def test_a_name_is_never_left_unbound(mutants: list[Mutation]) -> None:
@@ -70,3 +79,21 @@ def test_tests_of_a_module_and_of_those_that_import_it_are_near() -> None:
     near = files_near(["florence_bt/skills/navigation/navigate/_wave_kernels.py"])
     assert "tests/unit/skills/test_planner.py" in near, "the planner imports the kernels"
     assert "tests/unit/trees/test_schema.py" not in near
+    assert (
+        near[0] == importers(["florence_bt/skills/navigation/navigate/_wave_kernels.py"], "tests/unit/*")[0]
+    )
+
+
+def test_what_imports_rclpy_is_tested_over_ros() -> None:
+    assert "tests/ros/test_turtlebot_node.py" in files_over_ros("florence_bt/drivers/turtlebot/node.py")
+    assert "tests/ros/test_mission_server.py" in files_over_ros("florence_bt/runtime/node/_triggers.py")
+    assert files_over_ros("florence_bt/drivers/turtlebot/driver.py") == []
+
+
+def test_the_lines_of_equivalent_mutants_are_still_there() -> None:
+    entries = yaml.safe_load(EQUIVALENT.read_text())
+    assert entries
+    for entry in entries:
+        lines = [line.strip() for line in (ROOT / entry["path"]).read_text().splitlines()]
+        assert entry["before"] in " ".join(lines), entry
+        assert entry["after"] != entry["before"] and entry["reason"]

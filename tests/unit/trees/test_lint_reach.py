@@ -224,7 +224,8 @@ def test_a_condition_cannot_need_what_a_later_node_uses(workshop, kind):
     ("every", "problem"),
     [
         ("5", "every: a duration needs a unit: '5'"),
-        ("0 s", "every: at least 10 ms are needed"),
+        ("0 s", "every: at least 10 ms are needed | 1 s, 100 ms"),
+        ("9.9 ms", "every: at least 10 ms are needed | 1 s, 100 ms"),
         ("$t", "every: "),
         ("[1 s]", "every: a duration is needed"),
         ("2 m", "every: 'm' is not a unit of a duration"),
@@ -235,6 +236,12 @@ def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
         f"tree: {{sequence: [{{look_for_user: , every: {every}}}, {TURN}], memory: false}}\n"
     )
     assert " error " in line and problem in line
+
+
+@pytest.mark.parametrize("every", ["10 ms", "0.01 s", "1 h"])
+def test_every_ten_milliseconds_is_often_enough(workshop, every):
+    tree = f"{{sequence: [{{look_for_user: , every: {every}}}, {TURN}], memory: false}}"
+    assert only(workshop, tree, "every:") == []
 
 
 @pytest.mark.parametrize(

@@ -131,3 +131,52 @@ def test_what_the_check_says_of_times(workshop, wait, line):
     head = "inputs: {p: {type: pose}}\nkeys: {done: {type: boolean, default: false}}\n"
     found = workshop.lines(f"{head}tree: {{sequence: [{{wait_until: {wait}}}, {{fail: $done}}]}}\n")
     assert any(line in each for each in found), found
+
+
+def about_times(workshop, tree):
+    """The findings of a tree that are about times of the day."""
+    return [line for line in workshop.lines(f"tree: {tree}\n") if "time of day" in line]
+
+
+@pytest.mark.parametrize("time", ["0:00", "00:00", "9:05", "09:05", "19:00", "20:00", "23:59"])
+@pytest.mark.parametrize("form", ['"{}"', "{{time: '{}'}}", '"{} or $done"'])
+def test_every_time_of_a_day_is_one(workshop, time, form):
+    assert about_times(workshop, f"{{wait_until: {form.format(time)}}}") == []
+
+
+@pytest.mark.parametrize("time", ["24:00", "24:01", "23:60", "12:99", "99:00"])
+@pytest.mark.parametrize("form", ['"{}"', "{{time: '{}'}}", '"{} or $done"'])
+def test_what_is_no_time_of_a_day_is_refused(workshop, time, form):
+    (line,) = about_times(workshop, f"{{wait_until: {form.format(time)}}}")
+    assert f"wait_until: '{time}' is no time of day | 22:00" in line
+
+
+@pytest.mark.parametrize(
+    ("meant", "time"),
+    [
+        ("8 pm", "20:00"),
+        ("12 pm", "12:00"),
+        ("12 am", "00:00"),
+        ("12:30 a.m.", "00:30"),
+        ("11:59 PM", "23:59"),
+        ("1 am", "01:00"),
+        ("20.15", "20:15"),
+        ("20 Uhr", "20:00"),
+        ("7 o'clock", "07:00"),
+        ("at 20:15:30", "20:15"),
+        ("Monday 08:00", "08:00"),
+    ],
+)
+def test_a_time_that_is_written_in_another_way_is_proposed_as_hours_and_minutes(workshop, meant, time):
+    (line,) = workshop.lines(f'tree: {{wait_until: "{meant}"}}\n')
+    assert f'is no time of day | "{time}"' in line
+
+
+@pytest.mark.parametrize(
+    ("wait", "proposed"), [("until 9:05", "9:05"), ("till 23:59", "23:59"), ("at 00:00", "00:00")]
+)
+def test_a_wait_until_a_time_of_day_is_proposed(workshop, wait, proposed):
+    (line,) = workshop.lines(f"tree: {{wait: {wait}}}\n")
+    assert f"wait: '{wait}' is a time of day | wait_until: {proposed}" in line
+    (line,) = workshop.lines("tree: {wait: until 24:00}\n")
+    assert "is a time of day" not in line
