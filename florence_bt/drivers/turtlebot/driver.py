@@ -10,14 +10,15 @@ again while the driver lives, and becomes zero when velocity commands stop comin
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FrameError
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.sensing import Odometry
+from florence_bt.drivers.diagnosis import LineQuality
 from florence_bt.drivers.turtlebot.codec import commands
-from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode, Packet, implausible
+from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode, implausible
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
 from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
@@ -112,7 +113,8 @@ class TurtlebotDriver:
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.
         refused_at: When the last of them came, in seconds.
-        implausible: The packets of the newest frame whose counts the manual does not know.
+        line: How much of what came lately was damaged, in bytes.
+        implausible: The counts of the newest frame that the manual does not know, by the field's name.
         fractions: Whether the base drops fractions of what it counts, and what to make of that.
         charge_resets: How often a base that did not charge was reset so far.
         manual_override: Whether a person drives: only manual commands count (:meth:`set_manual_override`).
@@ -129,7 +131,8 @@ class TurtlebotDriver:
         self.decoder = StreamDecoder(self._packets)
         self.refused_readings = 0
         self.refused_at = -math.inf
-        self.implausible: Sequence[Packet] = ()
+        self.line = LineQuality()
+        self.implausible: Mapping[str, int] = {}
         self.charge_resets = 0
         self._outputs = self.parameters.digital_outputs
         self._outputs_on = 0
@@ -156,6 +159,7 @@ class TurtlebotDriver:
         self._last_stamp = -math.inf
         self._last_frame: float | None = None
         self._noise_before = 0
+        self._refused_in_a_row = 0
         self._state: SensorState | None = None
         self._stop_reason: StopReason | None = None
         self._touched: StopReason | None = None
@@ -195,7 +199,8 @@ class TurtlebotDriver:
             wake: Wake the base by pulses on RTS first.
         """
         self.decoder = StreamDecoder(self._packets)
-        self._noise_before = 0
+        self._noise_before = self._refused_in_a_row = 0
+        self.line = LineQuality()
         self._open = True
         self._pending = b""
         self._last_stamp = -math.inf
@@ -321,10 +326,13 @@ class TurtlebotDriver:
             One reading per good frame, oldest first. The very first frame is left out: its distance and
             angle were added up before this driver existed (REFERENCE 2.4, row "First packet").
         """
+        noise_before = self.decoder.noise_bytes
         frames = self.decoder.feed(data)
+        self.line.note(now, len(frames) * self.decoder.frame_size, self.decoder.noise_bytes - noise_before)
         if frames:
-            self._last_frame = now
             self._noise_before = self.decoder.noise_bytes
+            if not self._refused_in_a_row:  # a base that never says where it is has not said anything
+                self._last_frame = now
         readings = []
         for later_frames, frame in zip(reversed(range(len(frames))), frames, strict=True):
             # Frames that came together were measured one period apart.
@@ -355,7 +363,7 @@ class TurtlebotDriver:
             )
             return out + self._sequence.take(now)
         out, self._pending = out + self._pending, b""
-        enabled = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        enabled = self._state is not None and self._state.in_drive_mode
         return out + self._drive.take(now, self._stop_reason, enabled=enabled)
 
     def next_deadline(self) -> float | None:
@@ -392,7 +400,7 @@ class TurtlebotDriver:
     def _enter_mode(self, now: float, before: Sequence[SequenceStep] = (), *, tune: bool = False) -> None:
         """Go through Passive, which stops the motors, to the wanted mode; then ask for the stream."""
         self._settle()
-        outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        outputs_on = self._state is not None and self._state.in_drive_mode
         then = self._output_bytes() + self._stream_request
         if tune and self.wanted_mode in ENTER_MODE:
             then += play_tune(self.parameters.model)
@@ -400,7 +408,7 @@ class TurtlebotDriver:
 
     def _reset(self, now: float) -> None:
         """Reboot a base that does not charge; it stays in Passive mode until somebody wants to drive."""
-        outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        outputs_on = self._state is not None and self._state.in_drive_mode
         self._settle()
         self._outputs_on = 0
         self.charge_resets += 1
@@ -432,6 +440,8 @@ class TurtlebotDriver:
 
     def _received_instead(self) -> str:
         """Say what came instead of good frames, and what to do about it."""
+        if self._refused_in_a_row:
+            return "only ways that no base can go: is the robot_type right, and do the wheels' sensors work?"
         if self.decoder.noise_bytes > self._noise_before:
             return "only bytes that make no frame: are the port and its baud rate right?"
         if self.decoder.good_frames:
@@ -453,8 +463,10 @@ class TurtlebotDriver:
             )
         except FrameError:
             self.refused_readings += 1
+            self._refused_in_a_row += 1
             self.refused_at = stamp
             return None
+        self._refused_in_a_row = 0
         self._gyro_rate = None if motion.gyro is None else motion.gyro.rate
         self._watch_gyro(stamp, motion.gyro, state)
         return BaseReading(stamp, state, motion.odometry, motion.gyro, motion.at_rest, self._stop_reason)
@@ -507,7 +519,7 @@ class TurtlebotDriver:
         sent = self._drive.speed
         speed = 1000.0 * sent.linear, math.degrees(sent.angular)
         count = round(1000.0 * state.distance), round(math.degrees(state.angle))
-        obeys = state.oi_mode >= OiMode.SAFE and not self._docking and self._stop_reason is None
+        obeys = state.in_drive_mode and not self._docking and self._stop_reason is None
         if obeys and not state.bumps_wheeldrops & WHEEL_DROPS:
             gyro = None if self._gyro_rate is None else math.degrees(self._gyro_rate)
             self.fractions.look(*count, speed, gyro)
