@@ -321,7 +321,7 @@ def test_a_sensor_of_one_echo_measures_without_the_others() -> None:
     assert "this sensor measures one echo of a beam only: multi_echo is left out" in bench.problems
 
 
-# -- replies that are damaged, and scans without a distance ----------------------------------------------------
+# -- replies that are damaged, and scans without a distance --------------------------------------------------
 
 
 class SpoiltBench(Bench):
