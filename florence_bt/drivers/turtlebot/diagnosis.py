@@ -74,6 +74,7 @@ def _connection(
         "Checksum Form": "unknown" if form is None else form.name.lower().replace("_", " "),
         "Refused Readings": str(driver.refused_readings),
         "Refused Commands": str(driver.refused_commands),
+        "Late Commands": str(driver.late_commands),
         "Charge Resets": str(driver.charge_resets),
         "Fractions Of Counts": "dropped" if driver.fractions.drops else "kept",
     }

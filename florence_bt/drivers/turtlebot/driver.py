@@ -80,6 +80,33 @@ class BaseReading:
         return "" if self.stop_reason is None else describe(self.stop_reason, self.state)
 
 
+WAITED_S = 0.1
+"""Seconds for which a driver that was held up takes no command to move. Chosen: what waited for it is served
+at once, and who still drives sends the next command within 50 ms."""
+
+
+class _HoldUps:
+    """Tells whether what has just come may have waited while this process was held up.
+
+    Commands have no time stamp: one that was sent seconds ago would be driven as one of now.
+    """
+
+    def __init__(self, held_up_after_s: float) -> None:
+        self._held_up_after_s = held_up_after_s
+        self._at: float | None = None
+        self._waited_until = -math.inf
+
+    def note(self, now: float) -> None:
+        """Note that the process does something."""
+        if self._at is not None and now - self._at > self._held_up_after_s:
+            self._waited_until = now + WAITED_S
+        self._at = now
+
+    def may_have_waited(self, now: float) -> bool:
+        """Tell whether what comes now may have waited: the process was held up just before."""
+        return 0.0 <= self._waited_until - now <= WAITED_S
+
+
 LET_GO_S = 1.0
 """A hand that has said nothing for so long has let go, seconds. Chosen: a few lost commands are no end."""
 
@@ -111,6 +138,8 @@ class TurtlebotDriver:
         parameters: Its parameters.
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
+        late_commands: Commands to move so far that may have waited while this process was held up; they did
+            not count.
         refused_readings: Frames so far whose motion was impossible and was left out.
         refused_at: When the last of them came, in seconds.
         line: How much of what came lately was damaged, in bytes.
@@ -129,6 +158,8 @@ class TurtlebotDriver:
         self._packets = streamed_packets(model, self.parameters.drive_mode)
         self._stream_request = commands.stream(self._packets, model)
         self.decoder = StreamDecoder(self._packets)
+        self._hold_ups = _HoldUps(self.parameters.cmd_vel_timeout)
+        self.late_commands = 0
         self.refused_readings = 0
         self.refused_at = -math.inf
         self.line = LineQuality()
@@ -300,12 +331,19 @@ class TurtlebotDriver:
     def command(self, twist: Twist2, now: float, *, manual: bool = False) -> None:
         """Take a velocity command; it holds until the next one or the time-out. NaN and infinity stop.
 
+        Just after this process was held up, because a signal stopped it or the machine had no time for it,
+        only a stop counts: a command to move may have waited for as long.
+
         Args:
             twist: The wanted velocity.
             now: Seconds.
             manual: Whether a person sends it by hand. Such a command counts only while the manual override is
                 on, and nothing else counts then.
         """
+        self._hold_ups.note(now)
+        if twist != STANDSTILL and self._hold_ups.may_have_waited(now):
+            self.late_commands += 1
+            return
         counts = not manual or self._hand.may_drive(twist, now)
         if counts and manual is self.manual_override:
             self.end_docking(now)
@@ -326,6 +364,7 @@ class TurtlebotDriver:
             One reading per good frame, oldest first. The very first frame is left out: its distance and
             angle were added up before this driver existed (REFERENCE 2.4, row "First packet").
         """
+        self._hold_ups.note(now)
         noise_before = self.decoder.noise_bytes
         frames = self.decoder.feed(data)
         self.line.note(now, len(frames) * self.decoder.frame_size, self.decoder.noise_bytes - noise_before)
@@ -349,6 +388,7 @@ class TurtlebotDriver:
         Raises:
             DeviceTimeout: The base has been silent for too long; open the port again, and start again.
         """
+        self._hold_ups.note(now)
         if not self._open:
             return b""
         out = self._sequence.take(now)

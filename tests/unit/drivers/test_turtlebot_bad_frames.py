@@ -168,6 +168,42 @@ def test_a_gyro_beyond_its_counts_turns_nobody() -> None:
     assert line.pose.yaw == pytest.approx(heading, abs=math.radians(0.1))
 
 
+# -- a process that was held up -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("manual", [False, True])
+def test_a_command_that_waited_while_the_process_was_held_up_is_not_driven(manual: bool) -> None:
+    """Five seconds without the processor (SIGSTOP): what then comes out of the queue is of before."""
+    line = Line()
+    if manual:
+        line.driver.set_manual_override(True, line.now)
+    line.run(1)
+    line.driver.command(FORWARD, line.now, manual=manual)
+    line.run(5)
+    assert line.right == 200
+    line.now += 5.0
+    for _ in range(3):
+        line.driver.command(FORWARD, line.now, manual=manual)
+    line.run(40)
+    assert line.right == line.left == 0 and line.driver.late_commands == 3
+    line.driver.command(FORWARD, line.now, manual=manual)
+    line.run(5)
+    assert line.right == 200, "who still drives sends the next one"
+
+
+def test_a_stop_that_waited_while_the_process_was_held_up_counts() -> None:
+    line = Line()
+    line.run(20, FORWARD, distance=3)
+    line.now += 0.55  # shorter than the time-out: the command of before still counts
+    line.driver.command(Twist2(), line.now)
+    line.run(2)
+    assert line.right == line.left == 0
+    line.now += 5.0
+    line.driver.command(Twist2(), line.now)
+    line.run(5)
+    assert line.right == line.left == 0 and line.driver.late_commands == 0
+
+
 # -- a line that damages -------------------------------------------------------------------------------------
 
 
