@@ -14,7 +14,7 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 from florence_bt.app.bringup.signals import as_keyboard_interrupt
 from florence_bt.app.wrapping import hanging, terminal_columns
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
-from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.errors import ConfigError, FlorenceError, raise_all
 from florence_bt.ros.arguments import (
     NAMESPACE_VARIABLE,
     ros_arguments,
@@ -236,17 +236,19 @@ def key_values(pairs: list[str]) -> dict[str, str]:
         ConfigError: One of them is not ``key=value``, or a key comes twice.
     """
     values: dict[str, str] = {}
+    wrong: list[ConfigError] = []
     for index, pair in enumerate(pairs):
         name, separator, value = pair.partition("=")
         if not separator or not name:
             if values:
                 raise _split_by_the_shell(pairs, index)
-            raise ConfigError(f"{pair!r} is not an input", valid=["key=value, e.g. room=kitchen"])
-        if name in values:
-            raise ConfigError(
-                f"{name} is given twice: {values[name]!r} and {value!r}", valid=[f"{name}=..., once"]
-            )
-        values[name] = value
+            wrong.append(ConfigError(f"{pair!r} is not an input", valid=["key=value, e.g. room=kitchen"]))
+        elif name in values:
+            problem = f"{name} is given twice: {values[name]!r} and {value!r}"
+            wrong.append(ConfigError(problem, valid=[f"{name}=..., once"]))
+        else:
+            values[name] = value
+    raise_all(wrong)
     return values
 
 

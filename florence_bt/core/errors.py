@@ -31,6 +31,7 @@ class ConfigError(FlorenceError):
         column: 1-based column, or None.
         valid: What would have worked, most likely first.
         parameters: The names of the parameters that are wrong, where it is about parameters.
+        mistakes: The error itself, or those that :func:`raise_all` made it of.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class ConfigError(FlorenceError):
         self.line = line
         self.column = column
         self.valid = tuple(valid)
+        self.mistakes: tuple[ConfigError, ...] = (self,)
         super().__init__(str(self))
 
     def __str__(self) -> str:
@@ -56,6 +58,25 @@ class ConfigError(FlorenceError):
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
         text = f"{place}: {self.problem}" if place else self.problem
         return f"{text} (would have worked: {', '.join(self.valid)})" if self.valid else text
+
+
+def raise_all(wrong: Iterable[ConfigError]) -> None:
+    """Raise everything that is wrong with an input at once; nothing when nothing is.
+
+    Args:
+        wrong: The errors, in the order in which people are to read them.
+
+    Raises:
+        ConfigError: The only one, or one whose message has a line for each.
+    """
+    mistakes = tuple(mistake for error in wrong for mistake in error.mistakes)
+    if not mistakes:
+        return
+    if len(mistakes) == 1:
+        raise mistakes[0]
+    error = ConfigError("\n".join([f"{len(mistakes)} mistakes:", *map(str, mistakes)]))
+    error.mistakes = mistakes
+    raise error
 
 
 class SimulationError(FlorenceError):

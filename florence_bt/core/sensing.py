@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Literal
@@ -259,6 +260,18 @@ class OccupancyGrid:
         span_x = f"x {self.origin.x:g} to {self.origin.x + columns * self.resolution:g} m"
         span_y = f"y {self.origin.y:g} to {self.origin.y + rows * self.resolution:g} m"
         return f"outside the map ({span_x}, {span_y})"
+
+    def overlaps(self, corners: Sequence[tuple[float, float]]) -> bool:
+        """Tell whether the box round a polygon reaches onto the map.
+
+        Args:
+            corners: Points in the frame of the map, metres.
+        """
+        cells = [self.cell_of(x, y) for x, y in corners]
+        return all(
+            min(places) < size and max(places) >= 0
+            for places, size in zip(zip(*cells, strict=True), self.cells.shape, strict=True)
+        )
 
     def is_occupied(self, x: float, y: float) -> bool:
         """Tell whether a place (metres, map frame) is probably occupied; outside of the grid it is not."""

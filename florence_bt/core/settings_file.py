@@ -16,6 +16,11 @@ ValueReader = Callable[[YamlNode, str], Any]
 """Reads the value of a key that it names in errors."""
 
 
+def missing_key(name: str) -> str:
+    """Return the problem of a key that must be there and is not."""
+    return f"{name!r} is missing"
+
+
 class SettingsReader:
     """Reads parts of one file.
 
@@ -65,7 +70,7 @@ class SettingsReader:
                 )
         for name in needed:
             if source.key(name) is None:
-                self.note(self.error(f"{name!r} is missing", source, valid=[f"{name}: ..."]))
+                self.note(self.error(missing_key(name), source, valid=[f"{name}: ..."]))
         return {key.text: value for key, value in source.entries if key.text in names}
 
     def values(self, entries: Mapping[str, YamlNode], readers: Mapping[str, ValueReader]) -> dict[str, Any]:

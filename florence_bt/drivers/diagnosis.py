@@ -1,4 +1,4 @@
-"""How often a device delivers."""
+"""How often a device delivers, and how much of it arrives damaged."""
 
 from __future__ import annotations
 
@@ -47,3 +47,54 @@ class FrequencyMeter:
     def _forget(self, now: float) -> None:
         while self._arrivals and now - self._arrivals[0] > WINDOW_S:
             self._arrivals.popleft()
+
+
+TOLERATED_DAMAGE = 0.05
+"""Chosen: what a start in the middle of a frame costs is gone in a second; a loose plug costs more."""
+DAMAGE_WINDOW_S = 10.0
+"""Chosen: a plug that is loose now and then is told for so long each time."""
+_SLICE_S = 0.1
+
+
+class LineQuality:
+    """Tells how much of what a device sent lately was damaged."""
+
+    def __init__(self) -> None:
+        self._slices: deque[list[float]] = deque()
+
+    def note(self, now: float, good: float, damaged: float) -> None:
+        """Note what came, in bytes or in messages, the same for both.
+
+        Args:
+            now: Seconds.
+            good: How much was whole.
+            damaged: How much was not.
+        """
+        if good == damaged == 0:
+            return
+        if self._slices and 0.0 <= now - self._slices[-1][0] < _SLICE_S:
+            self._slices[-1][1] += good
+            self._slices[-1][2] += damaged
+        else:
+            self._slices.append([now, good, damaged])
+        self._forget(now)
+
+    def damage(self, now: float) -> float:
+        """Return the damaged part of what came lately, 0 to 1; 0 when nothing came."""
+        self._forget(now)
+        damaged = sum(part[2] for part in self._slices)
+        return damaged / (damaged + sum(part[1] for part in self._slices)) if damaged else 0.0
+
+    def complaint(self, now: float) -> str:
+        """Return what people are told when more is damaged than a good line loses; empty otherwise."""
+        damage = self.damage(now)
+        if damage <= TOLERATED_DAMAGE:
+            return ""
+        return (
+            f"{damage:.0%} of what came in the last {DAMAGE_WINDOW_S:g} s was damaged: check the cable and "
+            "its plugs, and that nobody else uses the port"
+        )
+
+    def _forget(self, now: float) -> None:
+        while self._slices and not 0.0 <= now - self._slices[0][0] <= DAMAGE_WINDOW_S:
+            self._slices.popleft()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,11 @@ def awake(base: Any, mode: int = 132, **how: Any) -> CreateEmulator:
 
 
 class PtyBench:
-    """Base, emulator, pseudo-terminal, serial port and driver; a lost port is opened again after a while."""
+    """Base, emulator, pseudo-terminal, serial port and driver; a lost port is opened again after a while.
+
+    Attributes:
+        spoil: What the line makes of the bytes that the base sends.
+    """
 
     def __init__(self, base: Any, link: Path, model: str = "create", **parameters: Any) -> None:
         self.base = base
@@ -46,6 +51,7 @@ class PtyBench:
         self._link = link
         self._retry_at = 0.0
         self._answers = b""
+        self.spoil: Callable[[bytes], bytes] = bytes
 
     def run(self, seconds: float, twist: Twist2 | None = None) -> None:
         """Let time pass, with the same velocity command every 0.1 s."""
@@ -102,7 +108,7 @@ class PtyBench:
         self.now += STEP
         if self.port is not None:
             self._to_base(self.driver.poll(self.now))
-        answer, self._answers = self._answers + self.create.poll(self.now), b""
+        answer, self._answers = self.spoil(self._answers + self.create.poll(self.now)), b""
         if self.line is not None:
             self.line.write(answer)
         if self.port is None:

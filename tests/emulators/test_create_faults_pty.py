@@ -1,6 +1,7 @@
 """Every fault, over a real pseudo-terminal: the base stops, the diagnostics tell, and it recovers."""
 
 import math
+import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -298,3 +299,65 @@ def test_quick_changes_of_speed_are_not_taken_for_a_missing_acknowledgement(make
     for number in range(300):
         bench.run(0.01, Twist2(0.1 + 0.3 * math.sin(number / 7.0), 0.0))
     assert bench.reasons == []
+
+
+# -- a line that spoils what it carries ----------------------------------------------------------------------
+
+
+def cut(data: bytes) -> bytes:
+    return data[: len(data) // 2]
+
+
+def flipped(data: bytes) -> bytes:
+    return bytes(byte ^ 0x40 for byte in data)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        cut,
+        flipped,
+        lambda data: b"\xff" * len(data),
+        lambda data: bytes(len(data)),
+        lambda data: b"\x13" * len(data),
+        lambda data: data[::-1],
+        lambda data: random.Random(len(data)).randbytes(len(data)),
+    ],
+    ids=["cut", "flipped", "ff", "zeros", "headers", "reversed", "noise"],
+)
+def test_a_base_whose_words_are_spoilt_stands_is_told_and_recovers(
+    make: MakeBench, spoil: Callable[[bytes], bytes]
+) -> None:
+    bench = make()
+    assert drives(bench)
+    where = bench.base.advanced
+    bench.spoil = spoil
+    bench.run(3.0, FORWARD)
+    assert bench.base.wheels == (0.0, 0.0)
+    assert bench.base.advanced - where < 0.2 * 0.8
+    assert bench.reading is None, "nothing is told in its place"
+    level, message = worst(bench, "TurtleBot Node")
+    assert level is Severity.ERROR and "no good frame" in message
+    assert len(bench.driver.decoder._buffer) < 200
+    bench.spoil = bytes
+    bench.run(3.0)
+    assert drives(bench)
+    assert worst(bench, "TurtleBot Node")[0] is not Severity.ERROR
+
+
+def test_a_line_that_spoils_every_third_frame_is_told(make: MakeBench) -> None:
+    bench = make()
+    calls = 0
+
+    def now_and_then(data: bytes) -> bytes:
+        nonlocal calls
+        calls += bool(data)
+        return cut(data) if data and calls % 3 == 0 else data
+
+    bench.spoil = now_and_then
+    assert drives(bench, seconds=3.0)
+    level, message = worst(bench, "TurtleBot Node")
+    assert level is Severity.WARN and "damaged" in message
+    bench.spoil = bytes
+    bench.run(11.0)
+    assert worst(bench, "TurtleBot Node") == (Severity.OK, "RUNNING")

@@ -1,11 +1,15 @@
 """The real Hokuyo driver against the emulated scanner, through bytes, with the time driven by hand."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from florence_bt.core.diagnosis import Severity
+from florence_bt.drivers.hokuyo.codec import LONGEST_FRAME
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
@@ -315,3 +319,103 @@ def test_a_sensor_of_one_echo_measures_without_the_others() -> None:
     assert not isinstance(bench.scans[-1], MultiEchoScan)
     assert len(bench.scans[-1].intensities)
     assert "this sensor measures one echo of a beam only: multi_echo is left out" in bench.problems
+
+
+# -- replies that are damaged, and scans without a distance --------------------------------------------------
+
+
+class SpoiltBench(Bench):
+    """A bench on a line that spoils what it carries."""
+
+    spoil: Callable[[bytes], bytes] = staticmethod(bytes)
+
+    def _deliver(self, data: bytes) -> None:
+        super()._deliver(self.spoil(data))
+
+    def said(self) -> tuple[Severity, str]:
+        found = diagnose(self.driver, HokuyoParameters(), "/dev/hokuyo", "", self.now)
+        return found.level, found.message
+
+
+@pytest.fixture
+def spoilt() -> SpoiltBench:
+    bench = SpoiltBench()
+    bench.driver.start(0.0)
+    bench.run(1.5)
+    assert bench.said() == (Severity.OK, "measuring")
+    return bench
+
+
+def scan_without_a_line(data: bytes) -> bytes:
+    """Leave out a whole data line: every sum fits, and 21 steps are missing."""
+    head, _, rest = data.partition(b"\n")
+    lines = rest.split(b"\n")
+    return b"\n".join([head, *lines[:3], *lines[4:]]) if head.startswith(b"MD") and len(lines) > 5 else data
+
+
+def wrong_sum(data: bytes) -> bytes:
+    return data[:-40] + b"\x01" + data[-39:] if data.startswith(b"MD") and len(data) > 1000 else data
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        wrong_sum,
+        scan_without_a_line,
+        lambda data: data[: len(data) // 2],
+        lambda data: b"\xff" * len(data),
+        lambda data: b"\n" * len(data),
+        lambda data: bytes(len(data)),
+    ],
+    ids=["sum", "steps", "cut", "ff", "blank", "zeros"],
+)
+def test_damaged_scans_are_not_taken_are_told_and_the_sensor_comes_back(
+    spoilt: SpoiltBench, spoil: Callable[[bytes], bytes]
+) -> None:
+    spoilt.spoil = spoil
+    assert spoilt.run(5.0) == []
+    level, message = spoilt.said()
+    assert level is Severity.ERROR and message
+    assert len(spoilt.driver._parser._buffer) <= LONGEST_FRAME
+    spoilt.spoil = bytes
+    spoilt.run(15.0)
+    assert len(spoilt.run(12.0)) == 120
+    assert spoilt.said() == (Severity.OK, "measuring")
+
+
+def test_that_damaged_replies_came_in_the_place_of_scans_is_told(spoilt: SpoiltBench) -> None:
+    spoilt.spoil = wrong_sum
+    spoilt.run(2.0)
+    assert "that came were damaged: check the cable" in spoilt.said()[1]
+
+
+def test_a_line_that_damages_every_third_scan_is_told(spoilt: SpoiltBench) -> None:
+    scans = 0
+
+    def now_and_then(data: bytes) -> bytes:
+        nonlocal scans
+        scans += data.startswith(b"MD") and len(data) > 1000
+        return wrong_sum(data) if scans % 3 == 0 else data
+
+    spoilt.spoil = now_and_then
+    assert len(spoilt.run(9.0)) == 60
+    level, message = spoilt.said()
+    assert level is Severity.WARN and "was damaged" in message
+
+
+def _all(code: int, first_step: int, last_step: int) -> NDArray[np.int32]:
+    return np.full(last_step - first_step + 1, code, np.int32)
+
+
+@pytest.mark.parametrize("code", [0, 1, 6, 19, 5601, 65_533])
+def test_a_laser_that_sees_nothing_at_all_is_told_and_its_codes_are_no_distances(
+    spoilt: SpoiltBench, code: int
+) -> None:
+    spoilt.world.measure = partial(_all, code)  # type: ignore[method-assign]
+    scan = spoilt.run(1.0)[-1]
+    assert not scan.valid().any()
+    level, message = spoilt.said()
+    assert level is Severity.WARN and "no beam has a distance (682 of 682" in message
+    del spoilt.world.measure
+    spoilt.run(1.0)
+    assert spoilt.said() == (Severity.OK, "measuring")

@@ -10,6 +10,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.mocks.mocks import Step
+from tests.script_process import free_port
 
 zmq = pytest.importorskip("zmq", reason="pyzmq is not here (extra groot of florence-btcpp)")
 pytest.importorskip("msgpack", reason="msgpack is not here (extra groot of florence-btcpp)")
@@ -23,13 +24,6 @@ SHOWN = (
     "mission: shown\ninputs:\n  way: {type: length, default: 1 m}\n"
     "tree:\n  sequence:\n    - set: {far: $way}\n    - drive: {way: $far}\n"
 )
-
-
-def free_port() -> int:
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        port: int = server.getsockname()[1]
-        return port
 
 
 def asked(bench, question):

@@ -25,6 +25,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.skills.home_sensors.mqtt import MAX_WAITING, MqttClient
 from florence_bt.skills.home_sensors.payload import MAX_PAYLOAD_BYTES
 from florence_bt.skills.home_sensors.settings import BrokerSettings
+from tests.script_process import free_port
 
 paho = pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not here (extra home)")
 MOSQUITTO = shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin:/usr/bin:/usr/local/bin")
@@ -40,12 +41,6 @@ def wait_until(condition: Callable[[], Any], what: str) -> Any:
         assert time.monotonic() < end, f"waited {PATIENCE_S} s for {what}"
         time.sleep(0.01)
     return value
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 class Mosquitto:

@@ -240,6 +240,10 @@ def test_a_place_off_the_map_or_in_a_wall_is_refused_and_changes_nothing(termina
         code, output = terminal.type("hotspot", *words)
         assert code == 2 and words[1] in output and "the robot can stand" in output, output
     assert terminal.file.read_text() == before
+    far = "polygon=[[100, 100], [101, 100], [101, 101]]"
+    code, output = terminal.type("hotspot", "zone", "add", "far", "kind=keep_out", far)
+    assert code == 2 and "no part of the zone far is on the map" in output, output
+    assert terminal.file.read_text() == before
     for x, y in ((100.0, 100.0), (6.3, 0.5)):
         told = terminal.call(SetHotspot, "florenceLocator/setHotspot", label="sofa", x=x, y=y)
         assert not told.success and "the robot can stand" in told.message

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import sys
 import time
@@ -12,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from florence_bt.app.bringup.heartbeat import STACK_SIGNAL
+from tests.script_process import free_port
+from tests.sweeps import sweep
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
@@ -230,3 +233,61 @@ def test_ctrl_c_while_the_hardware_hangs(start_process, tmp_path, patrol, known)
     assert "the process 'hardware' did not end in time and was killed" in system.output
     assert "the base was sent a stop command" in system.output
     assert_clean(system, folder, 130)
+
+
+def start_of(start_process, verb, folder):
+    """Begin what brings a simulated robot up."""
+    if verb == "up":
+        return bring_up(start_process, verb, folder)
+    return start_process(
+        *FLORENCE, "map", "explore", "--sim", "--overwrite", "--folder", folder, folder.parent / "home.yaml"
+    )
+
+
+@pytest.mark.parametrize("seed", sweep(range(20), every=7))
+def test_killed_at_any_moment_of_a_start_nothing_is_left_and_the_next_start_works(
+    start_process, tmp_path, seed
+):
+    draw = random.Random(seed)
+    verb, folder, there = draw.choice(["up", "explore"]), tmp_path / "out", draw.randint(1, 7)
+    system = start_of(start_process, verb, folder)
+    end = time.monotonic() + PATIENCE_S
+    while len(left_over(folder)) < there and "ready after" not in system.output:
+        assert system.process.poll() is None and time.monotonic() < end, system.output
+        time.sleep(0.001)
+    victim = draw.choice([system.process.pid, *left_over(folder)])
+    os.kill(victim, signal.SIGKILL)
+    if victim != system.process.pid:  # one of its processes: it is started again, or all ends
+        while system.process.poll() is None and "ready after" not in system.output:
+            assert time.monotonic() < end, system.output
+            time.sleep(0.02)
+        system.process.kill()
+    system.process.wait()
+    while left := left_over(folder):
+        assert time.monotonic() < end, [command_of(pid) for pid in left]
+        time.sleep(0.02)
+    assert "Traceback" not in system.output, system.output
+
+    fresh = start_of(start_process, verb, folder)
+    fresh.wait_for("ready after", PATIENCE_S)
+    fresh.end(signal.SIGINT, PATIENCE_S)
+    assert_clean(fresh, folder, 130)
+
+
+@pytest.mark.parametrize(("command", "ready"), [("page", "the page: "), ("record", "recording into")])
+def test_a_killed_page_or_recorder_leaves_nothing_and_the_next_one_works(
+    start_process, tmp_path, command, ready
+):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    words = [command, *(["--port", str(free_port()), "--folder"] if command == "page" else []), folder]
+    for _ in range(2):
+        child = start_process(*FLORENCE, *words)
+        child.wait_for(ready, PATIENCE_S)
+        child.process.kill()
+        child.process.wait()
+        assert left_over(folder) == [] and "Traceback" not in child.output
+    last = start_process(*FLORENCE, *words)
+    last.wait_for(ready, PATIENCE_S)
+    last.end(signal.SIGINT, PATIENCE_S)
+    assert "Traceback" not in last.output

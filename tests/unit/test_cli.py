@@ -143,6 +143,7 @@ def test_wrong_usage_of_the_other_verbs(florence, tmp_path):
         (["run", "goto_room", "room=hall", "room=kitchen"], "room is given twice"),
         (["run", "goto_room", "--policy", "queue", "--policy", "reject"], "--policy is given 2 times"),
         (["hotspot", "add", "sofa", "x=1", "x=2"], "x is given twice"),
+        (["run", "goto_room", "room=a", "room=b", "speed=1", "speed=2"], "speed is given twice"),
         (["run", "goto_room", "--policy", "never"], "--policy"),
         (["up"], "--sim"),
         (["up", "--sim", "--robot", "robot.yaml"], "--robot CONFIG"),

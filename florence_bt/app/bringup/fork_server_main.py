@@ -44,13 +44,17 @@ def main(channel: socket.socket) -> int:
     warnings.filterwarnings("ignore", "This process .* is multi-threaded", DeprecationWarning)
     gc.disable()  # which would write to all that the forks share
     while True:
-        message, descriptors, _, _ = socket.recv_fds(channel, MESSAGE_BYTES, MOST_DESCRIPTORS)
+        try:
+            message, descriptors, _, _ = socket.recv_fds(channel, MESSAGE_BYTES, MOST_DESCRIPTORS)
+        except ConnectionError:  # the supervisor was killed
+            return 0
         if not message:
             return 0
         order = json.loads(message)
         if "load" in order:
             _load(order["load"])
-            channel.send(b"{}")
+            if not _answer(channel, {}):
+                return 0
             continue
         # The first log line of a process finds the file of every module that there is, which takes 50 ms.
         inspect.getmodule(main.__code__)
@@ -61,7 +65,18 @@ def main(channel: socket.socket) -> int:
             return _run(order, descriptors)
         for descriptor in descriptors:
             os.close(descriptor)
-        channel.send(json.dumps({"pid": pid}).encode())
+        # Of a supervisor that was killed the fork takes no notice here: it looks after its parent itself.
+        if not _answer(channel, {"pid": pid}):
+            return 0
+
+
+def _answer(channel: socket.socket, answer: dict[str, int]) -> bool:
+    """Send an answer to the supervisor; False when it is there no more, because it was killed."""
+    try:
+        channel.send(json.dumps(answer).encode())
+    except ConnectionError:
+        return False
+    return True
 
 
 def _load(what: Sequence[str]) -> None:

@@ -27,7 +27,7 @@ from florence_bt.app.interfaces.building import (
     provide,
 )
 from florence_bt.app.interfaces.installed import InstalledPackage, installed_packages, sourced
-from florence_bt.core.errors import ConfigError, FlorenceError, closest_first
+from florence_bt.core.errors import ConfigError, FlorenceError, closest_first, raise_all
 from florence_bt.core.text_files import decode_utf8, read_bytes
 
 DEFINITIONS = Path(__file__).with_name("definitions")
@@ -277,11 +277,7 @@ def _refuse_all(wrong: Iterable[ConfigError]) -> None:
     Raises:
         ConfigError: With the file and the line; of several mistakes each has a line of the message.
     """
-    found = sorted(wrong, key=lambda error: (error.file or "", error.line or 0))
-    if len(found) > 1:
-        raise ConfigError("\n".join([f"{len(found)} mistakes:", *map(str, found)]))
-    for error in found:
-        raise error
+    raise_all(sorted(wrong, key=lambda error: (error.file or "", error.line or 0)))
 
 
 def _wrong_definitions(

@@ -8,14 +8,15 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError, raise_all
 from florence_bt.core.geometry import Pose2
-from florence_bt.skills.locator.hotspot_file import HotspotFile, add_to_empty, read_hotspot, read_zone
+from florence_bt.skills.locator.hotspot_file import HotspotFile, read_hotspot, read_zone
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, kind_of_new, load_hotspots, read_places
 
 if TYPE_CHECKING:
     from florence_bt.app.runs.client import MissionClient
     from florence_bt.core.sensing import OccupancyGrid
+    from florence_bt.core.zones import Zone
 
 _MAP = "map"
 _MAP_BUDGET_S = 10.0
@@ -76,13 +77,12 @@ class PlacesTarget:
         Raises:
             ConfigError: A place is new where the map of the running system has none for a robot.
         """
-        if create:
-            add_to_empty(self.file)
-        changed = HotspotFile(self.file)
-        before = [spot.pose for spot in changed.hotspots]
+        changed = HotspotFile(self.file, create=create)
+        before, zones_before = [spot.pose for spot in changed.hotspots], changed.hotspots.zones
         told = [f"{edit(changed)} in {self.file}"]
         new = [spot for spot in changed.hotspots if spot.pose not in before]
-        told += self._against_the_map(new, refuse=not stands)
+        zones = [zone for zone in changed.hotspots.zones if zone not in zones_before]
+        told += self._against_the_map(new, zones, refuse=not stands)
         changed.save()
         from florence_bt.app.places.check import ERROR, place_findings
 
@@ -93,9 +93,9 @@ class PlacesTarget:
             told.append(f"the running system uses it: {answer.message}" if answer.success else answer.message)
         return told
 
-    def _against_the_map(self, spots: list[Hotspot], *, refuse: bool) -> list[str]:
+    def _against_the_map(self, spots: list[Hotspot], zones: list[Zone], *, refuse: bool) -> list[str]:
         """Hold new places against the map of the running system, if it has one; return what is to be told."""
-        if not spots or self._client is None or not self._client.node.count_publishers(_MAP):
+        if not (spots or zones) or self._client is None or not self._client.node.count_publishers(_MAP):
             return []
         from florence_bt.app.mission_files.map_places import ROBOT_RADIUS_M
 
@@ -105,11 +105,19 @@ class PlacesTarget:
         except DeviceTimeout as error:
             return [f"not held against the map: {error}"]
         assert grid is not None, "there is a client"
+        wrong = []
         for spot in spots:
             problem = grid.problem_with_standing(spot.pose.x, spot.pose.y)
             if problem is not None and refuse:
                 where = f"({spot.pose.x:g} m, {spot.pose.y:g} m) is {problem}: {spot.label} stays as it was"
-                raise ConfigError(where, valid=["a place where the robot can stand", "florence hotspot here"])
+                valid = ["a place where the robot can stand", "florence hotspot here"]
+                wrong.append(ConfigError(where, valid=valid))
+        for zone in zones:
+            if not grid.overlaps(zone.polygon):
+                valid = ["corners in metres in the frame of the map"]
+                wrong.append(ConfigError(f"no part of the zone {zone.label} is on the map", valid=valid))
+        raise_all(wrong)
+        for spot in spots:
             problem = grid.problem_with_standing(spot.pose.x, spot.pose.y, ROBOT_RADIUS_M)
             if problem is not None:
                 told.append(f"{spot.label} is {problem}: drives there may fail")
@@ -167,9 +175,14 @@ def _file_of_system(client: MissionClient) -> Path:
 
 def add_hotspot(file: HotspotFile, label: str, values: Mapping[str, str]) -> str:
     """Add a hotspot whose values are given as texts; say what was done, as all edits here."""
+    wrong = []
     if file.hotspots.get(label) is not None:
-        raise ConfigError(f"there is a hotspot {label!r} already", valid=["florence hotspot move"])
-    hotspot = read_hotspot(label, {"kind": kind_of_new(label)} | dict(values))
+        wrong.append(ConfigError(f"there is a hotspot {label!r} already", valid=["florence hotspot move"]))
+    try:
+        hotspot = read_hotspot(label, {"kind": kind_of_new(label)} | dict(values))
+    except ConfigError as error:
+        wrong.append(error)
+    raise_all(wrong)
     file.put(hotspot, values)
     return f"the {hotspot.kind} {label} added"
 

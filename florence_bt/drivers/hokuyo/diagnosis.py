@@ -54,9 +54,18 @@ def diagnose(
     if driver.problem:
         # What a new start did not cure is worse than a check that is new.
         return Diagnosis(Severity.ERROR if failures else Severity.WARN, driver.problem, values)
+    if damage := driver.line.complaint(now):
+        return Diagnosis(Severity.WARN, damage, values)
     if is_off(rate, driver.expected_rate):
         return Diagnosis(
             Severity.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values
+        )
+    if driver.blind:
+        return Diagnosis(
+            Severity.WARN,
+            f"no beam has a distance ({driver.beams_without_range()}): is the laser covered, or its window "
+            "dirty?",
+            values,
         )
     if sensor is not None and sensor.warnings:
         return Diagnosis(Severity.WARN, "; ".join(sensor.warnings), values)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.diagnosis import FrequencyMeter
+from florence_bt.drivers.diagnosis import FrequencyMeter, LineQuality
 from florence_bt.drivers.hokuyo.codec import (
     Measurement,
     ReplyParser,
@@ -76,6 +76,7 @@ class HokuyoDriver:
         sensor: The sensor, None before it is known.
         measurement: What it measures, None before that was accepted.
         bit_rate: The speed that the line must have when what :meth:`poll` returns is written; None for any.
+        line: How much of what came lately was damaged, in replies.
         no_answer: The last start failed without any answer: the port may be the wrong one, or dead.
     """
 
@@ -97,6 +98,8 @@ class HokuyoDriver:
         self._on_problem = on_problem
         self._parser = ReplyParser(some=True)
         self._frequency = FrequencyMeter()
+        self.line = LineQuality()
+        self._corrupted_before = 0
         self._clock = ScanClock()
         self._conversation: Conversation | None = None
         self._then: Callable[[Conversation, float], None] = self._on_started
@@ -159,6 +162,12 @@ class HokuyoDriver:
         """Return the scans per second that arrived lately."""
         return self._frequency.rate(now)
 
+    @property
+    def blind(self) -> bool:
+        """Whether no beam of the last scan is a distance."""
+        scan, sensor = self._last_scan, self.sensor
+        return scan is not None and sensor is not None and sensor.geometry.is_blind(scan.distances_mm)
+
     def beams_without_range(self) -> str:
         """Return how many beams of the last scan are no distances, and why; empty before the first scan."""
         if self._last_scan is None or self.sensor is None:
@@ -220,12 +229,15 @@ class HokuyoDriver:
     def receive(self, data: bytes, now: float) -> list[LaserScan]:
         """Take bytes that arrived at ``now`` and return the scans that they complete."""
         scans = []
-        for reply in self._parser.feed(data):
+        corrupted = self.corrupted
+        replies = self._parser.feed(data)
+        for reply in replies:
             if self._conversation is not None:
                 self._conversation.receive(reply, now)
                 self._settle(now)
             elif self.phase is DriverPhase.MEASURING and (scan := self._take_scan(reply, now)) is not None:
                 scans.append(scan)
+        self.line.note(now, len(replies), self.corrupted - corrupted)
         return scans
 
     # --- conversations ----------------------------------------------------------------------------------
@@ -318,6 +330,7 @@ class HokuyoDriver:
             self.retry.scan(now)
         self.scans += 1
         self.problem = ""
+        self._corrupted_before = self.corrupted
         self._frequency.tick(now)
         self._expect_scan(now)
         return self._scan_of(scan, self.sensor, now)
@@ -374,7 +387,12 @@ class HokuyoDriver:
         elif self.retry.why:
             self._fail(now, f"no more scans came after {self.retry.why}; the sensor is started again")
         else:
-            self._fail(now, "no scan arrived in time")
+            self._fail(now, f"no scan arrived in time{self._received_instead()}")
+
+    def _received_instead(self) -> str:
+        """Say that damaged replies came in the place of scans; empty when nothing came."""
+        damaged = self.corrupted - self._corrupted_before
+        return f"; {damaged} that came were damaged: check the cable and its plugs" if damaged else ""
 
     def _halt(self) -> None:
         self.phase = DriverPhase.STOPPED

@@ -19,6 +19,11 @@ from florence_bt.core.errors import FrameError
 from florence_bt.core.sensing import FloatArray, LaserScan
 from florence_bt.drivers.hokuyo.codec import LARGEST_STEP
 
+LARGEST_MM = (1 << 18) - 1
+"""Three characters hold no more (REFERENCE 4.4)."""
+SLOWEST_RPM, FASTEST_RPM = 60, 12_000
+"""Chosen: a tenth of the slowest sensor's speed and five times the fastest one's (REFERENCE 4.1)."""
+
 
 @dataclass(frozen=True, slots=True)
 class SensorGeometry:
@@ -57,14 +62,18 @@ class SensorGeometry:
             raise FrameError(f"the reply to PP has no number for {', '.join(missing)}")
         geometry = SensorGeometry(*(int(fields[tag]) for tag in tags))
         sane = (
-            geometry.minimum_mm < geometry.maximum_mm
-            and geometry.first_step <= geometry.front_step <= geometry.last_step <= LARGEST_STEP
-            and geometry.steps_per_turn > 0
-            and geometry.rpm > 0
+            geometry.minimum_mm < geometry.maximum_mm <= LARGEST_MM
+            and geometry.first_step <= geometry.front_step <= geometry.last_step
+            and geometry.last_step - geometry.first_step < geometry.steps_per_turn <= LARGEST_STEP + 1
+            and SLOWEST_RPM <= geometry.rpm <= FASTEST_RPM
         )
         if not sane:
             raise FrameError(f"the numbers of the PP reply cannot be right: {geometry}")
         return geometry
+
+    def is_blind(self, distances_mm: NDArray[np.int32]) -> bool:
+        """Tell whether none of these is a distance: they are error codes, or beyond DMAX."""
+        return not np.any((distances_mm >= self.minimum_mm) & (distances_mm <= self.maximum_mm))
 
     @property
     def step_angle(self) -> float:

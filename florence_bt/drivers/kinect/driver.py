@@ -92,6 +92,7 @@ class KinectDriver:
         self._next_depth = float("-inf")
         self._last_depth: float | None = None
         self._unused: _LatestImage | None = None
+        self._distances: NDArray[np.float32] | None = None
         self.depth_images = 0
 
     def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
@@ -102,6 +103,7 @@ class KinectDriver:
         self._last_depth = now
         self.depth_images += 1
         metres = frame.metres(self._step(frame), self._metres)
+        self._distances = metres
         rows, columns = metres.shape
         registered = frame.view is View.COLOUR
         image = DepthImage(
@@ -150,6 +152,11 @@ class KinectDriver:
     def rate(self, now: float) -> float:
         """Return the depth images per second that arrived lately."""
         return self._frequency.rate(now)
+
+    @property
+    def blind(self) -> bool:
+        """Whether the last depth image has no distance in it."""
+        return self._distances is not None and not bool(np.isfinite(self._distances).any())
 
     def silent(self, now: float) -> bool:
         """Tell whether depth images have not come for a while, or never came."""

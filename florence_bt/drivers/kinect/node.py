@@ -32,6 +32,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
 DIAGNOSTICS_PERIOD_S = 1.0
+BLIND = "no pixel of the depth images has a distance: is the lens covered, or does the sun shine into it?"
 
 
 class KinectNode(FlorenceNode):
@@ -181,6 +182,8 @@ class KinectNode(FlorenceNode):
             return Diagnosis(Severity.ERROR, self._connection.problem, values)
         if self._driver.silent(now):
             return Diagnosis(Severity.ERROR, "no depth images arrive", values)
+        if self._driver.blind:
+            return Diagnosis(Severity.WARN, BLIND, values)
         return Diagnosis(Severity.OK, "depth images arrive", values)
 
     def _report(self) -> None:

@@ -74,6 +74,7 @@ def _connection(
         "Checksum Form": "unknown" if form is None else form.name.lower().replace("_", " "),
         "Refused Readings": str(driver.refused_readings),
         "Refused Commands": str(driver.refused_commands),
+        "Late Commands": str(driver.late_commands),
         "Charge Resets": str(driver.charge_resets),
         "Fractions Of Counts": "dropped" if driver.fractions.drops else "kept",
     }
@@ -84,12 +85,12 @@ def _connection(
     if reading.stop_reason is StopReason.NO_RESPONSE:
         return Diagnosis(Severity.ERROR, StopReason.NO_RESPONSE.value, values)
     if driver.implausible:
-        said = ", ".join(
-            f"{packet.name} {getattr(reading.state, packet.name)}" for packet in driver.implausible
-        )
+        said = ", ".join(f"{name} {count}" for name, count in driver.implausible.items())
         return Diagnosis(Severity.WARN, f"the base says what its manual does not know: {said}", values)
     if reading.stamp - driver.refused_at < REFUSED_S:
         return Diagnosis(Severity.WARN, REFUSED, values)
+    if damage := driver.line.complaint(reading.stamp):
+        return Diagnosis(Severity.WARN, damage, values)
     if driver.fractions.drops:
         return Diagnosis(Severity.WARN, DROPS_FRACTIONS, values)
     return Diagnosis(Severity.OK, "RUNNING", values)

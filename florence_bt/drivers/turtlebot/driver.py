@@ -10,14 +10,15 @@ again while the driver lives, and becomes zero when velocity commands stop comin
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FrameError
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.sensing import Odometry
+from florence_bt.drivers.diagnosis import LineQuality
 from florence_bt.drivers.turtlebot.codec import commands
-from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode, Packet, implausible
+from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode, implausible
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
 from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
@@ -79,6 +80,33 @@ class BaseReading:
         return "" if self.stop_reason is None else describe(self.stop_reason, self.state)
 
 
+WAITED_S = 0.1
+"""Seconds for which a driver that was held up takes no command to move. Chosen: what waited for it is served
+at once, and who still drives sends the next command within 50 ms."""
+
+
+class _HoldUps:
+    """Tells whether what has just come may have waited while this process was held up.
+
+    Commands have no time stamp: one that was sent seconds ago would be driven as one of now.
+    """
+
+    def __init__(self, held_up_after_s: float) -> None:
+        self._held_up_after_s = held_up_after_s
+        self._at: float | None = None
+        self._waited_until = -math.inf
+
+    def note(self, now: float) -> None:
+        """Note that the process does something."""
+        if self._at is not None and now - self._at > self._held_up_after_s:
+            self._waited_until = now + WAITED_S
+        self._at = now
+
+    def may_have_waited(self, now: float) -> bool:
+        """Tell whether what comes now may have waited: the process was held up just before."""
+        return 0.0 <= self._waited_until - now <= WAITED_S
+
+
 LET_GO_S = 1.0
 """A hand that has said nothing for so long has let go, seconds. Chosen: a few lost commands are no end."""
 
@@ -110,9 +138,12 @@ class TurtlebotDriver:
         parameters: Its parameters.
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
+        late_commands: Commands to move so far that may have waited while this process was held up; they did
+            not count.
         refused_readings: Frames so far whose motion was impossible and was left out.
         refused_at: When the last of them came, in seconds.
-        implausible: The packets of the newest frame whose counts the manual does not know.
+        line: How much of what came lately was damaged, in bytes.
+        implausible: The counts of the newest frame that the manual does not know, by the field's name.
         fractions: Whether the base drops fractions of what it counts, and what to make of that.
         charge_resets: How often a base that did not charge was reset so far.
         manual_override: Whether a person drives: only manual commands count (:meth:`set_manual_override`).
@@ -127,9 +158,12 @@ class TurtlebotDriver:
         self._packets = streamed_packets(model, self.parameters.drive_mode)
         self._stream_request = commands.stream(self._packets, model)
         self.decoder = StreamDecoder(self._packets)
+        self._hold_ups = _HoldUps(self.parameters.cmd_vel_timeout)
+        self.late_commands = 0
         self.refused_readings = 0
         self.refused_at = -math.inf
-        self.implausible: Sequence[Packet] = ()
+        self.line = LineQuality()
+        self.implausible: Mapping[str, int] = {}
         self.charge_resets = 0
         self._outputs = self.parameters.digital_outputs
         self._outputs_on = 0
@@ -156,6 +190,7 @@ class TurtlebotDriver:
         self._last_stamp = -math.inf
         self._last_frame: float | None = None
         self._noise_before = 0
+        self._refused_in_a_row = 0
         self._state: SensorState | None = None
         self._stop_reason: StopReason | None = None
         self._touched: StopReason | None = None
@@ -195,7 +230,8 @@ class TurtlebotDriver:
             wake: Wake the base by pulses on RTS first.
         """
         self.decoder = StreamDecoder(self._packets)
-        self._noise_before = 0
+        self._noise_before = self._refused_in_a_row = 0
+        self.line = LineQuality()
         self._open = True
         self._pending = b""
         self._last_stamp = -math.inf
@@ -295,12 +331,19 @@ class TurtlebotDriver:
     def command(self, twist: Twist2, now: float, *, manual: bool = False) -> None:
         """Take a velocity command; it holds until the next one or the time-out. NaN and infinity stop.
 
+        Just after this process was held up, because a signal stopped it or the machine had no time for it,
+        only a stop counts: a command to move may have waited for as long.
+
         Args:
             twist: The wanted velocity.
             now: Seconds.
             manual: Whether a person sends it by hand. Such a command counts only while the manual override is
                 on, and nothing else counts then.
         """
+        self._hold_ups.note(now)
+        if twist != STANDSTILL and self._hold_ups.may_have_waited(now):
+            self.late_commands += 1
+            return
         counts = not manual or self._hand.may_drive(twist, now)
         if counts and manual is self.manual_override:
             self.end_docking(now)
@@ -321,10 +364,14 @@ class TurtlebotDriver:
             One reading per good frame, oldest first. The very first frame is left out: its distance and
             angle were added up before this driver existed (REFERENCE 2.4, row "First packet").
         """
+        self._hold_ups.note(now)
+        noise_before = self.decoder.noise_bytes
         frames = self.decoder.feed(data)
+        self.line.note(now, len(frames) * self.decoder.frame_size, self.decoder.noise_bytes - noise_before)
         if frames:
-            self._last_frame = now
             self._noise_before = self.decoder.noise_bytes
+            if not self._refused_in_a_row:  # a base that never says where it is has not said anything
+                self._last_frame = now
         readings = []
         for later_frames, frame in zip(reversed(range(len(frames))), frames, strict=True):
             # Frames that came together were measured one period apart.
@@ -341,6 +388,7 @@ class TurtlebotDriver:
         Raises:
             DeviceTimeout: The base has been silent for too long; open the port again, and start again.
         """
+        self._hold_ups.note(now)
         if not self._open:
             return b""
         out = self._sequence.take(now)
@@ -355,7 +403,7 @@ class TurtlebotDriver:
             )
             return out + self._sequence.take(now)
         out, self._pending = out + self._pending, b""
-        enabled = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        enabled = self._state is not None and self._state.in_drive_mode
         return out + self._drive.take(now, self._stop_reason, enabled=enabled)
 
     def next_deadline(self) -> float | None:
@@ -392,7 +440,7 @@ class TurtlebotDriver:
     def _enter_mode(self, now: float, before: Sequence[SequenceStep] = (), *, tune: bool = False) -> None:
         """Go through Passive, which stops the motors, to the wanted mode; then ask for the stream."""
         self._settle()
-        outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        outputs_on = self._state is not None and self._state.in_drive_mode
         then = self._output_bytes() + self._stream_request
         if tune and self.wanted_mode in ENTER_MODE:
             then += play_tune(self.parameters.model)
@@ -400,7 +448,7 @@ class TurtlebotDriver:
 
     def _reset(self, now: float) -> None:
         """Reboot a base that does not charge; it stays in Passive mode until somebody wants to drive."""
-        outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        outputs_on = self._state is not None and self._state.in_drive_mode
         self._settle()
         self._outputs_on = 0
         self.charge_resets += 1
@@ -432,6 +480,8 @@ class TurtlebotDriver:
 
     def _received_instead(self) -> str:
         """Say what came instead of good frames, and what to do about it."""
+        if self._refused_in_a_row:
+            return "only ways that no base can go: is the robot_type right, and do the wheels' sensors work?"
         if self.decoder.noise_bytes > self._noise_before:
             return "only bytes that make no frame: are the port and its baud rate right?"
         if self.decoder.good_frames:
@@ -453,8 +503,10 @@ class TurtlebotDriver:
             )
         except FrameError:
             self.refused_readings += 1
+            self._refused_in_a_row += 1
             self.refused_at = stamp
             return None
+        self._refused_in_a_row = 0
         self._gyro_rate = None if motion.gyro is None else motion.gyro.rate
         self._watch_gyro(stamp, motion.gyro, state)
         return BaseReading(stamp, state, motion.odometry, motion.gyro, motion.at_rest, self._stop_reason)
@@ -507,7 +559,7 @@ class TurtlebotDriver:
         sent = self._drive.speed
         speed = 1000.0 * sent.linear, math.degrees(sent.angular)
         count = round(1000.0 * state.distance), round(math.degrees(state.angle))
-        obeys = state.oi_mode >= OiMode.SAFE and not self._docking and self._stop_reason is None
+        obeys = state.in_drive_mode and not self._docking and self._stop_reason is None
         if obeys and not state.bumps_wheeldrops & WHEEL_DROPS:
             gyro = None if self._gyro_rate is None else math.degrees(self._gyro_rate)
             self.fractions.look(*count, speed, gyro)

@@ -176,7 +176,7 @@ def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
 
     A dock is not an obstacle (the base drives off it), the plug of the charger is one: REFERENCE 2.4, row 9.
     """
-    if wanted < OiMode.SAFE or state.oi_mode >= OiMode.SAFE:
+    if wanted < OiMode.SAFE or state.in_drive_mode:
         return None
     touched = contact(state, use_bumpers=True, use_cliffs=True)
     return StopReason.MODE_LOST if touched in (None, StopReason.DOCK) else touched

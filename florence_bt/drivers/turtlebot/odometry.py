@@ -18,8 +18,10 @@ MAX_SPEED_MPS = 0.5
 MAX_TURN_RADPS = 2.0 * MAX_SPEED_MPS / 0.235
 """The fastest turn of any of these bases (REFERENCE 1.1)."""
 
-MAX_STEP_M, MAX_STEP_RAD = 1.0, 1.0
-"""Larger steps within one read are not motion (REFERENCE 2.4, row 4)."""
+MAX_STEP_M, MAX_STEP_RAD = 0.25, 0.5
+"""Larger steps within one frame are not motion, whatever the base counts. Chosen: half a second at full speed
+and of a usual turn, which frames that a full port has lost can hide. The old node, which asked for a
+reading a few times a second, took up to 1 m and 1 rad (REFERENCE 2.4, row 4)."""
 
 LONGEST_GYRO_STEP_S = 0.25
 """Over a longer gap the rate of one moment says nothing; the angle of the wheels then serves."""

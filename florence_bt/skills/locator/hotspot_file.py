@@ -26,7 +26,7 @@ from florence_bt.core.plain_yaml import (
     YamlSequence,
 )
 from florence_bt.core.polygons import Polygon
-from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes, replace_text
+from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes
 from florence_bt.core.zones import Zone
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, Places, parse_places, read_item
 
@@ -34,6 +34,7 @@ Edit = tuple[int, int, str]
 """Where a text begins and ends, and what comes in its place."""
 
 _BY_HAND = "an edit by hand"
+_NEW_FILE = "# Rooms, objects and zones: docs/manual/places.md.\nhotspots:\n"
 
 
 class HotspotFile:
@@ -41,14 +42,16 @@ class HotspotFile:
 
     Args:
         path: The file, which must be sound.
+        create: Whether to begin a new one where there is none; it is there once it is saved.
 
     Raises:
         ConfigError: It cannot be read, or is wrong.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, create: bool = False) -> None:
         self.path = Path(path)
-        self._text = decode(read_bytes(self.path), self.path)
+        is_new = create and not self.path.exists()
+        self._text = _NEW_FILE if is_new else decode(read_bytes(self.path), self.path)
         self._places: Places = parse_places(self._text.encode(), self.path)
         self._wanted = self._places.sound().copy()
 
@@ -315,19 +318,6 @@ class HotspotFile:
         """Return how far the dash of an item is indented."""
         rest = self._text[self._line_begin(self._dash_line(item)) :]
         return len(rest) - len(rest.lstrip(" "))
-
-
-def add_to_empty(path: Path) -> None:
-    """Make a hotspot file without hotspots, when there is none.
-
-    Raises:
-        ConfigError: It cannot be written.
-    """
-    if not path.exists():
-        try:
-            replace_text(path, "# Rooms, objects and zones: docs/manual/places.md.\nhotspots:\n")
-        except OSError as error:
-            raise ConfigError(f"cannot write the hotspots: {error}", file=path) from error
 
 
 def read_hotspot(label: str, values: Mapping[str, str], known: Hotspot | None = None) -> Hotspot:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import ConfigError, closest_first, spelling
+from florence_bt.core.errors import ConfigError, closest_first, raise_all, spelling
 from florence_bt.core.geometry import MAX_DISTANCE_M, Pose2
 from florence_bt.core.plain_yaml import (
     EmptyFile,
@@ -23,7 +23,7 @@ from florence_bt.core.plain_yaml import (
     parse_yaml,
 )
 from florence_bt.core.polygons import Point, Polygon, contains
-from florence_bt.core.settings_file import SettingsReader
+from florence_bt.core.settings_file import SettingsReader, missing_key
 from florence_bt.core.text_files import read_bytes
 from florence_bt.core.units import QUANTITY, UNITS
 from florence_bt.core.zones import KINDS as ZONE_KINDS
@@ -253,17 +253,20 @@ def read_item(section: str, label: str, values: Mapping[str, str]) -> Places:
         Places with nothing else.
 
     Raises:
-        ConfigError: Something is wrong; without a place in a file.
+        ConfigError: What is wrong, all of it; without a place in a file.
     """
     start = Position()
+    unreadable: dict[str, ConfigError] = {}
+    if not label.strip():
+        unreadable["label"] = ConfigError("the label is empty", valid=["sofa", "living room"])
     entries: list[tuple[YamlScalar, YamlNode]] = [
-        (YamlScalar("label", False, start), YamlScalar(label, True, start))
+        (YamlScalar("label", False, start), YamlScalar(label if label.strip() else "?", True, start))
     ]
     for name, text in values.items():
         try:
             entries.append((YamlScalar(name, False, start), parse_yaml(text.encode(), Path(name))))
         except ConfigError as error:
-            raise ConfigError(f"{name}: {error.problem}", valid=error.valid) from error
+            unreadable[name] = ConfigError(f"{name}: {error.problem}", valid=error.valid)
     items = YamlSequence((YamlMapping(tuple(entries), start),), start)
     sections = {"hotspots": YamlSequence((), start), section: items}
     root = YamlMapping(
@@ -271,8 +274,9 @@ def read_item(section: str, label: str, values: Mapping[str, str]) -> Places:
     )
     problems: list[ConfigError] = []
     places = _PlacesReader(Path(label), problems).read(root, problems)
-    if problems:
-        raise ConfigError(problems[0].problem, valid=problems[0].valid)
+    missing = {missing_key(name) for name in unreadable}
+    wrong = [each for each in problems if each.problem not in missing]
+    raise_all([*unreadable.values(), *(ConfigError(each.problem, valid=each.valid) for each in wrong)])
     return places
 
 

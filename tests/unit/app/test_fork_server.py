@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 
@@ -148,3 +149,18 @@ time.sleep(600)
         parent.wait()
         parent.stdout.close()
     wait_for(lambda: not is_alive(server), "the end of the server")
+
+
+def test_a_server_whose_supervisor_was_killed_while_it_loads_ends_without_a_word(tmp_path):
+    """What it has to answer then nobody hears, and a traceback would be on the console."""
+    ours, servers = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    number = servers.fileno()
+    program = ["-m", "florence_bt.app.bringup.fork_server_main", str(tmp_path), str(number)]
+    server = subprocess.Popen(
+        [sys.executable, *program], pass_fds=[number], stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    servers.close()
+    ours.send(json.dumps({"load": ["colorsys"]}).encode())
+    ours.close()
+    output, _ = server.communicate(timeout=600)
+    assert (server.returncode, output) == (0, b"")

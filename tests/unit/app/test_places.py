@@ -131,6 +131,35 @@ def test_what_is_typed_wrong_changes_nothing_and_says_what_would_have_worked(
     assert (tmp_path / "home.yaml").read_text() == before
 
 
+@pytest.mark.parametrize(
+    ("arguments", "mistakes"),
+    [
+        (
+            ("add", "", "x=abc", "yaw=90", "kind=roomy", "polygn=1", "polygon=[[0,0]]"),
+            ("label is empty", "'polygn'", "'y' is missing", "'abc'", "no unit", "'roomy'", "3 corners"),
+        ),
+        (("add", "sofa", "x=[1", "y=1e9"), ("x: not YAML", "y is 1e+09 m")),
+        (("zone", "add", "a", "kind=slo", "polygon=7", "speed=1"), ("'slo'", "must be a list", "'speed'")),
+        (("zone", "add", "a", "kind=slow", "polygon=[[0,0],[1,1]]"), ("3 corners", "needs a 'speed_limit'")),
+        (("add", "sofa", "x=1", "x=2", "y=3", "y=4"), ("x is given twice", "y is given twice")),
+    ],
+)
+def test_all_mistakes_are_told_at_once_and_no_file_is_left(
+    florence: Any, tmp_path: Path, arguments: tuple[str, ...], mistakes: tuple[str, ...]
+) -> None:
+    done = florence(*arguments)
+    assert done.exit_code == USAGE
+    assert f"{len(mistakes)} mistakes:" in done.output
+    assert not [words for words in mistakes if words not in done.output], done.output
+    assert not any(tmp_path.iterdir())
+
+
+def test_that_a_place_is_there_already_is_told_beside_what_is_wrong_with_it(florence: Any) -> None:
+    assert florence("add", "sofa", "x=1", "y=2").exit_code == OK
+    done = florence("add", "sofa", "x=1", "y=a")
+    assert "already" in done.output and "'a'" in done.output
+
+
 def test_a_change_tells_what_is_wrong_with_the_places_now(florence: Any, tmp_path: Path) -> None:
     (tmp_path / "home.yaml").write_text("hotspots:\n  - {label: sofa, x: 0.6, y: 0.4}\n")
     done = florence("zone", "add", "rug", "kind=keep_out", "polygon=[[0, 0], [1, 0], [1, 1]]")

@@ -121,3 +121,28 @@ def test_wrong_parameters_are_refused(wrong: dict[str, float]) -> None:
 def test_wrong_port_parameters_are_refused() -> None:
     with pytest.raises(ConfigError, match="baud_rate"):
         HokuyoPortParameters(baud_rate=5)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"ARES": "0"},
+        {"ARES": "1"},
+        {"ARES": "700", "AMIN": "0"},
+        {"ARES": "999999999"},
+        {"AMAX": "9999"},
+        {"SCAN": "0"},
+        {"SCAN": "1"},
+        {"SCAN": "99999999"},
+        {"DMAX": "99999999"},
+        {"DMAX": "20"},
+        {"AFRT": "-1"},
+        {"AMIN": "x"},
+    ],
+)
+def test_numbers_of_a_sensor_that_cannot_be_are_refused(wrong: dict[str, str]) -> None:
+    """A step angle of nothing, or beams more than once round, would make a map of nonsense."""
+    good = {"DMIN": "20", "DMAX": "5600", "ARES": "1024", "AMIN": "44", "AMAX": "725", "AFRT": "384"}
+    assert SensorGeometry.from_information({**good, "SCAN": "600"}) == URG_04LX
+    with pytest.raises(FrameError, match=next(iter(wrong)) + "|cannot be right"):
+        SensorGeometry.from_information({**good, "SCAN": "600", **wrong})

@@ -140,3 +140,13 @@ def test_silence_and_rate() -> None:
 def test_wrong_parameters_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ConfigError):
         KinectParameters(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_camera_that_sees_no_distance_is_blind_until_it_sees_one() -> None:
+    driver = KinectDriver(KinectParameters())
+    assert not driver.blind, "nothing has come"
+    nothing = DepthFrame(8, 4, 1.0, pack_11_bit(np.full((4, 8), 2047, np.uint16)))
+    driver.depth(nothing, 1.0)
+    assert driver.blind
+    driver.depth(DEPTH, 2.0)
+    assert not driver.blind

@@ -8,7 +8,6 @@ from florence_bt.core.diagnosis import Severity
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot.battery import battery_of, is_full
-from florence_bt.drivers.turtlebot.codec.packets import PACKETS
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import REFUSED, diagnose
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
@@ -89,7 +88,7 @@ def test_other_numbers_of_a_battery_are_not_known_each_by_itself(field: str, wro
 
 def test_a_count_that_the_manual_does_not_know_is_told() -> None:
     driver = TurtlebotDriver()
-    driver.implausible = [PACKETS[27]]
+    driver.implausible = {"wall_signal": 5000}
     found = diagnosed(state(wall_signal=5000), driver)["TurtleBot Node"]
     assert found.level is Severity.WARN and "wall_signal 5000" in found.message
 

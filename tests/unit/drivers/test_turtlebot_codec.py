@@ -293,7 +293,11 @@ def test_frames_there_and_back(case: tuple[list[int], dict[int, int]], form: Che
 def test_answers_of_the_wrong_length_and_implausible_counts() -> None:
     with pytest.raises(FrameError, match="80 bytes, not 79"):
         decode_packets([100], bytes(79))
-    assert [packet.name for packet in implausible({35: 4, 22: 15000, 27: 5000})] == ["oi_mode", "wall_signal"]
+    assert implausible({35: 4, 22: 15000, 27: 5000, 8: 255}) == {
+        "oi_mode": 4,
+        "wall_signal": 5000,
+        "wall": 255,
+    }
 
 
 def test_models_by_name() -> None:

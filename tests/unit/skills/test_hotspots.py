@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.skills.locator.hotspot_file import HotspotFile, add_to_empty
+from florence_bt.skills.locator.hotspot_file import HotspotFile
 from florence_bt.skills.locator.hotspots import (
     Hotspot,
     Hotspots,
@@ -119,8 +119,8 @@ HOTSPOTS = st.lists(
 def test_what_is_written_is_read_back(hotspots: list[Hotspot]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "flat.yaml"
-        add_to_empty(file)
-        changed = HotspotFile(file)
+        changed = HotspotFile(file, create=True)
+        assert not file.exists()
         for hotspot in hotspots:
             changed.put(hotspot)
         changed.save()

@@ -44,7 +44,8 @@ WHEEL_OVERCURRENTS = RIGHT_WHEEL_OVERCURRENT | LEFT_WHEEL_OVERCURRENT
 INTERNAL_CHARGER, HOME_BASE = 1, 2
 """Bits of packet 34."""
 
-_TYPE_RANGES = {"B": (0, 255), "b": (-128, 127), "H": (0, 65535), "h": (-32768, 32767), "?": (0, 1)}
+_FLAG = "?"
+_TYPE_RANGES = {"B": (0, 255), "b": (-128, 127), "H": (0, 65535), "h": (-32768, 32767), _FLAG: (0, 1)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ class Packet:
     Attributes:
         id: Its number on the wire.
         name: The field of :class:`~florence_bt.drivers.turtlebot.codec.state.SensorState` that it fills.
-        code: Its type as a ``struct`` character, big-endian.
+        code: Its type as a ``struct`` character, big-endian; of ``?`` the manual knows the bytes 0 and 1.
         scale: What one count is in the unit of the field; None when the field keeps the count.
         highest: The largest count that the manual knows; None for all that the type holds.
     """
@@ -68,7 +69,17 @@ class Packet:
     @property
     def size(self) -> int:
         """Bytes on the wire."""
-        return struct.calcsize(">" + self.code)
+        return struct.calcsize(">" + self.wire_code)
+
+    @property
+    def wire_code(self) -> str:
+        """The ``struct`` character that keeps the count as it came: a flag of 255 is no mere ``True``."""
+        return "B" if self.is_flag else self.code
+
+    @property
+    def is_flag(self) -> bool:
+        """Whether the field is true or false."""
+        return self.code == _FLAG
 
     def is_plausible(self, value: int) -> bool:
         """Tell whether the manual knows this count."""
@@ -83,12 +94,12 @@ PACKETS: dict[int, Packet] = {
     packet.id: packet
     for packet in (
         Packet(7, "bumps_wheeldrops", "B", highest=31),
-        Packet(8, "wall", "?"),
-        Packet(9, "cliff_left", "?"),
-        Packet(10, "cliff_front_left", "?"),
-        Packet(11, "cliff_front_right", "?"),
-        Packet(12, "cliff_right", "?"),
-        Packet(13, "virtual_wall", "?"),
+        Packet(8, "wall", _FLAG),
+        Packet(9, "cliff_left", _FLAG),
+        Packet(10, "cliff_front_left", _FLAG),
+        Packet(11, "cliff_front_right", _FLAG),
+        Packet(12, "cliff_right", _FLAG),
+        Packet(13, "virtual_wall", _FLAG),
         Packet(14, "motor_overcurrents", "B", highest=31),
         Packet(15, "dirt_detector_left", "B"),
         Packet(16, "dirt_detector_right", "B"),
@@ -112,7 +123,7 @@ PACKETS: dict[int, Packet] = {
         Packet(34, "charging_sources_available", "B", highest=3),
         Packet(35, "oi_mode", "B", highest=3),
         Packet(36, "song_number", "B", highest=15),
-        Packet(37, "song_playing", "?"),
+        Packet(37, "song_playing", _FLAG),
         Packet(38, "number_of_stream_packets", "B", highest=108),
         Packet(39, "requested_velocity", "h", _MILLI),
         Packet(40, "requested_radius", "h", _MILLI),
@@ -177,7 +188,7 @@ def known_packets(packet_ids: Sequence[int], model: Model = CREATE) -> list[int]
 
 def layout(packet_ids: Sequence[int]) -> str:
     """Return the ``struct`` characters of packets or groups in a row, without the byte order."""
-    return "".join(packet.code for packet_id in packet_ids for packet in members(packet_id))
+    return "".join(packet.wire_code for packet_id in packet_ids for packet in members(packet_id))
 
 
 def decode_packets(packet_ids: Sequence[int], data: bytes) -> dict[int, int]:
@@ -197,6 +208,11 @@ def decode_packets(packet_ids: Sequence[int], data: bytes) -> dict[int, int]:
     return dict(zip(numbers, codes.unpack(data), strict=True))
 
 
-def implausible(values: Mapping[int, int]) -> list[Packet]:
-    """Return the packets whose count the manual does not know."""
-    return [PACKETS[number] for number, value in values.items() if not PACKETS[number].is_plausible(value)]
+def implausible(values: Mapping[int, int]) -> dict[str, int]:
+    """Return the counts that the manual does not know, by the names of their fields.
+
+    Args:
+        values: Counts by packet number.
+    """
+    packets = ((PACKETS[number], value) for number, value in values.items())
+    return {packet.name: value for packet, value in packets if not packet.is_plausible(value)}

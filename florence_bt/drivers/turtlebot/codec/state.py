@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from florence_bt.drivers.turtlebot.codec.packets import PACKETS
+from florence_bt.drivers.turtlebot.codec.packets import PACKETS, OiMode
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +128,11 @@ class SensorState:
         return self.cliff_left or self.cliff_front_left or self.cliff_front_right or self.cliff_right
 
     @property
+    def in_drive_mode(self) -> bool:
+        """Whether the base is in a mode that takes speeds; in one that the manual does not know it is not."""
+        return self.oi_mode in (OiMode.SAFE, OiMode.FULL)
+
+    @property
     def wheels_stopped(self) -> bool:
         """Whether the base was last commanded to stand still."""
         return (
@@ -144,8 +149,11 @@ def state_from_values(values: Mapping[int, int], user_digital_outputs: int = 0) 
         values: Counts as they came over the wire, by packet number.
         user_digital_outputs: The bits that the host set last.
     """
-    fields = {}
+    fields: dict[str, float] = {}
     for packet_id, value in values.items():
         packet = PACKETS[packet_id]
-        fields[packet.name] = value if packet.scale is None else value * packet.scale
+        if packet.is_flag:
+            fields[packet.name] = bool(value)
+        else:
+            fields[packet.name] = value if packet.scale is None else value * packet.scale
     return SensorState(user_digital_outputs=user_digital_outputs, **fields)  # type: ignore[arg-type]

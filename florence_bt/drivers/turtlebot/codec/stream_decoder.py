@@ -53,6 +53,11 @@ class StreamDecoder:
         self.bad_frames = 0
         self.noise_bytes = 0
 
+    @property
+    def frame_size(self) -> int:
+        """Bytes of a frame with its header and checksum."""
+        return self._size
+
     def feed(self, data: bytes) -> list[dict[int, int]]:
         """Take bytes as they came and give back the good frames that they complete, in order.
 
