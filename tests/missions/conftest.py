@@ -20,6 +20,7 @@ def robot(florence):
         get_user_room="SUCCESS (room=kitchen)",
         get_views="SUCCESS (poses=[(4 m, 5 m, 30 deg)])",
         get_hotspot="SUCCESS (pose=(4 m, 5 m, 30 deg))",
+        plan_to="SUCCESS (length=5 m)",
         navigate_to="accepted after 100 ms, cancel takes 500 ms, running 10 s, then SUCCESS",
         turn="accepted after 100 ms, cancel takes 200 ms, running 2 s, then SUCCESS",
         drive_straight="SUCCESS",

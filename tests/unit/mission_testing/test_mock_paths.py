@@ -44,7 +44,7 @@ def goto_user():
         ("turn and look/**/turn", 4),
         ("look round/**/turn", 2),
         ("watch out on the way/*", 1),
-        ("look */**/look_for_user", 6),
+        ("look */**/look_for_user", 7),
         ("turn and look/*_tracker", 8),
         ("search in a circle/stop_tracker", 4),
         ("goto_user/*", 2),

@@ -25,6 +25,7 @@ def stage():
     stage.defaults(
         get_user_room="SUCCESS (room=kitchen)",
         get_views="SUCCESS (poses=[(0 m, 0 m, 0 deg), (1 m, 0 m, 0 deg)])",
+        plan_to="SUCCESS (length=5 m)",
         navigate_to="running 10 s, then SUCCESS",
         start_tracker="SUCCESS",
         stop_tracker="SUCCESS",
@@ -52,12 +53,13 @@ def test_each_call_of_a_mission_is_a_call_of_its_mock(stage):
     )
     stage.mock("get_robot_pose", "SUCCESS (pose=(1 m, 1 m, 20 deg))")
     play = stage.run("meet_user", seen_at="(3 m, 2 m, 180 deg)", seen_id=1, distance="2 m")
-    play.assert_succeeded(pose="(1 m, 1 m, 20 deg)").assert_duration(5 + 8 + 5 + 8)
+    play.assert_succeeded(pose="(1 m, 1 m, 20 deg)").assert_duration(5 + 8 + 5 + 8 + 8)
     assert play.order[1:] == [
         "approach_user",
         "look_for_user",
         "set_user_position",
         "approach_user",
+        "look_for_user",
         "look_for_user",
         "get_robot_pose",
         "stop_tracker",
@@ -121,6 +123,7 @@ given:
   skills:
     get_user_room: SUCCESS (room=kitchen)
     get_views: "SUCCESS (poses=[(1 m, 1 m, 0 deg)])"
+    plan_to: SUCCESS (length=5 m)
     navigate_to: SUCCESS
     start_tracker: SUCCESS
     stop_tracker: SUCCESS

@@ -15,11 +15,22 @@ from florence_bt.skills.people.user_tracker.tracker import UserTracker
 IN_BED, ON_THE_FLOOR = 0.75, 0.25
 
 
-def outline(first: float, last: float, cut_at: float | None = None) -> Outline:
-    """A body from one y to another one, 2 m ahead; the edge of the picture cuts it at one of them."""
+def outline(first: float, last: float, cut_at: float | None = None, hidden: float | None = None) -> Outline:
+    """A body from one y to another one, 2 m ahead, and the floor beyond.
+
+    The edge of the picture cuts it at one of them, or it hides there what is behind.
+    """
     along = np.arange(first, last, 0.02)
     points = np.array([(x, y) for y in along for x in (1.9, 2.0, 2.1)], np.float32)
-    return Outline(points, np.abs(points[:, 1] - (np.inf if cut_at is None else cut_at)) < 0.06)
+    floor = [
+        (x, end + sign * away)
+        for end, sign in ((first, -1.0), (last, 1.0))
+        if end not in (cut_at, hidden)
+        for away in np.arange(0.03, 0.6, 0.04)
+        for x in np.arange(1.75, 2.3, 0.05)
+    ]
+    goes_on = np.abs(points[:, 1] - (np.inf if cut_at is None else cut_at)) < 0.06
+    return Outline(points, goes_on, np.array(floor, np.float32).reshape(-1, 2))
 
 
 WHOLE, CUT = outline(-0.8, 0.8), outline(-0.4, 0.8, cut_at=-0.4)
@@ -50,20 +61,45 @@ def test_it_is_the_middle_between_both_ends(height: float) -> None:
     assert place_after(*votes) == pytest.approx((2.0, 0.0), abs=0.04)
 
 
-def test_two_pictures_of_one_end_each_show_both() -> None:
-    other = outline(-0.8, 0.4, cut_at=0.4)
-    cut = [lying(2.0, 0.2, shown, ON_THE_FLOOR) for shown in (CUT, CUT, other, other)]
-    assert place_after(*cut) == pytest.approx((2.0, 0.0), abs=0.04)
-
-
 @pytest.mark.parametrize("height", [IN_BED, ON_THE_FLOOR])
-def test_a_body_that_goes_on_beyond_the_picture_has_its_middle_half_an_adult_from_its_end(
-    height: float,
-) -> None:
-    legs = lying(2.0, 0.5, outline(-0.1, 0.8, cut_at=-0.1), height)
+def test_two_pictures_of_one_end_each_show_both(height: float) -> None:
+    other = outline(-0.8, 0.4, cut_at=0.4)
+    cut = [lying(2.0, 0.2, shown, height) for shown in (CUT, CUT, other, other)]
+    assert place_after(*cut) == pytest.approx((2.0, 0.0), abs=0.05)
+
+
+def test_in_bed_the_middle_is_at_least_half_an_adult_from_the_end_that_is_shown() -> None:
+    legs = lying(2.0, 0.5, outline(-0.1, 0.8, cut_at=-0.1), IN_BED)
     assert place_after(*[legs] * 3) == pytest.approx((2.0, 0.8 - 0.85), abs=0.05)
     known_better = replace(legs, y=-0.2)
     assert place_after(*[known_better] * 3) == pytest.approx((2.0, -0.2), abs=0.01)
+
+
+def test_of_a_body_on_the_floor_that_hides_its_other_end_the_middle_is_half_a_body_from_the_shown_one() -> (
+    None
+):
+    """Behind a trunk its legs are not seen: no edge cuts them, and the floor is not seen there either."""
+    trunk = lying(2.0, 0.5, outline(-0.1, 0.8, hidden=-0.1), ON_THE_FLOOR)
+    seen = place_after(*[trunk] * 3)
+    assert seen is not None and 0.8 - 1.0 < seen[1] < 0.8 - 0.65
+
+
+def test_a_short_body_on_the_floor_is_a_child_when_the_floor_is_seen_at_both_ends() -> None:
+    child = lying(2.0, 0.3, outline(-0.5, 0.5), ON_THE_FLOOR)
+    assert place_after(*[child] * 3) == pytest.approx((2.0, 0.0), abs=0.06)
+
+
+def test_legs_here_and_a_trunk_there_on_the_floor_are_one_body() -> None:
+    places = LyingBodies()
+    legs = lying(2.0, -0.55, outline(-0.85, -0.4, hidden=-0.4), ON_THE_FLOOR)
+    trunk = lying(2.0, 0.4, outline(0.1, 0.85, hidden=0.1), ON_THE_FLOOR)
+    for _ in range(3):
+        places.near(legs, 0.0).take(legs)
+        body = places.near(trunk, 0.0)
+        body.take(trunk)
+    assert body.place == pytest.approx((2.0, 0.0), abs=0.06)
+    beyond = lying(2.0, 2.2, outline(1.6, 2.4), ON_THE_FLOOR)
+    assert places.near(beyond, 0.0) is not body
 
 
 def test_an_end_that_pictures_show_near_their_edge_alone_is_not_the_end() -> None:
@@ -79,7 +115,7 @@ def test_of_a_body_without_an_end_or_too_short_the_network_knows_the_middle() ->
     trunk = Outline(points, np.abs(points[:, 1]) > 0.34)
     assert place_after(*[lying(2.0, 0.2, trunk)] * 3) == pytest.approx((2.0, 0.2))
     short = outline(0.0, 0.5)
-    assert place_after(*[lying(2.0, 0.4, short, ON_THE_FLOOR)] * 3) == pytest.approx((2.0, 0.4))
+    assert place_after(*[lying(2.0, 0.4, short, IN_BED)] * 3) == pytest.approx((2.0, 0.4))
 
 
 def test_only_the_near_side_is_seen_so_the_network_knows_how_far_away_the_middle_is() -> None:

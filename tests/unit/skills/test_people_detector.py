@@ -355,6 +355,32 @@ def test_a_body_goes_on_in_what_votes_for_another_middle(monkeypatch: pytest.Mon
         assert inner.any() and (one.outline.goes_on == inner).all()
 
 
+def test_where_the_floor_is_seen_around_somebody_who_lies(monkeypatch: pytest.MonkeyPatch) -> None:
+    depth, _ = Scene([*ROOM, Box(2.0, 0.0, 0.16, 0.6, 0.0, 0.2)], noise=False).render()
+    points = Pixels.of(depth, OPTICAL_IN_BASE).points[::2, ::2]
+    body = (np.abs(points[..., 1]) < 0.62) & (points[..., 0] < 2.2) & (points[..., 2] > 0.02)
+    middle, posture = np.zeros((60, 80, 2), np.float32), np.zeros((60, 80, 3), np.float32)
+    rays = Pixels.of(depth, OPTICAL_IN_BASE).rays[::2, ::2]
+    away = np.array([2.0, 0.0]) - points[..., :2]
+    middle[..., 0] = (away * rays).sum(axis=-1)
+    middle[..., 1] = away[..., 1] * rays[..., 0] - away[..., 0] * rays[..., 1]
+    for seems in ("lying", "standing"):
+        posture[...] = 0.0
+        posture[..., POSTURES.index(seems)] = 1.0
+        output = NetworkOutput(np.where(body, np.float32(0.9), np.float32(0.1)), middle, posture)
+        monkeypatch.setattr(detector, "infer", lambda pixels, output=output: output)
+        shown = only(detect_people(depth, OPTICAL_IN_BASE)).outline
+        assert shown is not None
+        if seems == "standing":
+            assert not len(shown.floor)
+            continue
+        beside = np.abs(shown.floor[:, 0] - 2.0) < 0.1
+        assert beside.sum() >= 8 and (np.abs(shown.floor[beside, 1]) > 0.58).all()
+        assert (np.hypot(shown.floor[:, 0] - 1.9, shown.floor[:, 1]) < 1.6).all()
+        moved = shown.moved_by(Pose2(1.0, 1.0, math.pi / 2)).floor
+        assert moved == pytest.approx(np.stack([1.0 - shown.floor[:, 1], 1.0 + shown.floor[:, 0]], axis=1))
+
+
 def test_a_detection_moves_with_the_robot() -> None:
     moved = Detection(1.0, 0.0, 1.1).moved_by(Pose2(1.0, 1.0, math.pi / 2))
     assert (moved.x, moved.y) == pytest.approx((1.0, 2.0))

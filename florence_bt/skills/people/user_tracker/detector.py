@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -37,8 +37,15 @@ _TALLEST_SEATED = 1.3
 """Metres above the floor; nobody who sits is seen higher, about: a seat of 0.45 m and 0.85 m to the top of
 the head. Of 21 simulated people on stools 0.55 to 1.5 m away whose heads were above the picture the
 network took 12 for standing and one for lying."""
+_FLOOR_M, _NOBODY = 0.04, 0.2
+"""What is so near to the height of the floor, metres, and less likely a person than that, is the floor."""
+_AROUND_M = 1.5
+"""The floor so far around somebody who lies tells where they do not, metres."""
 _TOP_PERCENT = 98.0
 """Of the points of a person, this many are lower than the height that is told: single points may be wrong."""
+
+
+_NOWHERE = np.zeros((0, 2), np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +56,20 @@ class Outline:
         points: Shape (n, 2), metres, in the frame of the detection.
         goes_on: Shape (n,), whether the body may go on there: beyond the picture, or in what votes for
             another middle (of a long body that is near, not all of it votes for one).
+        floor: Shape (m, 2), metres, as ``points``: where the picture shows the floor near somebody who lies,
+            and so not them.
     """
 
     points: NDArray[np.float32]
     goes_on: NDArray[np.bool_]
+    floor: NDArray[np.float32] = field(default_factory=lambda: _NOWHERE)
 
     def moved_by(self, robot: Pose2) -> Outline:
         """Return the same in the frame in which the robot has this pose."""
         c, s = math.cos(robot.yaw), math.sin(robot.yaw)
-        points = self.points @ np.array([[c, s], [-s, c]]) + (robot.x, robot.y)
-        return Outline(points.astype(np.float32), self.goes_on)
+        turn = np.array([[c, s], [-s, c]])
+        points, floor = (each @ turn + (robot.x, robot.y) for each in (self.points, self.floor))
+        return Outline(points.astype(np.float32), self.goes_on, floor.astype(np.float32))
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +164,7 @@ class _Votes:
         probability: Shape (n,), that it shows a person.
         area: Shape (n,), what it covers, square metres.
         posture: Shape (n, 3), probabilities.
+        floor: Shape (m, 2), where the picture shows the floor, metres, robot frame.
     """
 
     rows: NDArray[np.int64]
@@ -162,6 +174,7 @@ class _Votes:
     probability: NDArray[np.float32]
     area: NDArray[np.float32]
     posture: NDArray[np.float32]
+    floor: NDArray[np.float32]
 
 
 def _votes(pixels: Pixels, params: DetectorParameters) -> _Votes:
@@ -173,8 +186,16 @@ def _votes(pixels: Pixels, params: DetectorParameters) -> _Votes:
     points, ray = pixels.points[at], pixels.rays[at]
     along, left = output.middle[shows].T
     middles = points[:, :2] + along[:, None] * ray + left[:, None] * np.stack([-ray[:, 1], ray[:, 0]], axis=1)
+    seen = pixels.points[::STRIDE, ::STRIDE]
+    is_floor = (np.abs(seen[..., 2]) < _FLOOR_M) & (output.person < _NOBODY)
     return _Votes(
-        *at, points, middles, output.person[shows], STRIDE**2 * pixels.area[at], output.posture[shows]
+        *at,
+        points,
+        middles,
+        output.person[shows],
+        STRIDE**2 * pixels.area[at],
+        output.posture[shows],
+        seen[is_floor][:, :2],
     )
 
 
@@ -234,14 +255,17 @@ def _judge(
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < params.minimum_confidence or distance > params.maximum_distance:
         return None
+    posture, told_height = _shown(seems, height, cut=_is_cut_above(votes, mine))
+    floor = _floor_around(votes, mine) if posture == "lying" else _NOWHERE
     return Detection(
         x,
         y,
         distance,
         confidence,
-        *_shown(seems, height, cut=_is_cut_above(votes, mine)),
+        posture,
+        told_height,
         region=_region_of(votes, mine),
-        outline=_outline_of(votes, mine, votes.points[mine, 2] <= _ROBOT_TOP),
+        outline=_outline_of(votes, mine, votes.points[mine, 2] <= _ROBOT_TOP, floor),
     )
 
 
@@ -262,7 +286,9 @@ def _shown(seems: Posture, height: float, *, cut: bool) -> tuple[Posture, float]
     return (seems if is_told else "unknown"), 0.0
 
 
-def _outline_of(votes: _Votes, mine: NDArray[np.int64], shown: NDArray[np.bool_]) -> Outline:
+def _outline_of(
+    votes: _Votes, mine: NDArray[np.int64], shown: NDArray[np.bool_], floor: NDArray[np.float32]
+) -> Outline:
     width, height = INPUT_SIZE
     others = np.zeros((height // STRIDE, width // STRIDE), np.uint8)
     others[votes.rows // STRIDE, votes.columns // STRIDE] = 1
@@ -272,7 +298,15 @@ def _outline_of(votes: _Votes, mine: NDArray[np.int64], shown: NDArray[np.bool_]
     columns, rows = votes.columns[mine], votes.rows[mine]
     at_edge = (columns < _EDGE * width) | (columns + STRIDE > (1.0 - _EDGE) * width)
     at_edge |= rows + STRIDE > (1.0 - _EDGE) * height
-    return Outline(votes.points[mine, :2], at_edge | beside_others[rows // STRIDE, columns // STRIDE])
+    goes_on = at_edge | beside_others[rows // STRIDE, columns // STRIDE]
+    return Outline(votes.points[mine, :2], goes_on, floor)
+
+
+def _floor_around(votes: _Votes, mine: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Return where the picture shows the floor near somebody who lies, shape (m, 2), metres."""
+    apart = votes.floor - votes.points[mine, :2].mean(axis=0)
+    near: NDArray[np.float32] = votes.floor[np.hypot(apart[:, 0], apart[:, 1]) < _AROUND_M]
+    return near
 
 
 def _region_of(votes: _Votes, mine: NDArray[np.int64]) -> Region:

@@ -4,12 +4,17 @@ From nearby, where only a part of them is in the picture, the network takes the 
 is a quarter of a metre off along the body, and more; in a bed also in pictures of the whole, towards the
 blanket. Several pictures show both ends: the middle is between them, a little nearer to the head of who lies
 under a blanket. When no picture shows where one end is, the middle is at least half an adult from the other.
+
+Somebody on the floor hides a part of themselves: legs lie behind a trunk, and what the picture shows is not
+all. There the floor tells more: a body lies over all places that show it, and over none that shows the floor.
+Every middle and every length that a body may have is held against both, and against what the network says.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
+import statistics
+from collections import Counter, deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +33,11 @@ _MOST, _KEPT_S = 20, 600.0
 the odometry has drifted. Chosen."""
 _CELL_M, _SIGHTINGS = 0.05, 2
 """A place of this size belongs to a body that so many pictures show there."""
+_HEIGHTS = 9
+"""So many of the last pictures tell how high they lie."""
 _STRAY_PERCENT = 1.0
 """Of the places at each end of a body, so many may be something else."""
-_SHORTEST_M, _LONGEST_M = 0.7, 2.1
+_SHORTEST_M, _LONGEST_M, _WIDEST_M = 0.7, 2.1, 0.8
 _CLEAR_CELLS = 3
 """What is shown at the end of a body is its end when the body does not go on so near to it."""
 _HALF_M = 0.85
@@ -38,6 +45,24 @@ _HALF_M = 0.85
 _END_M, _WIDE_M, _TO_HEAD_M = 0.2, 0.5, 0.15
 """An end of a body that is so wide over this length is that of a blanket: it goes on beyond the feet, as the
 head does beyond what is seen of it on a pillow."""
+
+FLOOR_HEIGHT = 0.5
+"""Metres; a person on the floor is nowhere higher than this; on a bed or a sofa they are."""
+_CHILDREN = 0.25
+"""What share of people is a child, at the most: those are shorter than the adults of ``_LENGTHS_M``."""
+_LENGTHS_M = np.arange(0.9, 2.05, 0.1)
+_LENGTH_ODDS = np.where(_LENGTHS_M < 1.45, _CHILDREN / 6, (1.0 - _CHILDREN) / 6)
+_MIDDLES_M = np.arange(-1.5, 1.51, _CELL_M)
+_REACH_CELLS = 60
+"""How long a body may be, how likely that is, and where along what is seen its middle may be; and so far to
+each side of what is seen the floor counts."""
+_MISSED, _FLOOR_WITHIN = 1.5, 0.8
+"""By so much the logarithm of the probability drops for every 5 cm of the body that would not be covered, and
+for every 5 cm of floor that would: single pictures may be wrong. Chosen; twice as much changes little."""
+_VOTE_SIGMA = 0.5
+"""Standard deviation, along the body, of the middle that the network tells of a part of it, metres."""
+_BESIDE_M = 0.08
+"""The floor so near to the line through the middle is under a body, also between two legs, metres."""
 
 Cell = tuple[int, int]
 
@@ -54,14 +79,20 @@ class LyingBody:
         self._weight = 0.0
         self._mean = 0.0, 0.0
         self._inside: Counter[Cell] = Counter()
+        self._floor: Counter[Cell] = Counter()
         self._clear: set[Cell] = set()
+        self._heights: deque[float] = deque(maxlen=_HEIGHTS)
 
     @property
     def place(self) -> tuple[float, float] | None:
         """The middle, metres, in the frame of the detections; None before the first."""
         if self._weight == 0.0:
             return None
-        return self._middle_of_body() or self._mean
+        return (self._middle_on_floor() if self._on_the_floor else self._middle_of_body()) or self._mean
+
+    @property
+    def _on_the_floor(self) -> bool:
+        return bool(self._heights) and statistics.median(self._heights) < FLOOR_HEIGHT
 
     def take(self, detection: Detection) -> None:
         """Take what a picture shows of them."""
@@ -71,9 +102,12 @@ class LyingBody:
         self._weight += weight
         part, (x, y) = weight / self._weight, self._mean
         self._mean = x + part * (detection.x - x), y + part * (detection.y - y)
+        if detection.height:
+            self._heights.append(detection.height)
         if outline is not None:
             inside, cut = (_cells(outline.points[part]) for part in (~outline.goes_on, outline.goes_on))
-            self._inside.update(inside)
+            self._inside.update(inside | cut)
+            self._floor.update(_cells(outline.floor))
             self._clear |= {
                 cell for cell in inside if all(math.dist(cell, other) > _CLEAR_CELLS for other in cut)
             }
@@ -84,11 +118,50 @@ class LyingBody:
             return True
         if detection.outline is None:
             return False
+        cells = _cells(detection.outline.points)
         known = [
             any((column + i, row + j) in self._inside for i in (-1, 0, 1) for j in (-1, 0, 1))
-            for column, row in _cells(detection.outline.points)
+            for column, row in cells
         ]
-        return sum(known) > _KNOWN_SHARE * len(known)
+        if sum(known) > _KNOWN_SHARE * len(known):
+            return True
+        return (
+            self._on_the_floor and 0.0 < detection.height < FLOOR_HEIGHT and _is_one_body(cells | self._shown)
+        )
+
+    @property
+    def _shown(self) -> set[Cell]:
+        """Where pictures show the body, and not more of them the floor."""
+        return {cell for cell, count in self._inside.items() if count >= max(_SIGHTINGS, self._floor[cell])}
+
+    def _middle_on_floor(self) -> tuple[float, float] | None:
+        """Return the mean of all middles that it may have, by their probability; None without a body."""
+        shown = self._shown
+        if len(shown) < 2:
+            return None
+        body = _places(shown)
+        centre = body.mean(axis=0)
+        axes = np.linalg.svd(body - centre, full_matrices=False)[2]
+        along, across = ((body - centre) @ axes.T).T
+        voted, beside = (np.array(self._mean) - centre) @ axes.T
+        floor = [
+            cell for cell, count in self._floor.items() if count >= max(_SIGHTINGS, self._inside[cell] + 1)
+        ]
+        floor_along, floor_across = ((_places(floor) - centre) @ axes.T).T
+        left, right = sorted((float(np.median(across)), float(beside)))
+        under = (floor_across > left - _BESIDE_M) & (floor_across < right + _BESIDE_M)
+        body_until, floor_until = _cells_until(along), _cells_until(floor_along[under])
+
+        half = _LENGTHS_M[None, :] / 2.0
+        first, last = _MIDDLES_M[:, None] - half, _MIDDLES_M[:, None] + half
+        missed = body_until[-1] - _between(body_until, first - _CELL_M, last + _CELL_M)
+        within = _between(floor_until, first + _CELL_M, last - _CELL_M)
+        doubt = _MISSED * missed + _FLOOR_WITHIN * within
+        doubt += ((_MIDDLES_M - voted)[:, None] / _VOTE_SIGMA) ** 2 / 2.0
+        odds = np.exp(doubt.min() - doubt) * _LENGTH_ODDS
+        middle = float((odds.sum(axis=1) * _MIDDLES_M).sum() / odds.sum())
+        x, y = (centre + np.array([middle, beside]) @ axes).tolist()
+        return x, y
 
     def _middle_of_body(self) -> tuple[float, float] | None:
         """Return the network's middle, moved along the body by its known ends; None without any."""
@@ -141,6 +214,37 @@ class LyingBodies:
 
 def _cells(points: NDArray[np.float32]) -> set[Cell]:
     return {(column, row) for column, row in np.floor(points / _CELL_M).astype(int).tolist()}
+
+
+def _is_one_body(cells: set[Cell]) -> bool:
+    """Tell whether all of these places may show one person on the floor: legs here, a trunk there."""
+    if len(cells) < 2:
+        return False
+    places = _places(cells)
+    places -= places.mean(axis=0)
+    turned = places @ np.linalg.svd(places, full_matrices=False)[2].T
+    low, high = np.percentile(turned, [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT], axis=0)
+    long, wide = high - low
+    return bool(long <= _LONGEST_M and wide <= _WIDEST_M)
+
+
+def _cells_until(along: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return how many cells of a line have one of these places, up to each cell; metres."""
+    filled = np.zeros(2 * _REACH_CELLS, np.int64)
+    cells = np.floor(along / _CELL_M).astype(int) + _REACH_CELLS
+    filled[cells[(cells >= 0) & (cells < len(filled))]] = 1
+    return np.concatenate([[0], np.cumsum(filled)])
+
+
+def _between(
+    until: NDArray[np.int64], first: NDArray[np.float64], last: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return how many cells of a line are filled from one place to another one, metres."""
+    start, end = (
+        np.clip(np.rint(place / _CELL_M).astype(int) + _REACH_CELLS, 0, 2 * _REACH_CELLS)
+        for place in (first, last)
+    )
+    return until[np.maximum(start, end)] - until[start]
 
 
 def _places(cells: set[Cell] | list[Cell]) -> NDArray[np.float64]:

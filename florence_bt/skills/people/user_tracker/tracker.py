@@ -20,7 +20,7 @@ from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Verdict
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.leg_tracker import LegTracker
-from florence_bt.skills.people.user_tracker.lying_body import LyingBodies
+from florence_bt.skills.people.user_tracker.lying_body import FLOOR_HEIGHT, LyingBodies
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 from florence_bt.skills.people.user_tracker.rejected_places import RejectedPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict, reach
@@ -289,10 +289,6 @@ def _cheapest(
         for row, column in zip(rows, columns, strict=True)
         if np.isfinite(cost[row, column])
     ]
-
-
-FLOOR_HEIGHT = 0.5
-"""Metres; a person on the floor is nowhere higher than this; on a bed or a sofa they are."""
 
 
 def on_the_floor(users: Iterable[TrackedUser]) -> bool:
