@@ -7,11 +7,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from diagnostic_msgs.msg import DiagnosticArray
-
 from florence_bt.core.diagnosis import Diagnosis, Severity
-from florence_bt.ros.diagnostics import diagnostics_to_ros
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -108,7 +105,7 @@ class NodeHealth:
         """Publish now and once a second, until it has been quiet for a while."""
         node = self._node
         if self._publisher is None:
-            self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+            self._publisher = diagnostics_publisher(node)
         now = node.steady.now()
         self._reporting = now < self._quiet_at
         found = {

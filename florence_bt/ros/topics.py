@@ -40,3 +40,44 @@ ZONES = "zones"
 
 SERVERS_STATUS = "servers"
 """The part of the mission server's ``diagnostics`` on missing servers; its values: skill -> server."""
+
+DIAGNOSTICS = "diagnostics"
+"""``diagnostic_msgs/DiagnosticArray``, latched: how each part of a node does; see :data:`SERVERS_STATUS` and
+the other names of parts."""
+
+BATTERY_STATE = "battery_state"
+"""``sensor_msgs/BatteryState``, latched, once a second: the charge of the base."""
+
+RUN_STATE = "florence_bt/run_state"
+"""``florence_interfaces/RunState``, latched: the run of a mission that goes on, or the last one."""
+
+STOP_REASON = "turtlebot_node/stop_reason"
+"""``florence_interfaces/StopReason``, latched: what holds the base."""
+
+ODOMETRY = "odom"
+"""``nav_msgs/Odometry``: where the base believes to be since it began, and how fast it is."""
+
+TRACKED_USERS = "filtered_tracked_users"
+"""``florence_interfaces/TrackedUsers``, five times a second while it runs: the people in view."""
+
+PLACE_STATUS = "Place in the map"
+"""The part of the localiser's and of the mapping's ``diagnostics`` on where the robot is."""
+
+LATENESS = "lateness"
+"""The part of the ``diagnostics`` of a node whose process falls behind."""
+
+SCAN_FIT, DEVIATION_M, DEVIATION_DEG = (
+    "part of the scan that fits the map",
+    "standard deviation, metres",
+    "standard deviation, degrees",
+)
+"""What the localiser's :data:`PLACE_STATUS` has values of."""
+
+AREA_M2, WAY_M, LOOPS = "m2", "m", "loops"
+"""What the mapping's :data:`PLACE_STATUS` has values of: floor seen, way driven, places recognised."""
+
+SUPERVISOR = "florence_up"
+"""The node name before each part of the ``diagnostics`` of ``florence up`` on its processes."""
+
+NAVIGATE_TO_POSE, NAVIGATE_THROUGH_POSES = "navigate_to_pose", "navigate_through_poses"
+"""The actions of Nav2 (and of Florence's navigation) that drive."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.parameter import Parameter
@@ -25,9 +25,9 @@ from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
 from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE, SENSOR
+from florence_bt.ros.qos import SENSOR
 
 DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -72,7 +72,7 @@ class HokuyoNode(FlorenceNode):
         self._published_limits: tuple[float, ...] = ()
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self._echoes = self.create_publisher(MultiEchoLaserScan, "echoes", SENSOR)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics = diagnostics_publisher(self)
         self.create_service(SelfTest, "~/self_test", self._on_self_test)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._port = DriverPort(

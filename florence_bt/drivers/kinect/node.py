@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from florence_bt.core.clock import call_every
@@ -27,9 +26,9 @@ from florence_bt.ros.conversions import (
     millimetres_to_ros,
     points_to_ros,
 )
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE, SENSOR
+from florence_bt.ros.qos import SENSOR
 
 DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -77,7 +76,7 @@ class KinectNode(FlorenceNode):
             for name in ("camera/rgb/points", "camera/depth_registered/points")
         ]
         self._colour_info = self.create_publisher(CameraInfo, "camera/rgb/camera_info", SENSOR)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics = diagnostics_publisher(self)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[FrameSource, Frame] = Connection(
             self.timebase,

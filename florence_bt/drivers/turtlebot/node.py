@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
 from florence_interfaces.msg import StopReason as StopReasonMsg
 from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
@@ -33,7 +32,7 @@ from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, Tu
 from florence_bt.drivers.turtlebot.report import RateLimiter, StateReport
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
@@ -130,7 +129,7 @@ class TurtlebotNode(FlorenceNode):
         self._stop_topic = self.create_publisher(StopReasonMsg, "~/stop_reason", LATCHED)
         self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
         self._battery_topic = self.create_publisher(BatteryState, "battery_state", LATCHED)
-        self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics_topic = diagnostics_publisher(self)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
         self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
         self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -33,7 +32,7 @@ from florence_bt.ros.conversions import (
     pose_from_ros,
     scan_from_ros,
 )
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
@@ -112,7 +111,7 @@ class LocaliserNode(FlorenceNode):
         if self._settings.refine:
             self.create_service(Empty, "reinitialize_global_localization", self._on_lose)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", LATCHED)
+        self._diagnostics = diagnostics_publisher(self)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
         self._grid: OccupancyGrid | None = None
         self._saved: Pose2 | None = None

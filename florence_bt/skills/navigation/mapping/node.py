@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import TurtlebotSensorState
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -27,7 +26,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Posi
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3, TransformUnavailable
 from florence_bt.ros.conversions import grid_to_ros, odometry_from_ros, scan_from_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
@@ -133,7 +132,7 @@ class MappingNode(FlorenceNode):
             TurtlebotSensorState, "turtlebot_node/sensor_state", self._on_base_state, RELIABLE
         )
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", LATCHED)
+        self._diagnostics = diagnostics_publisher(self)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
         self._work: queue.Queue[_Work | _Touch | None] = queue.Queue()
         self._thread = threading.Thread(target=self._make_map, name="mapping", daemon=True)

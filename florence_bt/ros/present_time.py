@@ -1,0 +1,64 @@
+"""The clocks by which a listener tells the age of what it hears; it need not be a node of simulated time."""
+
+from __future__ import annotations
+
+import time
+
+from rosgraph_msgs.msg import Clock as ClockMessage
+
+from florence_bt.ros.action_client import LatestMessages
+from florence_bt.ros.conversions import stamp_from_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.shared_clock import CLOCK_TOPIC, QOS
+
+ANOTHER_CLOCK_S = 86_400.0
+"""Stamps that are further from the date than this are of another clock, such as that of a simulation."""
+STANDS_S = 3.0
+"""Steady seconds after which a simulated time that has not moved stands. Chosen: an idle simulation tells it
+33 times a second, a busy machine holds it up by less."""
+
+
+class PresentTimeOfStamps:
+    """The steady time, and the time of stamps: simulated while somebody tells it, else this machine's date.
+
+    The simulated time is not served by the executor, which would run a callback for each of its messages: the
+    newest one is taken when somebody asks.
+
+    Args:
+        node: Listens.
+    """
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self._node = node
+        self._messages = LatestMessages(node, ClockMessage, CLOCK_TOPIC, QOS.depth, QOS)
+        self._simulated: float | None = None
+        self._moved_at = 0.0
+
+    def steady(self) -> float:
+        """Return the time of this machine, which never leaps."""
+        return self._node.steady.now()
+
+    def running(self) -> float | None:
+        """Return the simulated time while it goes on; None otherwise."""
+        simulated = self.simulated()
+        return simulated if self.steady() - self._moved_at <= STANDS_S else None
+
+    def of_stamp(self, stamp: float) -> float | None:
+        """Return what the clock of a stamp says now; None when that is not known."""
+        simulated = self.simulated()
+        if simulated is not None:
+            return simulated
+        return None if is_of_another_clock(stamp) else time.time()
+
+    def simulated(self) -> float | None:
+        """Return the simulated time that was told last; None before the first message."""
+        for message in self._messages.take():
+            told = stamp_from_ros(message.clock)
+            if told != self._simulated:
+                self._simulated, self._moved_at = told, self.steady()
+        return self._simulated
+
+
+def is_of_another_clock(stamp: float) -> bool:
+    """Tell whether a stamp is not of this machine's date; a stamp of zero is of none."""
+    return bool(stamp) and abs(time.time() - stamp) > ANOTHER_CLOCK_S

@@ -1,0 +1,85 @@
+"""The state of the robot as commands hear it: what came, how old it is, and what hangs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState
+
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.heard import Freshness
+from florence_bt.ros.conversions import header_to_ros, stamp_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.present_time import STANDS_S
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.robot_state import BATTERY, RobotState
+from florence_bt.ros.topics import DIAGNOSTICS, LATENESS, SUPERVISOR
+from tests.ros.conftest import GENEROUS_S
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.mark.parametrize(("behind_s", "worth"), [(1.0, Freshness.FRESH), (60.0, Freshness.OLD)])
+def test_a_battery_that_was_kept_is_as_old_as_its_stamp(ros: Any, behind_s: float, worth: Freshness) -> None:
+    base, listener = ros.add(FlorenceNode("base")), ros.add(FlorenceNode("listener"))
+    stamp = base.stamp() - behind_s
+    publisher = base.create_publisher(BatteryState, BATTERY.topic, LATCHED)
+    publisher.publish(BatteryState(header=header_to_ros("base_link", stamp), percentage=0.5))
+    battery = RobotState(listener).listen(BATTERY)
+    assert battery.freshness is Freshness.NEVER
+    ros.spin_until(lambda: battery.last is not None)
+    assert battery.last.charge == 0.5 and battery.freshness is worth
+    assert battery.age == pytest.approx(behind_s, abs=GENEROUS_S)
+
+
+def test_ages_are_of_the_simulated_time_while_it_goes_on(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    base, listener = ros.add(FlorenceNode("base")), ros.add(FlorenceNode("listener"))
+    clock = base.create_publisher(Clock, "/clock", RELIABLE)
+    state = RobotState(listener)
+    assert state.time.of_stamp(100.0) is None and state.time.running() is None
+    passed = listener.steady.now()
+    monkeypatch.setattr(listener.steady, "now", lambda: passed)
+    ros.spin_until(lambda: clock.get_subscription_count() > 0)
+
+    def tell(simulated: float) -> None:
+        clock.publish(Clock(clock=stamp_to_ros(simulated)))
+        ros.spin_until(lambda: state.time.of_stamp(1.0) == simulated)
+
+    tell(100.0)
+    assert state.time.running() == 100.0
+    passed += STANDS_S + 0.1
+    assert state.time.running() is None and state.time.of_stamp(1.0) == 100.0, "it stands"
+    clock.publish(Clock(clock=stamp_to_ros(100.0)))
+    ros.spin_for(0.2)
+    assert state.time.running() is None, "a simulation that repeats itself stands"
+    tell(100.5)
+    assert state.time.running() == 100.5
+
+
+def test_what_nodes_say_of_themselves_comes_at_once_and_gets_old(ros: Any) -> None:
+    up, busy, listener = (ros.add(FlorenceNode(name)) for name in (SUPERVISOR, "busy", "listener"))
+    hangs = {"process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s")}
+    publisher = diagnostics_publisher(up)
+    publisher.publish(diagnostics_to_ros(hangs, SUPERVISOR, "", up.stamp()))
+    busy.health.count_late(3.2)
+    other = up.create_publisher(DiagnosticArray, DIAGNOSTICS, RELIABLE)  # somebody else's, not latched
+    state = RobotState(listener)
+    state.listen_to_diagnostics()
+    ros.spin_until(lambda: state.late())
+    assert state.late() == ["the process of busy is 3.2 s behind: the machine is too busy"]
+    ros.spin_until(lambda: state.diagnosis(SUPERVISOR, "process hardware"))
+    (found,) = state.fresh_diagnoses(SUPERVISOR)
+    assert found == (SUPERVISOR, "process hardware", hangs["process hardware"])
+    ros.spin_until(lambda: other.get_subscription_count() > 0)
+    late = {LATENESS: Diagnosis(Severity.WARN, "9 s behind")}
+    other.publish(diagnostics_to_ros(late, "cart", "", up.stamp() - 30.0))
+    ros.spin_until(lambda: state.diagnosis("cart", LATENESS))
+    heard = state.diagnosis("cart", LATENESS)
+    assert heard is not None and heard.freshness is Freshness.OLD and len(state.late()) == 1
