@@ -82,6 +82,11 @@ class Heard(Generic[T]):
         return self._stamp
 
     @property
+    def since_s(self) -> float:
+        """Steady seconds since the last word came; infinity before it."""
+        return math.inf if self.last is None else self._time.steady() - self._steady
+
+    @property
     def age(self) -> float:
         """Seconds since the last word was sent, or, when it does not say, since it came; infinity before it.
 
@@ -89,9 +94,7 @@ class Heard(Generic[T]):
         runs slower or faster than the machine, what is repeated by either clock comes in time by that one:
         the shorter time counts.
         """
-        if self.last is None:
-            return math.inf
-        since, running = self._time.steady() - self._steady, self._time.running()
+        since, running = self.since_s, self._time.running()
         if running is not None and self._running is not None and running >= self._running:
             since = min(since, running - self._running)
         now = self._time.of_stamp(self._stamp) if self._stamp else None

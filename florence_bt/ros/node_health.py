@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
+from florence_bt.ros.topics import LATENESS
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -17,8 +18,6 @@ REFUSAL_LOG_PERIOD_S = 1.0
 """Seconds between two log lines about refused messages of one topic."""
 FAILURE_LOG_PERIOD_S = 10.0
 """Seconds between two tracebacks from one line of code."""
-LATE = "lateness"
-"""The diagnosis of a process that falls behind."""
 REPORT_PERIOD_S = 1.0
 """Seconds between two diagnostics while something goes wrong."""
 REPORT_FOR_S = 10.0
@@ -79,9 +78,9 @@ class NodeHealth:
         Args:
             late_s: By how much, in steady seconds.
         """
-        self.late[LATE] += 1
-        self._last[LATE] = f"{late_s:.1f} s behind"
-        if self._may_log(LATE, FAILURE_LOG_PERIOD_S):
+        self.late[LATENESS] += 1
+        self._last[LATENESS] = f"{late_s:.1f} s behind"
+        if self._may_log(LATENESS, FAILURE_LOG_PERIOD_S):
             self._node.get_logger().warning(
                 f"this process is late by {late_s:.1f} s: of readings only the newest count; "
                 "the machine is too busy"
@@ -111,7 +110,11 @@ class NodeHealth:
         found = {
             "messages": self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
             "callbacks": self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
-            **({LATE: self._diagnosis(self.late, Severity.WARN, self._last[LATE])} if self.late else {}),
+            **(
+                {LATENESS: self._diagnosis(self.late, Severity.WARN, self._last[LATENESS])}
+                if self.late
+                else {}
+            ),
         }
         self._publisher.publish(diagnostics_to_ros(found, node.get_name(), node.get_name(), node.stamp()))
         if self._reporting:

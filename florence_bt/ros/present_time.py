@@ -6,6 +6,7 @@ import time
 
 from rosgraph_msgs.msg import Clock as ClockMessage
 
+from florence_bt.core.clock import Clock
 from florence_bt.ros.action_client import LatestMessages
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
@@ -62,3 +63,24 @@ class PresentTimeOfStamps:
 def is_of_another_clock(stamp: float) -> bool:
     """Tell whether a stamp is not of this machine's date; a stamp of zero is of none."""
     return bool(stamp) and abs(time.time() - stamp) > ANOTHER_CLOCK_S
+
+
+class SteadyTime:
+    """The steady time alone, for what is told by its absence and not by stamps.
+
+    Args:
+        clock: Steady seconds.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def steady(self) -> float:
+        """Return the time of this machine, which never leaps."""
+        return self._clock.now()
+
+    def running(self) -> None:
+        """Return no simulated time."""
+
+    def of_stamp(self, stamp: float) -> None:
+        """Return nothing: stamps are not read."""

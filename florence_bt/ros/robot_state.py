@@ -25,7 +25,7 @@ from florence_bt.ros.conversions import stamp_from_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnosis_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.present_time import PresentTimeOfStamps
-from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
+from florence_bt.ros.qos import LATCHED, LATCHED_BY_MANY, NO_EVENTS, RELIABLE, SENSOR, STATE
 from florence_bt.ros.topics import (
     BATTERY_STATE,
     DIAGNOSTICS,
@@ -35,6 +35,7 @@ from florence_bt.ros.topics import (
     ODOMETRY,
     OVERRIDE_STATE,
     STOP_REASON,
+    SUPERVISOR,
     TRACKED_USERS,
 )
 
@@ -115,24 +116,22 @@ class RobotState:
 
     Args:
         node: Subscribes.
-        on_news: Called when a part has come.
         time: The clocks by which ages are told; those of stamps when not given.
     """
 
-    def __init__(
-        self,
-        node: FlorenceNode,
-        on_news: Callable[[], object] = lambda: None,
-        time: PresentTime | None = None,
-    ) -> None:
+    def __init__(self, node: FlorenceNode, time: PresentTime | None = None) -> None:
         self.time: PresentTime = PresentTimeOfStamps(node) if time is None else time
         self._node = node
-        self._on_news = on_news
         self._diagnoses: dict[str, Heard[Diagnosis]] = {}
 
-    def listen(self, part: Told[T]) -> Heard[T]:
-        """Listen to a part; what was heard last of it is brought up to date from now on."""
-        heard: Heard[T] = Heard(self.time, part.period_s, self._on_news)
+    def listen(self, part: Told[T], on_news: Callable[[], object] = lambda: None) -> Heard[T]:
+        """Listen to a part; what was heard last of it is brought up to date from now on.
+
+        Args:
+            part: The part.
+            on_news: Called when it has come.
+        """
+        heard: Heard[T] = Heard(self.time, part.period_s, on_news)
 
         def take(message: Any) -> None:
             header = getattr(message, "header", None)
@@ -143,7 +142,7 @@ class RobotState:
 
     def listen_to_diagnostics(self) -> None:
         """Listen to what all nodes say of how they do; see :meth:`diagnoses`."""
-        self._subscribe(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, (RELIABLE, LATCHED))
+        self._subscribe(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, (RELIABLE, LATCHED_BY_MANY))
 
     def diagnoses(self, of: str = "", about: str = "") -> Iterator[tuple[str, Heard[Diagnosis]]]:
         """Go over what nodes have said of how they do, by the names of the lines.
@@ -176,6 +175,14 @@ class RobotState:
             if told.level is not Severity.OK
         ]
 
+    def processes_in_trouble(self) -> dict[str, str]:
+        """Return which processes of ``florence up`` do not run as they should, and how they are."""
+        return {
+            what: told.message
+            for _, what, told in self.fresh_diagnoses(SUPERVISOR)
+            if told.level is not Severity.OK
+        }
+
     def _subscribe(
         self, message: type, topic: str, take: Callable[[Any], None], qos: tuple[QoSProfile, ...]
     ) -> None:
@@ -191,7 +198,7 @@ class RobotState:
             if heard is None:
                 late = status.name.endswith(f": {LATENESS}")
                 period_s = LATENESS_PERIOD_S if late else DIAGNOSIS_PERIOD_S
-                heard = self._diagnoses[status.name] = Heard(self.time, period_s, self._on_news)
+                heard = self._diagnoses[status.name] = Heard(self.time, period_s)
             heard.take(diagnosis_from_ros(status), stamp)
 
 

@@ -13,14 +13,14 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
-from florence_bt.core.heard import Freshness
+from florence_bt.core.heard import MISSED_PERIODS, Freshness
 from florence_bt.ros.conversions import header_to_ros, stamp_to_ros
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.present_time import STANDS_S
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.robot_state import BATTERY, RobotState
-from florence_bt.ros.topics import DIAGNOSTICS, LATENESS, SUPERVISOR
+from florence_bt.ros.robot_state import BATTERY, DIAGNOSIS_PERIOD_S, LATENESS_PERIOD_S, RobotState
+from florence_bt.ros.topics import DIAGNOSTICS, SUPERVISOR
 from tests.ros.conftest import GENEROUS_S
 
 pytestmark = pytest.mark.ros
@@ -63,23 +63,54 @@ def test_ages_are_of_the_simulated_time_while_it_goes_on(ros: Any, monkeypatch: 
     assert state.time.running() == 100.5
 
 
+class HandTime:
+    """A clock of steady time that a test sets; stamps tell nothing."""
+
+    def __init__(self) -> None:
+        self.now = 50.0
+
+    def steady(self) -> float:
+        return self.now
+
+    def running(self) -> None:
+        return None
+
+    def of_stamp(self, stamp: float) -> None:
+        return None
+
+
 def test_what_nodes_say_of_themselves_comes_at_once_and_gets_old(ros: Any) -> None:
     up, busy, listener = (ros.add(FlorenceNode(name)) for name in (SUPERVISOR, "busy", "listener"))
-    hangs = {"process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s")}
+    found = {
+        "process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s"),
+        "process people": Diagnosis(Severity.OK, "runs"),
+    }
     publisher = diagnostics_publisher(up)
-    publisher.publish(diagnostics_to_ros(hangs, SUPERVISOR, "", up.stamp()))
+    publisher.publish(diagnostics_to_ros(found, SUPERVISOR, "", up.stamp()))
     busy.health.count_late(3.2)
-    other = up.create_publisher(DiagnosticArray, DIAGNOSTICS, RELIABLE)  # somebody else's, not latched
+    time = HandTime()
+    state = RobotState(listener, time)
+    state.listen_to_diagnostics()
+    ros.spin_until(lambda: state.late() and state.processes_in_trouble(), what="what was told before")
+    assert state.late() == ["the process of busy is 3.2 s behind: the machine is too busy"]
+    assert state.processes_in_trouble() == {"process hardware": "has not answered for 3 s"}
+    assert (SUPERVISOR, "process people", found["process people"]) in state.fresh_diagnoses()
+    time.now += MISSED_PERIODS * DIAGNOSIS_PERIOD_S + 0.1
+    assert state.processes_in_trouble() == {} and state.late(), "who is late tells that late, too"
+    time.now += MISSED_PERIODS * LATENESS_PERIOD_S
+    heard = state.diagnosis(SUPERVISOR, "process hardware")
+    assert state.late() == [] and heard is not None and heard.freshness is Freshness.OLD
+
+
+def test_the_diagnostics_of_others_are_heard_too(ros: Any) -> None:
+    other, listener = ros.add(FlorenceNode("other")), ros.add(FlorenceNode("listener"))
     state = RobotState(listener)
     state.listen_to_diagnostics()
-    ros.spin_until(lambda: state.late())
-    assert state.late() == ["the process of busy is 3.2 s behind: the machine is too busy"]
-    ros.spin_until(lambda: state.diagnosis(SUPERVISOR, "process hardware"))
-    (found,) = state.fresh_diagnoses(SUPERVISOR)
-    assert found == (SUPERVISOR, "process hardware", hangs["process hardware"])
-    ros.spin_until(lambda: other.get_subscription_count() > 0)
-    late = {LATENESS: Diagnosis(Severity.WARN, "9 s behind")}
-    other.publish(diagnostics_to_ros(late, "cart", "", up.stamp() - 30.0))
-    ros.spin_until(lambda: state.diagnosis("cart", LATENESS))
-    heard = state.diagnosis("cart", LATENESS)
-    assert heard is not None and heard.freshness is Freshness.OLD and len(state.late()) == 1
+    publisher = other.create_publisher(DiagnosticArray, DIAGNOSTICS, RELIABLE)  # nothing is kept
+
+    def told() -> Any:
+        hot = {"motor": Diagnosis(Severity.WARN, "hot")}
+        publisher.publish(diagnostics_to_ros(hot, "cart", "", other.stamp() - 30.0))
+        return state.diagnosis("cart", "motor")
+
+    assert ros.spin_until(told).freshness is Freshness.OLD

@@ -42,7 +42,6 @@ from florence_bt.ros.topics import (
     PLACE_STATUS,
     SCAN_FIT,
     SERVERS_STATUS,
-    SUPERVISOR,
 )
 
 if TYPE_CHECKING:
@@ -104,11 +103,11 @@ class Where:
         return there
 
     def _told(self) -> bool:
-        stamped = [self._battery, *([place] if (place := self._place()) is not None else [])]
-        if len(stamped) < 2 or any(heard.last is None for heard in stamped):
+        place = self._place()
+        if place is None or self._battery.last is None:
             return False
         simulated = self._client.node.count_publishers(CLOCK_TOPIC) > 0
-        simulated = simulated or any(is_of_another_clock(heard.stamp) for heard in stamped)
+        simulated = simulated or any(map(is_of_another_clock, (self._battery.stamp, place.stamp)))
         return not simulated or self._state.time.running() is not None
 
     def _place(self) -> Heard[Diagnosis] | None:
@@ -226,13 +225,9 @@ class Where:
 
     def _trouble(self) -> Fact | None:
         """Return which processes do not run as they should, or are late; None while all is well."""
-        found = {
-            what: told.message
-            for _, what, told in self._state.fresh_diagnoses(SUPERVISOR)
-            if told.level is not Severity.OK
-        }
-        lines = [*(f"{what}: {message}" for what, message in found.items()), *self._state.late()]
-        return Fact("; ".join(lines), True, found | {"late": self._state.late()}) if lines else None
+        found, late = self._state.processes_in_trouble(), self._state.late()
+        lines = [*(f"{what}: {message}" for what, message in found.items()), *late]
+        return Fact("; ".join(lines), True, found | {"late": late}) if lines else None
 
     def _battery_charge(self) -> Fact:
         battery = self._battery.fresh
