@@ -61,18 +61,20 @@ class Heard(Generic[T]):
         self._time = time
         self._on_news = on_news
         self._limit_s = math.inf if period_s is None else max(LEAST_S, MISSED_PERIODS * period_s)
+        self._repeated = True
         self._stamp = 0.0
         self._steady = 0.0
         self._running: float | None = None
 
-    def take(self, word: T, stamp: float = 0.0) -> None:
+    def take(self, word: T, stamp: float = 0.0, *, repeated: bool = True) -> None:
         """Take a word.
 
         Args:
             word: What was told.
             stamp: When it was sent, by the clock of its sender, seconds; 0 when it does not say.
+            repeated: Whether the word will be repeated; one that is told once is never old.
         """
-        self.last, self._stamp = word, stamp
+        self.last, self._stamp, self._repeated = word, stamp, repeated
         self._steady, self._running = self._time.steady(), self._time.running()
         self._on_news()
 
@@ -105,7 +107,7 @@ class Heard(Generic[T]):
         """What the last word is worth."""
         if self.last is None:
             return Freshness.NEVER
-        return Freshness.FRESH if self.age <= self._limit_s else Freshness.OLD
+        return Freshness.OLD if self._repeated and self.age > self._limit_s else Freshness.FRESH
 
     @property
     def fresh(self) -> T | None:

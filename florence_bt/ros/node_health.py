@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
-from florence_bt.ros.topics import LATENESS
+from florence_bt.ros.topics import FAILURES, LATENESS, REFUSALS
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -108,8 +108,8 @@ class NodeHealth:
         now = node.steady.now()
         self._reporting = now < self._quiet_at
         found = {
-            "messages": self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
-            "callbacks": self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
+            REFUSALS: self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
+            FAILURES: self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
             **(
                 {LATENESS: self._diagnosis(self.late, Severity.WARN, self._last[LATENESS])}
                 if self.late

@@ -29,11 +29,14 @@ from florence_bt.ros.qos import LATCHED, LATCHED_BY_MANY, NO_EVENTS, RELIABLE, S
 from florence_bt.ros.topics import (
     BATTERY_STATE,
     DIAGNOSTICS,
+    FAILURES,
     LATENESS,
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_POSE,
     ODOMETRY,
     OVERRIDE_STATE,
+    REFUSALS,
+    SERVERS_STATUS,
     STOP_REASON,
     SUPERVISOR,
     TRACKED_USERS,
@@ -44,6 +47,9 @@ T = TypeVar("T")
 DIAGNOSIS_PERIOD_S = 1.0
 LATENESS_PERIOD_S = 2.0
 """Seconds between two words of a process that is late: it is late with its word each second, too."""
+
+TOLD_WHILE_IN_TROUBLE = (LATENESS, REFUSALS, FAILURES, SERVERS_STATUS)
+"""The parts of diagnostics that are repeated only while they are no good; that they are is told once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +97,9 @@ def _itself(message: Any) -> Any:
 BATTERY = Told(BATTERY_STATE, BatteryState, (SENSOR, LATCHED), _battery, 1.0)
 """Of any base; ours keeps its last message for who comes later."""
 OVERRIDE: Told[ManualOverride] = Told(OVERRIDE_STATE, ManualOverride, (LATCHED,), _itself, 0.5)
-HELD: Told[str] = Told(STOP_REASON, StopReason, (LATCHED,), lambda message: message.text)
+HELD: Told[str] = Told(
+    STOP_REASON, StopReason, (LATCHED,), lambda message: message.text if message.code else ""
+)
 """What holds the base, in words; empty when nothing does."""
 MOTION: Told[Twist2] = Told(
     ODOMETRY, OdometryMsg, (STATE,), lambda told: twist_from_ros(told.twist.twist), 0.1
@@ -199,7 +207,9 @@ class RobotState:
                 late = status.name.endswith(f": {LATENESS}")
                 period_s = LATENESS_PERIOD_S if late else DIAGNOSIS_PERIOD_S
                 heard = self._diagnoses[status.name] = Heard(self.time, period_s)
-            heard.take(diagnosis_from_ros(status), stamp)
+            told = diagnosis_from_ros(status)
+            ends = told.level is Severity.OK and status.name.partition(": ")[2] in TOLD_WHILE_IN_TROUBLE
+            heard.take(told, stamp, repeated=not ends)
 
 
 def lateness_text(node: str, told: Diagnosis) -> str:

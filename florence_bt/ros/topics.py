@@ -66,6 +66,9 @@ PLACE_STATUS = "Place in the map"
 LATENESS = "lateness"
 """The part of the ``diagnostics`` of a node whose process falls behind."""
 
+REFUSALS, FAILURES = "messages", "callbacks"
+"""The parts of the ``diagnostics`` of a node that refuses messages, and of one whose callbacks fail."""
+
 SCAN_FIT, DEVIATION_M, DEVIATION_DEG = (
     "part of the scan that fits the map",
     "standard deviation, metres",

@@ -6,11 +6,9 @@ from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
+from florence_bt.app.bringup.topology import DEVICE_NODES
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-
-DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
-"""The drivers; each publishes its diagnostics once a second."""
 
 
 class DeviceReport:

@@ -7,7 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.options import STARTS
-from florence_bt.app.bringup.topology import MAPPING, NODES, OBSERVERS, OPTIONAL, WITHOUT_MAPPING
+from florence_bt.app.bringup.topology import (
+    DEVICE_NODES,
+    MAPPING,
+    NODES,
+    OBSERVERS,
+    OPTIONAL,
+    WITHOUT_MAPPING,
+)
 from florence_bt.app.doctor.finding import (
     HealthFinding,
     HealthLevel,
@@ -83,6 +90,12 @@ def missing_nodes(view: GraphView) -> list[str]:
     return [name for name in wanted_nodes(view) if name not in seen]
 
 
+def silent_drivers(view: GraphView) -> list[str]:
+    """Return the drivers that are there and say nothing of how they do."""
+    heard = {name.partition(":")[0] for name in view.diagnostics}
+    return [name for name in DEVICE_NODES if name in _names(view) and name not in heard]
+
+
 def _names(view: GraphView) -> set[str]:
     return {name.rsplit("/", 1)[-1] for name in view.nodes}
 
@@ -103,8 +116,8 @@ def is_partial(view: GraphView) -> bool:
     missing = len(missing_nodes(view))
     if missing == len(wanted_nodes(view)):
         return False
-    silent = view.charge is None or not view.diagnostics
-    return missing > 0 or (silent and "hardware" not in absent_groups(view))
+    silent = view.charge is None or not view.diagnostics or silent_drivers(view)
+    return missing > 0 or (bool(silent) and "hardware" not in absent_groups(view))
 
 
 def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
@@ -144,6 +157,9 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     yield from _twice(view)
     if view.charge is not None or "hardware" not in absent_groups(view):
         yield _battery(view.charge)
+    for name in silent_drivers(view):
+        advice = "see its log in the folder of --out; end the system and start it again"
+        yield problem("drivers", name, "is there and says nothing: it hangs, or does not get through", advice)
     for name, (level, message) in sorted(view.diagnostics.items()):
         severity = _LEVELS.get(level, HealthLevel.PROBLEM)
         well = severity is HealthLevel.OK
