@@ -30,9 +30,10 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import FREE, OCCUPIED, LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
+from florence_bt.ros.port_topics import SCAN
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.flat import load_flat
-from florence_bt.simulation.rig.robot import BASE_FRAME, LASER_FRAME, SCAN
+from florence_bt.simulation.rig.robot import BASE_FRAME, LASER_FRAME
 from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
 from florence_bt.skills.navigation.localisation.scan_match import match_scan
 from florence_bt.skills.navigation.mapping.slam import Slam

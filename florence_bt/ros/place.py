@@ -12,6 +12,7 @@ from florence_bt.ros.conversions import pose_with_covariance_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.tf import TransformBroadcaster
+from florence_bt.ros.topics import AMCL_POSE
 
 ODOMETRY_PERIOD_S = 0.04
 """At the latest after this long the next odometry comes, when the robot stands."""
@@ -34,7 +35,7 @@ class PlacePublisher:
         self._node = node
         self._map, self._odom, self._tolerance = map_frame, odom_frame, tolerance
         self._broadcaster = TransformBroadcaster(node)
-        self._poses = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED)
+        self._poses = node.create_publisher(PoseWithCovarianceStamped, AMCL_POSE, LATCHED)
 
     def send_transform(self, map_from_odom: Pose2, odometry: Odometry | None) -> None:
         """Send ``map -> odom``.

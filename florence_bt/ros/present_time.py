@@ -10,7 +10,8 @@ from florence_bt.core.clock import Clock
 from florence_bt.ros.action_client import LatestMessages
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.shared_clock import CLOCK_TOPIC, QOS
+from florence_bt.ros.shared_clock import QOS
+from florence_bt.ros.topics import CLOCK
 
 ANOTHER_CLOCK_S = 86_400.0
 """Stamps that are further from the date than this are of another clock, such as that of a simulation."""
@@ -31,7 +32,7 @@ class PresentTimeOfStamps:
 
     def __init__(self, node: FlorenceNode) -> None:
         self._node = node
-        self._messages = LatestMessages(node, ClockMessage, CLOCK_TOPIC, QOS.depth, QOS)
+        self._messages = LatestMessages(node, ClockMessage, CLOCK, QOS.depth, QOS)
         self._simulated: float | None = None
         self._moved_at = 0.0
 

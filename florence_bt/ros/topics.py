@@ -84,3 +84,137 @@ SUPERVISOR = "florence_up"
 
 NAVIGATE_TO_POSE, NAVIGATE_THROUGH_POSES = "navigate_to_pose", "navigate_through_poses"
 """The actions of Nav2 (and of Florence's navigation) that drive."""
+
+CLOCK = "/clock"
+"""``rosgraph_msgs/Clock``: the time of a simulation; it is the same for all namespaces."""
+
+MAP = "map"
+"""``nav_msgs/OccupancyGrid``, latched: the map of the home."""
+
+AMCL_POSE = "amcl_pose"
+"""``geometry_msgs/PoseWithCovarianceStamped``, latched: where the robot is in the map."""
+
+PARTICLE_CLOUD = "particle_cloud"
+"""``geometry_msgs/PoseArray``: where the localiser takes it for possible that the robot is."""
+
+SCAN = "scan"
+"""``sensor_msgs/LaserScan``: what the laser scanner measures."""
+
+ECHOES = "echoes"
+"""``sensor_msgs/MultiEchoLaserScan``: the same with several echoes a beam."""
+
+KINECT_SCAN = "kinect_scan"
+"""``sensor_msgs/LaserScan``: what the Kinect's depth image shows at the laser's height."""
+
+KINECT_LOW_SCAN = "kinect_low_scan"
+"""``sensor_msgs/LaserScan``: what it shows below that height."""
+
+KINECT_OVERHANG_SCAN = "kinect_overhang_scan"
+"""``sensor_msgs/LaserScan``: what it shows above, as high as the robot."""
+
+SCAN_COMBINED = "scan_combined"
+"""``sensor_msgs/LaserScan``: laser scanner and Kinect in one."""
+
+FILTERED_SCAN = "filtered_scan"
+"""``sensor_msgs/LaserScan``: :data:`SCAN_COMBINED` without the robot itself."""
+
+PEOPLE_SCAN = "people_scan"
+"""``sensor_msgs/LaserScan``: where the camera sees people, as a scan."""
+
+DEPTH_IMAGE = "camera/depth/image"
+"""``sensor_msgs/Image``: the depths in metres."""
+
+RAW_DEPTH_IMAGE = "camera/depth/image_raw"
+"""``sensor_msgs/Image``: the depths in millimetres."""
+
+DEPTH_POINTS = "camera/depth/points"
+"""``sensor_msgs/PointCloud2``: the depths as points."""
+
+DEPTH_CAMERA_INFO = "camera/depth/camera_info"
+"""``sensor_msgs/CameraInfo`` of the depths."""
+
+COLOUR_IMAGE = "camera/rgb/image_color"
+"""``sensor_msgs/Image``: the camera's picture."""
+
+COLOUR_CAMERA_INFO = "camera/rgb/camera_info"
+"""``sensor_msgs/CameraInfo`` of the picture."""
+
+IMU = "imu/data"
+"""``sensor_msgs/Imu``: the gyro's rate, without its offset."""
+
+RAW_IMU = "imu/raw"
+"""``sensor_msgs/Imu``: the gyro's rate as it is measured."""
+
+JOINT_STATES = "joint_states"
+"""``sensor_msgs/JointState``: the wheels and the Kinect's tilt."""
+
+SENSOR_STATE = "turtlebot_node/sensor_state"
+"""``turtlebot_msgs/TurtlebotSensorState``: what the base measures."""
+
+ROBOT_DESCRIPTION = "robot_description"
+"""``std_msgs/String``, latched: the robot's URDF."""
+
+CMD_VEL = "cmd_vel"
+"""``geometry_msgs/Twist``: how programs want the base to drive."""
+
+MANUAL_CMD_VEL = "manual_cmd_vel"
+"""``geometry_msgs/Twist``: how a person wants it to drive during the override."""
+
+FILTERED_CMD_VEL = "filtered_cmd_vel"
+"""``geometry_msgs/Twist``: :data:`CMD_VEL` behind the velocity filter."""
+
+JOY = "joy"
+"""``sensor_msgs/Joy``: a gamepad."""
+
+PLAN = "plan"
+"""``nav_msgs/Path``: the way of a drive; empty when it is over."""
+
+CURRENT_GOAL = "navigate/current_goal"
+"""``geometry_msgs/PoseStamped``, latched: where to; no frame when nowhere."""
+
+GOAL_POSE = "goal_pose"
+"""``geometry_msgs/PoseStamped``: somebody wants the robot to drive there (as RViz does)."""
+
+GLOBAL_COSTMAP = "global_costmap/costmap"
+"""``nav_msgs/OccupancyGrid``, latched: the planner's costs."""
+
+LOCAL_COSTMAP = "local_costmap/costmap"
+"""``nav_msgs/OccupancyGrid``, latched: the costs around the robot."""
+
+ALL_TRACKED_USERS = "tracked_users"
+"""``florence_interfaces/TrackedUsers``: everybody who is followed, also out of view."""
+
+USER_LYING = "user_lying"
+"""``std_msgs/Bool``: whether the user lies."""
+
+USER_MARKERS = "user_markers"
+"""``visualization_msgs/MarkerArray``: people, for viewers."""
+
+DETECTED_USER = "detected_user"
+"""``florence_interfaces/DetectedUser``: where a user was found."""
+
+APPROACH_STATUS = "approach_user/status"
+"""``std_msgs/String``: what the approach does."""
+
+TREE = "florence_bt/tree"
+"""``std_msgs/String``, latched: the tree of the run as text."""
+
+SNAPSHOTS = "florence_bt/snapshots"
+"""``py_trees_ros_interfaces/BehaviourTree``, latched: the tree of the run for viewers."""
+
+SAY = "say"
+"""``std_msgs/String``: each sentence that the robot begins to say."""
+
+SPEAKING = "speaking"
+"""``std_msgs/String``, latched: the sentence that is being said; empty when none is."""
+
+SIMULATOR_TRUTH = "simulator/truth"
+"""``std_msgs/String``, latched: what is really so in a simulation, as JSON."""
+
+FILTERED_KINECT_SCAN, FILTERED_KINECT_LOW_SCAN, FILTERED_KINECT_OVERHANG_SCAN, FILTERED_LASER_SCAN = (
+    "filtered_kinect_scan",
+    "filtered_kinect_low_scan",
+    "filtered_kinect_overhang_scan",
+    "filtered_laser_scan",
+)
+"""``sensor_msgs/LaserScan``: the single scans, without the robot itself."""

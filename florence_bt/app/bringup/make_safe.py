@@ -17,6 +17,7 @@ from florence_bt.core.skill import BaseRun, Event, Phase
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import RELIABLE, SENSOR
+from florence_bt.ros.topics import CMD_VEL, ODOMETRY
 
 LIMIT_S = 15.0
 """How long to wait for the answers and for the base to stand, in steady time."""
@@ -43,7 +44,7 @@ class BaseSafety:
         self._node = node
         self._limit_s = limit_s
         self._goals = goals
-        self._velocity = node.create_publisher(Twist, "cmd_vel", RELIABLE)
+        self._velocity = node.create_publisher(Twist, CMD_VEL, RELIABLE)
 
     def make_safe(self) -> StandStill:
         """Stop everything and watch the base until it stands."""
@@ -69,7 +70,7 @@ class StandStill(BaseRun):
         self._search_until, self._end = now + min(SEARCH_S, limit_s), now + limit_s
         # Only the speed counts; the supervisor's clock is not that of a simulated robot.
         self._odometry = node.create_subscription(
-            Odometry, "odom", self._on_odometry, SENSOR, judge_stamps=False
+            Odometry, ODOMETRY, self._on_odometry, SENSOR, judge_stamps=False
         )
         self._step()
 

@@ -26,6 +26,7 @@ from florence_bt.app.doctor.finding import (
 )
 from florence_bt.ros.arguments import where_else
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
+from florence_bt.ros.topics import CLOCK
 
 GROUP = "ROS"
 _LEVELS = {0: HealthLevel.OK, 1: HealthLevel.WARNING, 2: HealthLevel.PROBLEM, 3: HealthLevel.PROBLEM}
@@ -178,7 +179,7 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
             )
     if view.clocks > 1:
         yield problem(
-            GROUP, "/clock", f"{view.clocks} nodes set the simulated time", "end all simulators but one"
+            GROUP, CLOCK, f"{view.clocks} nodes set the simulated time", "end all simulators but one"
         )
 
 

@@ -15,6 +15,7 @@ from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.robot_state import BATTERY, RobotState
+from florence_bt.ros.topics import CLOCK
 
 NAME = "florence_doctor"
 
@@ -52,7 +53,7 @@ def _watch(loop: SpinLoop, node: FlorenceNode, state: RobotState, least: float, 
         told = battery.fresh
         return GraphView(
             tuple(sorted(names)),
-            node.count_publishers("/clock"),
+            node.count_publishers(CLOCK),
             None if told is None else told.charge,
             {name: _said(heard) for name, heard in state.diagnoses()},
             tuple(sorted(elsewhere)),

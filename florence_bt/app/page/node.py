@@ -42,7 +42,25 @@ from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
 from florence_bt.ros.robot_state import BATTERY, OVERRIDE, Battery, RobotState
 from florence_bt.ros.server_processes import DiscoveredServers
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import HOTSPOTS, PLACE_STATUS, RUN_STATE, STOP_REASON, ZONES
+from florence_bt.ros.topics import (
+    AMCL_POSE,
+    CLOCK,
+    COLOUR_IMAGE,
+    CURRENT_GOAL,
+    FILTERED_SCAN,
+    GLOBAL_COSTMAP,
+    HOTSPOTS,
+    LOCAL_COSTMAP,
+    MAP,
+    PLACE_STATUS,
+    PLAN,
+    RUN_STATE,
+    SNAPSHOTS,
+    SPEAKING,
+    STOP_REASON,
+    USER_MARKERS,
+    ZONES,
+)
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
 
@@ -53,9 +71,9 @@ MOST_POINTS = 240
 """Points of a scan that are shown: one in 1.5 degrees of a whole circle."""
 SCENE, CAMERA = "scene", "camera"
 LAYERS = {
-    "global_costmap": "global_costmap/costmap",
-    "local_costmap": "local_costmap/costmap",
-    CAMERA: "camera/rgb/image_color",
+    "global_costmap": GLOBAL_COSTMAP,
+    "local_costmap": LOCAL_COSTMAP,
+    CAMERA: COLOUR_IMAGE,
 }
 """What is shown on request -> its topic."""
 WANTS = frozenset({SCENE, *LAYERS})
@@ -74,7 +92,6 @@ GONE = "GONE"
 DRIVES = ("navigate_to_pose", "navigate_through_poses")
 """The actions of Nav2 whose drives have a way. It does not publish that there is none any more."""
 ACTIVE_GOALS = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
-TREE = "florence_bt/snapshots"
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
 BASE, MISSIONS = "base", "missions"
@@ -134,7 +151,7 @@ class PageNode(FlorenceNode):
     @property
     def simulated(self) -> bool:
         """Whether a simulation says what time it is."""
-        return self.count_publishers("clock") + self.count_publishers("/clock") > 0
+        return self.count_publishers(CLOCK) > 0
 
     @property
     def overridden(self) -> bool:
@@ -214,17 +231,17 @@ class PageNode(FlorenceNode):
     # ---- what comes seldom ----------------------------------------------------------------------------
 
     def _subscribe_to_states(self) -> None:
-        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_subscription(OccupancyGridMsg, MAP, self._on_map, LATCHED)
         self.create_subscription(MarkerArray, HOTSPOTS, self._on_hotspots, LATCHED)
         self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
         self.override = self.robot.listen(OVERRIDE, self._on_override)
         self._battery = self.robot.listen(BATTERY, self._show_ages)
         self.robot.listen_to_diagnostics()
-        goal = "navigate/current_goal"
+        goal = CURRENT_GOAL
         self._show_told(RunState, RUN_STATE, self._on_run, LATCHED, gone=self._lose_run)
         self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
         self._show_told(StopReason, STOP_REASON, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
-        self._show_told(String, "speaking", self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
+        self._show_told(String, SPEAKING, self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
 
     def _show_told(
         self,
@@ -336,23 +353,23 @@ class SceneNode(FlorenceNode):
         self._scan: LaserScan | None = None
         self._tf = TransformListener(self)
         brief: dict[str, Any] = {"event_callbacks": NO_EVENTS}
-        self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **brief)
-        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
+        self.create_subscription(LaserScanMsg, FILTERED_SCAN, self._on_scan, SENSOR, **brief)
+        self.create_subscription(PathMsg, PLAN, self._on_plan, RELIABLE, **brief)
         for action in DRIVES:
             take = partial(self._on_drives, action)
             self.create_subscription(GoalStatusArray, f"{action}/_action/status", take, LATCHED, **brief)
         self._tellers = {
-            "plan": tellers_of(self, "plan", self._forget_plan),
-            TREE: tellers_of(self, TREE, self._forget_tree),
+            "plan": tellers_of(self, PLAN, self._forget_plan),
+            SNAPSHOTS: tellers_of(self, SNAPSHOTS, self._forget_tree),
         }
         self.create_subscription(
-            MarkerArray, "user_markers", self._on_people, RELIABLE, newest_only=True, **brief
+            MarkerArray, USER_MARKERS, self._on_people, RELIABLE, newest_only=True, **brief
         )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        self._decode_tree = self._decoded(self._on_tree, TREE, BehaviourTree)
-        self.create_subscription(BehaviourTree, TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
-        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
+        self._decode_tree = self._decoded(self._on_tree, SNAPSHOTS, BehaviourTree)
+        self.create_subscription(BehaviourTree, SNAPSHOTS, self._on_tree_bytes, LATCHED, raw=True, **brief)
+        self.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
         page.begin_to_ask()
         call_every(self.steady, ASK_S, page.look_for_questions)
@@ -501,7 +518,7 @@ class SceneNode(FlorenceNode):
 
     def _on_tree_bytes(self, serialised: bytes) -> None:
         self._tree = serialised
-        self._tellers[TREE].heard()
+        self._tellers[SNAPSHOTS].heard()
 
     def _show_tree(self) -> None:
         """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""

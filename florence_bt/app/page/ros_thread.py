@@ -22,7 +22,13 @@ from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.conversions import pose_with_covariance_to_ros, twist_to_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, RELEASE_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.ros.topics import (
+    INITIAL_POSE,
+    MANUAL_CMD_VEL,
+    OVERRIDE_BY,
+    RELEASE_OVERRIDE,
+    SWITCH_OVERRIDE,
+)
 
 ANSWER_S = 10.0
 """Wall seconds to wait for the answer of a service."""
@@ -50,7 +56,7 @@ class RosThread(Closing):
         self._override_by = self.node.create_publisher(String, OVERRIDE_BY, RELIABLE)
         self._override = self.node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
         self._initial_pose = self.node.create_publisher(PoseWithCovarianceStamped, INITIAL_POSE, RELIABLE)
-        velocity = self.node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        velocity = self.node.create_publisher(Twist, MANUAL_CMD_VEL, RELIABLE)
         self.driving = HandDriving(
             self.node.steady,
             lambda: self.node.overridden,

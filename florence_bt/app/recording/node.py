@@ -22,6 +22,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.topics import CLOCK
 
 LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
@@ -38,7 +39,7 @@ MOST_HELD = 64_000_000
 """Bytes of messages that may wait for the time of a simulation; with more, nobody waits any longer."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
 """Types of sensor_msgs that have 100 times the bytes of all others; cameras make them on demand."""
-OF_ALL_ROBOTS = ("/tf", "/tf_static", "/clock", "/rosout", "/diagnostics")
+OF_ALL_ROBOTS = ("/tf", "/tf_static", CLOCK, "/rosout", "/diagnostics")
 """Topics that a robot in a namespace may share with others."""
 _CLOCK = "rosgraph_msgs/msg/Clock"
 _TIME = struct.Struct("<4xiI")

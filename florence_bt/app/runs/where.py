@@ -35,8 +35,8 @@ from florence_bt.ros.robot_state import (
     PEOPLE,
     RobotState,
 )
-from florence_bt.ros.shared_clock import CLOCK_TOPIC
 from florence_bt.ros.topics import (
+    CLOCK,
     DEVIATION_DEG,
     DEVIATION_M,
     PLACE_STATUS,
@@ -106,7 +106,7 @@ class Where:
         place = self._place()
         if place is None or self._battery.last is None:
             return False
-        simulated = self._client.node.count_publishers(CLOCK_TOPIC) > 0
+        simulated = self._client.node.count_publishers(CLOCK) > 0
         simulated = simulated or any(map(is_of_another_clock, (self._battery.stamp, place.stamp)))
         return not simulated or self._state.time.running() is not None
 

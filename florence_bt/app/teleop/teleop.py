@@ -31,7 +31,7 @@ from florence_bt.core.heard import Freshness, age_text
 from florence_bt.ros.conversions import twist_to_ros
 from florence_bt.ros.qos import COMMAND, RELIABLE
 from florence_bt.ros.robot_state import BATTERY, HELD, MOTION, OVERRIDE, RobotState
-from florence_bt.ros.topics import OVERRIDE_STATE
+from florence_bt.ros.topics import JOY, MANUAL_CMD_VEL, OVERRIDE_STATE
 
 PERIOD_S = 0.05
 """Seconds between two commands: a fifth of what the velocity filter waits for one."""
@@ -90,7 +90,7 @@ def drive_with_gamepad(console: Console, parameters: TeleopParameters, layout: G
     with MissionClient("florence_teleop") as client:
         client.node.create_subscription(
             Joy,
-            "joy",
+            JOY,
             lambda message: hand.take(message.axes, message.buttons, time.monotonic()),
             COMMAND,
             judge_stamps=False,
@@ -99,8 +99,8 @@ def drive_with_gamepad(console: Console, parameters: TeleopParameters, layout: G
 
 
 def _pad_problem(client: MissionClient, hand: Gamepad) -> str:
-    if client.node.count_publishers("joy") == 0:
-        return f"nobody publishes {client.node.resolve_topic_name('joy')}: ros2 run joy joy_node"
+    if client.node.count_publishers(JOY) == 0:
+        return f"nobody publishes {client.node.resolve_topic_name(JOY)}: ros2 run joy joy_node"
     return hand.problem
 
 
@@ -137,7 +137,7 @@ class _Teleop:
         self._command_at = self._draw_at = 0.0
         self._told = ""
         node = client.node
-        self._velocity = node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        self._velocity = node.create_publisher(Twist, MANUAL_CMD_VEL, RELIABLE)
         state = RobotState(node)
         self._override = state.listen(OVERRIDE, self._on_override)
         self._held, self._driven, self._battery = (state.listen(part) for part in (HELD, MOTION, BATTERY))

@@ -28,6 +28,7 @@ from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
+from florence_bt.ros.topics import ECHOES, SCAN
 
 DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -70,8 +71,8 @@ class HokuyoNode(FlorenceNode):
         )
         self._open_port, self._open_tcp = open_port, open_tcp
         self._published_limits: tuple[float, ...] = ()
-        self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
-        self._echoes = self.create_publisher(MultiEchoLaserScan, "echoes", SENSOR)
+        self._scans = self.create_publisher(LaserScanMsg, SCAN, SENSOR)
+        self._echoes = self.create_publisher(MultiEchoLaserScan, ECHOES, SENSOR)
         self._diagnostics = diagnostics_publisher(self)
         self.create_service(SelfTest, "~/self_test", self._on_self_test)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)

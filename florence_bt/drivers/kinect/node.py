@@ -29,6 +29,14 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
+from florence_bt.ros.topics import (
+    COLOUR_CAMERA_INFO,
+    COLOUR_IMAGE,
+    DEPTH_CAMERA_INFO,
+    DEPTH_IMAGE,
+    DEPTH_POINTS,
+    RAW_DEPTH_IMAGE,
+)
 
 DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -66,16 +74,16 @@ class KinectNode(FlorenceNode):
         self._newest: dict[type, tuple[Frame, float]] = {}
         self._newest_lock = threading.Lock()
         self._opened = self.timebase.now()
-        self._depth = self.create_publisher(Image, "camera/depth/image", SENSOR)
-        self._raw = self.create_publisher(Image, "camera/depth/image_raw", SENSOR)
-        self._points = self.create_publisher(PointCloud2, "camera/depth/points", SENSOR)
-        self._depth_info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
-        self._colour = self.create_publisher(Image, "camera/rgb/image_color", SENSOR)
+        self._depth = self.create_publisher(Image, DEPTH_IMAGE, SENSOR)
+        self._raw = self.create_publisher(Image, RAW_DEPTH_IMAGE, SENSOR)
+        self._points = self.create_publisher(PointCloud2, DEPTH_POINTS, SENSOR)
+        self._depth_info = self.create_publisher(CameraInfo, DEPTH_CAMERA_INFO, SENSOR)
+        self._colour = self.create_publisher(Image, COLOUR_IMAGE, SENSOR)
         self._coloured = [
             self.create_publisher(PointCloud2, name, SENSOR)
             for name in ("camera/rgb/points", "camera/depth_registered/points")
         ]
-        self._colour_info = self.create_publisher(CameraInfo, "camera/rgb/camera_info", SENSOR)
+        self._colour_info = self.create_publisher(CameraInfo, COLOUR_CAMERA_INFO, SENSOR)
         self._diagnostics = diagnostics_publisher(self)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[FrameSource, Frame] = Connection(

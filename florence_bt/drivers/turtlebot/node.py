@@ -36,6 +36,15 @@ from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ro
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
+from florence_bt.ros.topics import (
+    BATTERY_STATE,
+    CMD_VEL,
+    IMU,
+    JOINT_STATES,
+    MANUAL_CMD_VEL,
+    ODOMETRY,
+    RAW_IMU,
+)
 
 DIAGNOSTICS_PERIOD_S = 1.0
 SILENT_S = 0.5
@@ -122,17 +131,17 @@ class TurtlebotNode(FlorenceNode):
             self.get_logger().error(f"the base may still be driving: {not_sent}")
 
     def _make_interfaces(self) -> None:
-        self._odometry_topic = self.create_publisher(OdometryMsg, "odom", RELIABLE)
-        self._imu_topic = self.create_publisher(Imu, "imu/data", RELIABLE)
-        self._raw_imu_topic = self.create_publisher(Imu, "imu/raw", RELIABLE)
+        self._odometry_topic = self.create_publisher(OdometryMsg, ODOMETRY, RELIABLE)
+        self._imu_topic = self.create_publisher(Imu, IMU, RELIABLE)
+        self._raw_imu_topic = self.create_publisher(Imu, RAW_IMU, RELIABLE)
         self._state_topic = self.create_publisher(TurtlebotSensorState, "~/sensor_state", RELIABLE)
         self._stop_topic = self.create_publisher(StopReasonMsg, "~/stop_reason", LATCHED)
-        self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
-        self._battery_topic = self.create_publisher(BatteryState, "battery_state", LATCHED)
+        self._joint_topic = self.create_publisher(JointState, JOINT_STATES, RELIABLE)
+        self._battery_topic = self.create_publisher(BatteryState, BATTERY_STATE, LATCHED)
         self._diagnostics_topic = diagnostics_publisher(self)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
-        self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
-        self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)
+        self.create_subscription(Twist, CMD_VEL, self._on_command, COMMAND)
+        self.create_subscription(Twist, MANUAL_CMD_VEL, self._on_manual_command, COMMAND)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
         self.create_service(SetTurtlebotMode, "~/set_operation_mode", self._on_set_mode)
         self._create_2_topic = (

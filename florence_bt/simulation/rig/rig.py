@@ -18,6 +18,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.ports import Ports
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformBuffer
+from florence_bt.ros.topics import BATTERY_STATE
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
@@ -241,7 +242,7 @@ class Rig:
         self.found.append(Pose2(user.user_position_x, user.user_position_y))
 
     def _publish_battery(self) -> None:
-        self.topics["battery_state"].publish(percentage=self.charge_fraction)
+        self.topics[BATTERY_STATE].publish(percentage=self.charge_fraction)
 
     def _locate(self) -> None:
         self.locator.robot = self.robot.pose

@@ -12,8 +12,8 @@ from typing import Any, Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.ports import Delivery, Ports, Topic
-from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.ports import Ports, Topic
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
@@ -24,6 +24,8 @@ from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
 from florence_bt.ros.parameters import fill_dataclass
+from florence_bt.ros.port_topics import SCAN
+from florence_bt.ros.topics import FILTERED_CMD_VEL
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
@@ -43,8 +45,7 @@ KINECT_PERIOD_S = 0.2
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
-SCAN = Topic("scan", LaserScan, Delivery.SENSOR)
-FILTERED_VELOCITY = Topic("filtered_cmd_vel", Twist2)
+FILTERED_VELOCITY = Topic(FILTERED_CMD_VEL, Twist2)
 COMMANDED_S = 0.5
 """So long after a velocity command the robot counts as driven, whether it moves or not."""
 PICTURE_SIZE = 320, 240

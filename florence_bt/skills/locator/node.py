@@ -43,7 +43,16 @@ from florence_bt.ros.conversions import grid_from_ros, grid_to_ros, pose_from_ro
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import HOTSPOTS, MANUAL_OVERRIDE, USER_SEEN, ZONES
+from florence_bt.ros.topics import (
+    CURRENT_GOAL,
+    DETECTED_USER,
+    HOTSPOTS,
+    MANUAL_OVERRIDE,
+    MAP,
+    RUN_STATE,
+    USER_SEEN,
+    ZONES,
+)
 from florence_bt.ros.zones import zones_to_ros
 from florence_bt.skills.locator.habits import RoomHabits, load_habits
 from florence_bt.skills.locator.hotspot_file import HotspotFile
@@ -116,11 +125,11 @@ class LocatorNode(FlorenceNode):
         self._tf = TransformListener(self)
         self._missions = _MissionClient(self)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
-        self.create_subscription(DetectedUser, "detected_user", self._on_detected, RELIABLE)
+        self.create_subscription(DetectedUser, DETECTED_USER, self._on_detected, RELIABLE)
         self.create_subscription(UserSeen, USER_SEEN, self._on_user_seen, LATCHED)
-        self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
-        self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
-        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_subscription(RunState, RUN_STATE, self._on_run_state, LATCHED)
+        self.create_subscription(PoseStamped, CURRENT_GOAL, self._on_goal, LATCHED)
+        self.create_subscription(OccupancyGridMsg, MAP, self._on_map, LATCHED)
         self._hotspots = self.create_publisher(MarkerArray, HOTSPOTS, LATCHED)
         self._zones = self.create_publisher(Zones, ZONES, LATCHED)
         self._filters = _FilterMasks(self, self._params)
@@ -160,10 +169,10 @@ class LocatorNode(FlorenceNode):
         x, y = message.user_position_x, message.user_position_y
         robot = self._robot_pose()
         result = self._locator.set_user_position(
-            Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0), "detected_user"
+            Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0), DETECTED_USER
         )
         if not result.succeeded:
-            self.health.count_refused("detected_user", result.reason)
+            self.health.count_refused(DETECTED_USER, result.reason)
 
     def _on_user_seen(self, message: UserSeen) -> None:
         since, at = (self.time_of(stamp_from_ros(told)) for told in (message.since, message.stamp))

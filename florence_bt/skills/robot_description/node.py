@@ -13,6 +13,7 @@ from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
+from florence_bt.ros.topics import JOINT_STATES, ROBOT_DESCRIPTION
 from florence_bt.skills.robot_description.description import DescriptionParameters, load_description
 
 RESTING_PERIOD_S = 1.0
@@ -35,11 +36,11 @@ class RobotDescriptionNode(FlorenceNode):
         self._joints = {joint.name: joint for joint in robot.joints}
         self._broadcaster = StaticTransformBroadcaster(self)
         self._broadcaster.send(list(robot.fixed_frames))
-        self._publisher = self.create_publisher(String, "robot_description", LATCHED)
+        self._publisher = self.create_publisher(String, ROBOT_DESCRIPTION, LATCHED)
         self._publisher.publish(String(data=robot.urdf_text))
         self._moving = TransformBroadcaster(self)
         self._told: tuple[float, list[float]] = (-math.inf, [])
-        self.create_subscription(JointState, "joint_states", self._on_joints, RELIABLE)
+        self.create_subscription(JointState, JOINT_STATES, self._on_joints, RELIABLE)
 
     def _on_joints(self, message: JointState) -> None:
         moved = [

@@ -14,6 +14,7 @@ from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.topics import SAY, SPEAKING
 from florence_bt.skills.speech.bindings import PROGRAM_FAILED
 from florence_bt.skills.speech.voice import (
     LONGEST_TEXT,
@@ -57,8 +58,8 @@ class SpeechNode(FlorenceNode):
         super().__init__("speech", parameters=parameters)
         command = command_of(self.read_parameters(SpeechParameters).program)
         self._voice: Voice = ProgramVoice(self.steady, command) if command else SilentVoice(self.timebase)
-        self._say = self.create_publisher(String, "say", RELIABLE)
-        self._speaking = self.create_publisher(String, "speaking", LATCHED)
+        self._say = self.create_publisher(String, SAY, RELIABLE)
+        self._speaking = self.create_publisher(String, SPEAKING, LATCHED)
         self._speaking.publish(String())  # one that died may have left a sentence
         self._server = SingleGoalServer(
             self, Speak, "speak", on_goal=self._on_goal, on_cancel=self._on_cancel

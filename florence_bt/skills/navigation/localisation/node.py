@@ -37,7 +37,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import INITIAL_POSE
+from florence_bt.ros.topics import INITIAL_POSE, MAP, ODOMETRY, PARTICLE_CLOUD, SCAN
 from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.quality import diagnosis_of
@@ -103,10 +103,10 @@ class LocaliserNode(FlorenceNode):
         self.ros_timebase.on_reset(self._queue.clear)
         self._frames = TransformListener(self, moving=False)
         self._place = PlacePublisher(self, p.map_frame, p.odom_frame, p.transform_tolerance)
-        self._cloud_publisher = self.create_publisher(PoseArray, "particle_cloud", RELIABLE)
-        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
-        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
-        self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
+        self._cloud_publisher = self.create_publisher(PoseArray, PARTICLE_CLOUD, RELIABLE)
+        self.create_subscription(OccupancyGridMsg, MAP, self._on_map, LATCHED)
+        self.create_subscription(LaserScanMsg, SCAN, self._on_scan, SENSOR)
+        self.create_subscription(OdometryMsg, ODOMETRY, self._on_odometry, STATE)
         self.create_subscription(PoseWithCovarianceStamped, INITIAL_POSE, self._on_initial_pose, RELIABLE)
         if self._settings.refine:
             self.create_service(Empty, "reinitialize_global_localization", self._on_lose)

@@ -31,6 +31,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import MAP, ODOMETRY, SCAN, SENSOR_STATE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters, MapMaker
@@ -124,13 +125,11 @@ class MappingNode(FlorenceNode):
         self.ros_timebase.on_reset(self._queue.clear)
         self._frames = TransformListener(self, moving=False)
         self._place = PlacePublisher(self, p.map_frame, p.odom_frame, p.transform_tolerance)
-        self._publisher = self.create_publisher(OccupancyGridMsg, "map", LATCHED)
-        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
-        self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
+        self._publisher = self.create_publisher(OccupancyGridMsg, MAP, LATCHED)
+        self.create_subscription(LaserScanMsg, SCAN, self._on_scan, SENSOR)
+        self.create_subscription(OdometryMsg, ODOMETRY, self._on_odometry, STATE)
         self._touches = False
-        self.create_subscription(
-            TurtlebotSensorState, "turtlebot_node/sensor_state", self._on_base_state, RELIABLE
-        )
+        self.create_subscription(TurtlebotSensorState, SENSOR_STATE, self._on_base_state, RELIABLE)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
         self._diagnostics = diagnostics_publisher(self)
         call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)

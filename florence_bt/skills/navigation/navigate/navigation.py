@@ -22,6 +22,8 @@ from florence_bt.core.ports import Action, Delivery, Fields, Goals, NoFields, Ou
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
+from florence_bt.ros import topics
+from florence_bt.ros.port_topics import MAP
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.ros.topics import ZONES as ZONES_TOPIC
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
@@ -98,28 +100,25 @@ class PlanGoal:
     start: FramedPose | None = None
 
 
-MAP = Topic("map", OccupancyGrid, Delivery.LATCHED)
-ODOMETRY = Topic("odom", Odometry, Delivery.STATE)
-BASE_STOP = Topic(
-    "turtlebot_node/stop_reason", BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason"
-)
+ODOMETRY = Topic(topics.ODOMETRY, Odometry, Delivery.STATE)
+BASE_STOP = Topic(topics.STOP_REASON, BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason")
 SCANS = {
-    "filtered_scan": "scan",
-    "filtered_kinect_scan": "depth",
-    "filtered_kinect_low_scan": "low",
-    "filtered_kinect_overhang_scan": "overhangs",
-    "people_scan": BODIES,
-    "filtered_laser_scan": FEET,
+    topics.FILTERED_SCAN: "scan",
+    topics.FILTERED_KINECT_SCAN: "depth",
+    topics.FILTERED_KINECT_LOW_SCAN: "low",
+    topics.FILTERED_KINECT_OVERHANG_SCAN: "overhangs",
+    topics.PEOPLE_SCAN: BODIES,
+    topics.FILTERED_LASER_SCAN: FEET,
 }
 """Topic -> source of the costmaps."""
 OVERRIDE = Topic(MANUAL_OVERRIDE, bool, Delivery.LATCHED)
 SPEED_LIMIT = Topic(SPEED_LIMIT_TOPIC, float)
 ZONES: Topic[tuple[Zone, ...]] = Topic(ZONES_TOPIC, tuple, Delivery.LATCHED, "florence_interfaces/msg/Zones")
-VELOCITY = Topic("cmd_vel", Twist2)
-PLAN = Topic("plan", FramedPath, interface="nav_msgs/msg/Path")
+VELOCITY = Topic(topics.CMD_VEL, Twist2)
+PLAN = Topic(topics.PLAN, FramedPath, interface="nav_msgs/msg/Path")
 CURRENT_GOAL = Topic("~/current_goal", FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")
-GLOBAL_COSTMAP = Topic("global_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
-LOCAL_COSTMAP = Topic("local_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
+GLOBAL_COSTMAP = Topic(topics.GLOBAL_COSTMAP, OccupancyGrid, Delivery.LATCHED)
+LOCAL_COSTMAP = Topic(topics.LOCAL_COSTMAP, OccupancyGrid, Delivery.LATCHED)
 COMPUTE_PATH = Action(
     "compute_path_to_pose",
     "nav2_msgs/action/ComputePathToPose",

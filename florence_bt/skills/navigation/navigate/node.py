@@ -23,6 +23,7 @@ from florence_bt.ros.conversions import grid_to_ros, path_to_ros, pose_stamped_t
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.ports import RosPorts, ToRos
 from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.topics import GOAL_POSE
 from florence_bt.ros.zones import zones_from_ros
 from florence_bt.skills.navigation.navigate.navigation import (
     CURRENT_GOAL,
@@ -62,7 +63,7 @@ class NavigationNode(FlorenceNode):
         self.navigation = Navigation(ports, settings, own, self._tell)
         action = self.resolve_action_name("navigate_to_pose")
         self._own_goals = self.create_client(SendGoal, f"{action}/_action/send_goal")
-        self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
+        self.create_subscription(PoseStamped, GOAL_POSE, self._on_goal_pose, RELIABLE)
 
     def close(self) -> None:
         """Stop the robot."""

@@ -19,6 +19,7 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.ros.conversions import grid_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.topics import APPROACH_STATUS, GLOBAL_COSTMAP, RUN_STATE
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
 from florence_bt.skills.people.approach_user.polite_pose import DEFAULT_SAFE_DISTANCE, Proposals
 from florence_bt.skills.robot_description.room import RoomParameters
@@ -56,9 +57,9 @@ class ApproachNode(FlorenceNode):
         self._proposals = Proposals()
         self._status = ApproachStatus()
         self._timer: Timer | None = None
-        self._status_topic = self.create_publisher(String, "approach_user/status", RELIABLE)
-        self.create_subscription(OccupancyGridMsg, "global_costmap/costmap", self._on_costmap, LATCHED)
-        self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
+        self._status_topic = self.create_publisher(String, APPROACH_STATUS, RELIABLE)
+        self.create_subscription(OccupancyGridMsg, GLOBAL_COSTMAP, self._on_costmap, LATCHED)
+        self.create_subscription(RunState, RUN_STATE, self._on_run_state, LATCHED)
         self.create_service(ProposeApproach, "approach_user/propose", self._on_propose)
 
     def _on_costmap(self, message: OccupancyGridMsg) -> None:

@@ -40,6 +40,8 @@ from florence_bt.core.sensing import (
     TrackedUser,
 )
 from florence_bt.core.transforms import Transform3, TransformTooOld, TransformUnavailable
+from florence_bt.ros import topics
+from florence_bt.ros.port_topics import DEPTH, MAP
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.camera_view import CameraView, view_of
@@ -157,16 +159,14 @@ def _fields_of(result: Result, pictures: int) -> dict[str, Any]:
     return {"found": True, "error_code": 0, "error_msg": "", "pictures": pictures, **place, **result.outputs}
 
 
-MAP = Topic("map", OccupancyGrid, Delivery.LATCHED)
-DEPTH = pictures("camera/depth/image", DepthImage)
-COLOUR = pictures("camera/rgb/image_color", ColourImage)
-SCAN = Topic("filtered_scan", LaserScan, Delivery.SENSOR)
-USERS = Topic("tracked_users", UserIds, interface="florence_interfaces/msg/TrackedUsers")
-PRESENT_USERS = Topic("filtered_tracked_users", UserIds, interface="florence_interfaces/msg/TrackedUsers")
-LYING = Topic("user_lying", bool)
-BODIES = Topic("people_scan", LaserScan, Delivery.SENSOR)
-SHOWN_USERS = Topic("user_markers", ShownUsers, interface="visualization_msgs/msg/MarkerArray")
-FOUND = Topic("detected_user", FoundUser, interface="florence_interfaces/msg/DetectedUser")
+COLOUR = pictures(topics.COLOUR_IMAGE, ColourImage)
+SCAN = Topic(topics.FILTERED_SCAN, LaserScan, Delivery.SENSOR)
+USERS = Topic(topics.ALL_TRACKED_USERS, UserIds, interface="florence_interfaces/msg/TrackedUsers")
+PRESENT_USERS = Topic(topics.TRACKED_USERS, UserIds, interface="florence_interfaces/msg/TrackedUsers")
+LYING = Topic(topics.USER_LYING, bool)
+BODIES = Topic(topics.PEOPLE_SCAN, LaserScan, Delivery.SENSOR)
+SHOWN_USERS = Topic(topics.USER_MARKERS, ShownUsers, interface="visualization_msgs/msg/MarkerArray")
+FOUND = Topic(topics.DETECTED_USER, FoundUser, interface="florence_interfaces/msg/DetectedUser")
 START = Service("~/Start", "std_srvs/srv/Trigger")
 STOP = Service("~/Stop", "std_srvs/srv/Trigger")
 LOOK = Action("look_for_user", "florence_interfaces/action/LookForUser", LookGoal)
