@@ -21,6 +21,11 @@ LEAST_S = 1.5
 answers (``SILENT_S`` of heartbeats, and what its message then takes)."""
 
 
+def old_after_s(period_s: float) -> float:
+    """Return the age, in seconds, at which what is told every so many seconds is old."""
+    return max(LEAST_S, MISSED_PERIODS * period_s)
+
+
 class Freshness(enum.Enum):
     """What the last word is worth."""
 
@@ -34,9 +39,6 @@ class PresentTime(Protocol):
 
     def steady(self) -> float:
         """Return the time of this machine, which never leaps."""
-
-    def running(self) -> float | None:
-        """Return the simulated time while somebody goes on telling it; None otherwise."""
 
     def of_stamp(self, stamp: float) -> float | None:
         """Return what the clock of a stamp says now; None when that is not known."""
@@ -60,11 +62,10 @@ class Heard(Generic[T]):
         self.last: T | None = None
         self._time = time
         self._on_news = on_news
-        self._limit_s = math.inf if period_s is None else max(LEAST_S, MISSED_PERIODS * period_s)
+        self._limit_s = math.inf if period_s is None else old_after_s(period_s)
         self._repeated = True
         self._stamp = 0.0
         self._steady = 0.0
-        self._running: float | None = None
 
     def take(self, word: T, stamp: float = 0.0, *, repeated: bool = True) -> None:
         """Take a word.
@@ -75,7 +76,7 @@ class Heard(Generic[T]):
             repeated: Whether the word will be repeated; one that is told once is never old.
         """
         self.last, self._stamp, self._repeated = word, stamp, repeated
-        self._steady, self._running = self._time.steady(), self._time.running()
+        self._steady = self._time.steady()
         self._on_news()
 
     @property
@@ -92,15 +93,11 @@ class Heard(Generic[T]):
     def age(self) -> float:
         """Seconds since the last word was sent, or, when it does not say, since it came; infinity before it.
 
-        A word that was kept for who comes later is as old as its stamp when it comes. While a simulation
-        runs slower or faster than the machine, what is repeated by either clock comes in time by that one:
-        the shorter time counts.
+        A word that was kept for who comes later is as old as its stamp when it comes. From then on the time
+        of this machine counts, too: a simulation waits for drivers, so its time stands when they hang.
         """
-        since, running = self.since_s, self._time.running()
-        if running is not None and self._running is not None and running >= self._running:
-            since = min(since, running - self._running)
         now = self._time.of_stamp(self._stamp) if self._stamp else None
-        return since if now is None else max(since, now - self._stamp)
+        return self.since_s if now is None else max(self.since_s, now - self._stamp)
 
     @property
     def freshness(self) -> Freshness:

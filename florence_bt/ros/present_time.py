@@ -15,9 +15,6 @@ from florence_bt.ros.topics import CLOCK
 
 ANOTHER_CLOCK_S = 86_400.0
 """Stamps that are further from the date than this are of another clock, such as that of a simulation."""
-STANDS_S = 3.0
-"""Steady seconds after which a simulated time that has not moved stands. Chosen: an idle simulation tells it
-33 times a second, a busy machine holds it up by less."""
 
 
 class PresentTimeOfStamps:
@@ -34,16 +31,10 @@ class PresentTimeOfStamps:
         self._node = node
         self._messages = LatestMessages(node, ClockMessage, CLOCK, QOS.depth, QOS)
         self._simulated: float | None = None
-        self._moved_at = 0.0
 
     def steady(self) -> float:
         """Return the time of this machine, which never leaps."""
         return self._node.steady.now()
-
-    def running(self) -> float | None:
-        """Return the simulated time while it goes on; None otherwise."""
-        simulated = self.simulated()
-        return simulated if self.steady() - self._moved_at <= STANDS_S else None
 
     def of_stamp(self, stamp: float) -> float | None:
         """Return what the clock of a stamp says now; None when that is not known."""
@@ -55,9 +46,7 @@ class PresentTimeOfStamps:
     def simulated(self) -> float | None:
         """Return the simulated time that was told last; None before the first message."""
         for message in self._messages.take():
-            told = stamp_from_ros(message.clock)
-            if told != self._simulated:
-                self._simulated, self._moved_at = told, self.steady()
+            self._simulated = stamp_from_ros(message.clock)
         return self._simulated
 
 
@@ -79,9 +68,6 @@ class SteadyTime:
     def steady(self) -> float:
         """Return the time of this machine, which never leaps."""
         return self._clock.now()
-
-    def running(self) -> None:
-        """Return no simulated time."""
 
     def of_stamp(self, stamp: float) -> None:
         """Return nothing: stamps are not read."""

@@ -17,7 +17,7 @@ from florence_bt.core.heard import MISSED_PERIODS, Freshness
 from florence_bt.ros.conversions import header_to_ros, stamp_to_ros
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.present_time import STANDS_S
+from florence_bt.ros.present_time import PresentTimeOfStamps
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.robot_state import BATTERY, DIAGNOSIS_PERIOD_S, LATENESS_PERIOD_S, RobotState
 from florence_bt.ros.topics import DIAGNOSTICS, SUPERVISOR
@@ -39,28 +39,19 @@ def test_a_battery_that_was_kept_is_as_old_as_its_stamp(ros: Any, behind_s: floa
     assert battery.age == pytest.approx(behind_s, abs=GENEROUS_S)
 
 
-def test_ages_are_of_the_simulated_time_while_it_goes_on(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stamps_are_of_the_simulated_time_once_it_is_told(ros: Any) -> None:
     base, listener = ros.add(FlorenceNode("base")), ros.add(FlorenceNode("listener"))
     clock = base.create_publisher(Clock, "/clock", RELIABLE)
-    state = RobotState(listener)
-    assert state.time.of_stamp(100.0) is None and state.time.running() is None
-    passed = listener.steady.now()
-    monkeypatch.setattr(listener.steady, "now", lambda: passed)
-    ros.spin_until(lambda: clock.get_subscription_count() > 0)
+    time = PresentTimeOfStamps(listener)
+    assert time.of_stamp(100.0) is None, "a clock that nobody tells"
+    assert time.of_stamp(base.stamp() - 60.0) == pytest.approx(base.stamp(), abs=GENEROUS_S)
 
-    def tell(simulated: float) -> None:
+    def told(simulated: float) -> bool:
         clock.publish(Clock(clock=stamp_to_ros(simulated)))
-        ros.spin_until(lambda: state.time.of_stamp(1.0) == simulated)
+        return time.of_stamp(base.stamp()) == time.simulated() == simulated
 
-    tell(100.0)
-    assert state.time.running() == 100.0
-    passed += STANDS_S + 0.1
-    assert state.time.running() is None and state.time.of_stamp(1.0) == 100.0, "it stands"
-    clock.publish(Clock(clock=stamp_to_ros(100.0)))
-    ros.spin_for(0.2)
-    assert state.time.running() is None, "a simulation that repeats itself stands"
-    tell(100.5)
-    assert state.time.running() == 100.5
+    ros.spin_until(lambda: told(100.0))
+    ros.spin_until(lambda: told(100.5))
 
 
 class HandTime:
@@ -71,9 +62,6 @@ class HandTime:
 
     def steady(self) -> float:
         return self.now
-
-    def running(self) -> None:
-        return None
 
     def of_stamp(self, stamp: float) -> None:
         return None

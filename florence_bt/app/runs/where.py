@@ -26,7 +26,7 @@ from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
 from florence_bt.core.heard import Heard, age_text
-from florence_bt.ros.present_time import is_of_another_clock
+from florence_bt.ros.present_time import PresentTimeOfStamps, is_of_another_clock
 from florence_bt.ros.robot_state import (
     BATTERY,
     GOALS,
@@ -81,7 +81,8 @@ class Where:
 
     def __init__(self, client: MissionClient) -> None:
         self._client = client
-        self._state = state = RobotState(client.node)
+        self._time = PresentTimeOfStamps(client.node)
+        self._state = state = RobotState(client.node, self._time)
         self._battery, self._people = state.listen(BATTERY), state.listen(PEOPLE)
         self._override = state.listen(OVERRIDE)
         state.listen_to_diagnostics()
@@ -108,7 +109,7 @@ class Where:
             return False
         simulated = self._client.node.count_publishers(CLOCK) > 0
         simulated = simulated or any(map(is_of_another_clock, (self._battery.stamp, place.stamp)))
-        return not simulated or self._state.time.running() is not None
+        return not simulated or self._time.simulated() is not None
 
     def _place(self) -> Heard[Diagnosis] | None:
         """Return what the localiser, or what makes the map, has said about the robot's place."""
@@ -140,7 +141,7 @@ class Where:
         except (SystemNotThere, DeviceTimeout):
             return Fact("not known: no locator answers", False)
         if not pose.valid:
-            return Fact("not known: no transform leads from the map to the robot", False)
+            return Fact("not known: no transform of the last seconds leads from the map to the robot", False)
         return Fact(
             f"{_in(room)}at {_place(pose)}, heading {degrees_text(pose.phi)}", True, _values(pose, room)
         )

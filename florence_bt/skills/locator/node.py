@@ -33,6 +33,7 @@ from visualization_msgs.msg import MarkerArray
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.heard import old_after_s
 from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import OccupancyGrid
@@ -64,6 +65,8 @@ RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
 ANSWER_WITHIN_S = 5.0
 """Of this machine's time: the speed of a simulation does not matter to the mission server."""
 CALLER = "florenceLocator"
+TRANSFORM_PERIOD_S = 1.0
+"""Seconds between two transforms of a robot that stands, at most: ours come once a second then."""
 SAVE_PERIOD_S = 60.0
 """Between two looks whether the habits of the user are to be saved."""
 
@@ -254,9 +257,14 @@ class LocatorNode(FlorenceNode):
         return response
 
     def _robot_pose(self) -> Pose2 | None:
+        """Return where the robot is now; None when that is not known, or was known last some time ago."""
+        frames = self._params.map_frame, self._params.base_frame
         try:
-            self._locator.robot = self._tf.buffer.lookup_pose(self._params.map_frame, self._params.base_frame)
+            self._locator.robot = self._tf.buffer.lookup_pose(*frames)
         except TransformUnavailable:
+            self._locator.robot = None
+        newest = self._tf.buffer.newest_between(*frames)
+        if newest is not None and self.timebase.now() - newest > old_after_s(TRANSFORM_PERIOD_S):
             self._locator.robot = None
         return self._locator.robot
 

@@ -36,9 +36,6 @@ class Graph:
     def steady(self):
         return self.now
 
-    def running(self):
-        return None
-
     def of_stamp(self, stamp):
         return None
 

@@ -18,19 +18,16 @@ class Clocks:
     def steady(self) -> float:
         return self.now
 
-    def running(self) -> float | None:
-        return None if self.stands else self.simulated
-
     def of_stamp(self, stamp: float) -> float | None:
         if self.simulated is not None:
             return self.simulated
         return self.date if abs(stamp - self.date) < 1_000.0 else None
 
-    def pass_s(self, seconds: float, speed: float = 1.0) -> None:
+    def pass_s(self, seconds: float) -> None:
         self.now += seconds
         self.date += seconds
         if self.simulated is not None and not self.stands:
-            self.simulated += speed * seconds
+            self.simulated += seconds
 
 
 def test_nothing_is_known_before_the_first_word() -> None:
@@ -79,19 +76,6 @@ def test_a_stamp_of_an_unknown_clock_tells_nothing() -> None:
     heard: Heard[str] = Heard(clocks, 1.0)
     heard.take("90 %", 17.0)
     assert heard.age == 0.0 and heard.fresh == "90 %"
-
-
-@pytest.mark.parametrize(("speed", "every_s"), [(0.2, 5.0), (0.2, 1.0), (10.0, 0.1), (10.0, 1.0)])
-def test_what_comes_in_time_by_either_clock_is_fresh(speed: float, every_s: float) -> None:
-    """A slow simulation tells less often, and what the machine's clock repeats is late in a fast one."""
-    clocks = Clocks(100.0)
-    heard: Heard[str] = Heard(clocks, 1.0)
-    for _ in range(5):
-        heard.take("90 %")
-        clocks.pass_s(every_s, speed)
-        assert heard.fresh == "90 %"
-    clocks.pass_s(20.0, speed)
-    assert heard.freshness is Freshness.OLD
 
 
 def test_when_the_simulated_time_stands_the_machine_tells_the_age() -> None:
