@@ -34,15 +34,19 @@ class LatestMessages:
         message_type: The type of the messages.
         topic: The topic, resolved like every name of the node.
         depth: How many messages are kept; older ones are dropped.
+        qos: The quality of service; reliable when not given.
     """
 
-    def __init__(self, node: FlorenceNode, message_type: Any, topic: str, depth: int) -> None:
+    def __init__(
+        self, node: FlorenceNode, message_type: Any, topic: str, depth: int, qos: QoSProfile | None = None
+    ) -> None:
         self._type = message_type
         self._depth = depth
+        profile = QoSProfile(depth=depth) if qos is None else qos
         check_is_valid_msg_type(message_type)  # imports its type support
         with node.handle:
             self._subscription = _rclpy.Subscription(
-                node.handle, message_type, topic, QoSProfile(depth=depth).get_c_qos_profile()
+                node.handle, message_type, topic, profile.get_c_qos_profile()
             )
         node.on_destroy(self._subscription.destroy_when_not_in_use)
 

@@ -1,13 +1,22 @@
-"""Diagnoses as ROS messages."""
+"""Diagnoses as ROS messages, on the topic ``diagnostics``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
 
-from florence_bt.core.diagnosis import Diagnosis
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.topic_names import DIAGNOSTICS
 from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros.qos import LATCHED
+
+
+def diagnostics_publisher(node: Node) -> Any:
+    """Make a node's publisher on ``diagnostics``; who comes later gets the last message at once."""
+    return node.create_publisher(DiagnosticArray, DIAGNOSTICS, LATCHED)
 
 
 def diagnostics_to_ros(
@@ -34,3 +43,10 @@ def diagnostics_to_ros(
         for name, diagnosis in found.items()
     ]
     return message
+
+
+def diagnosis_from_ros(status: DiagnosticStatus) -> Diagnosis:
+    """Read one line of ``diagnostics``; a level that the message does not know is an error."""
+    level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+    known = Severity(level) if level in {*Severity} else Severity.ERROR
+    return Diagnosis(known, status.message, {value.key: value.value for value in status.values})

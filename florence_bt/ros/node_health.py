@@ -7,11 +7,9 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from diagnostic_msgs.msg import DiagnosticArray
-
 from florence_bt.core.diagnosis import Diagnosis, Severity
-from florence_bt.ros.diagnostics import diagnostics_to_ros
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.core.topic_names import FAILURES, LATENESS, REFUSALS
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -20,8 +18,6 @@ REFUSAL_LOG_PERIOD_S = 1.0
 """Seconds between two log lines about refused messages of one topic."""
 FAILURE_LOG_PERIOD_S = 10.0
 """Seconds between two tracebacks from one line of code."""
-LATE = "lateness"
-"""The diagnosis of a process that falls behind."""
 REPORT_PERIOD_S = 1.0
 """Seconds between two diagnostics while something goes wrong."""
 REPORT_FOR_S = 10.0
@@ -82,9 +78,9 @@ class NodeHealth:
         Args:
             late_s: By how much, in steady seconds.
         """
-        self.late[LATE] += 1
-        self._last[LATE] = f"{late_s:.1f} s behind"
-        if self._may_log(LATE, FAILURE_LOG_PERIOD_S):
+        self.late[LATENESS] += 1
+        self._last[LATENESS] = f"{late_s:.1f} s behind"
+        if self._may_log(LATENESS, FAILURE_LOG_PERIOD_S):
             self._node.get_logger().warning(
                 f"this process is late by {late_s:.1f} s: of readings only the newest count; "
                 "the machine is too busy"
@@ -108,13 +104,17 @@ class NodeHealth:
         """Publish now and once a second, until it has been quiet for a while."""
         node = self._node
         if self._publisher is None:
-            self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+            self._publisher = diagnostics_publisher(node)
         now = node.steady.now()
         self._reporting = now < self._quiet_at
         found = {
-            "messages": self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
-            "callbacks": self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
-            **({LATE: self._diagnosis(self.late, Severity.WARN, self._last[LATE])} if self.late else {}),
+            REFUSALS: self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
+            FAILURES: self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
+            **(
+                {LATENESS: self._diagnosis(self.late, Severity.WARN, self._last[LATENESS])}
+                if self.late
+                else {}
+            ),
         }
         self._publisher.publish(diagnostics_to_ros(found, node.get_name(), node.get_name(), node.stamp()))
         if self._reporting:

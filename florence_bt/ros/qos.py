@@ -44,6 +44,10 @@ RELIABLE = _profile(10)
 LATCHED = _profile(1, latched=True)
 """States that a late subscriber needs too: the map, the tree."""
 
+LATCHED_BY_MANY = _profile(100, latched=True)
+"""Subscribers of what several nodes keep for who comes later, such as ``diagnostics``: of a depth of one only
+the last word of them all is left."""
+
 TF = _profile(100, own=True)
 """Florence's publishers of ``/tf``, as in tf2."""
 

@@ -24,12 +24,12 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from florence_bt.core.clock import Timer
+from florence_bt.core.topic_names import CLOCK
 from florence_bt.ros.elapsed_time import MOST_STEP_S
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.rclpy_internals import join_clock_topic, leave_clock_topic, set_time, start_time
 from florence_bt.ros.validation import BadMessage, check_time
 
-CLOCK_TOPIC = "/clock"
 QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """As in rclpy."""
 IDLE_S = 5.0
@@ -110,7 +110,7 @@ class SharedClock:
         self._subscribe(node)
         self._look_later()
         end = time.monotonic() + FIRST_S
-        topic = node.resolve_topic_name(CLOCK_TOPIC)
+        topic = node.resolve_topic_name(CLOCK)
         while node.count_publishers(topic) > 0 and time.monotonic() < end:
             taken = self._subscription.handle.take_message(ClockMessage, True)
             if taken is not None:
@@ -151,9 +151,7 @@ class SharedClock:
     def _subscribe(self, node: Node) -> None:
         self.follows = False
         # Raw: the message object costs more than all the rest, a hundred times a second in every process.
-        self._subscription = node.create_subscription(
-            ClockMessage, CLOCK_TOPIC, self._on_clock, QOS, raw=True
-        )
+        self._subscription = node.create_subscription(ClockMessage, CLOCK, self._on_clock, QOS, raw=True)
 
     def _unsubscribe(self) -> None:
         self._nodes[0].destroy_subscription(self._subscription)
@@ -194,7 +192,7 @@ class SharedClock:
     def _refuse(self, problem: str) -> None:
         node = self._nodes[0]
         if isinstance(node, FlorenceNode):
-            node.health.count_refused(CLOCK_TOPIC, problem)
+            node.health.count_refused(CLOCK, problem)
 
 
 def _goes_on(before: Time, now: Time) -> bool:

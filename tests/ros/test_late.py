@@ -11,9 +11,9 @@ pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64
 
+from florence_bt.core.topic_names import LATENESS
 from florence_bt.ros.late_nodes import LateNodes
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.node_health import LATE
 from florence_bt.ros.qos import RELIABLE, STATE
 
 pytestmark = pytest.mark.ros
@@ -55,7 +55,7 @@ def test_who_is_late_says_so_until_it_is_not(ros: Any) -> None:
     ros.spin_until(lambda: late.sentences())
     (sentence,) = late.sentences()
     assert "busy" in sentence and "3.2 s" in sentence and told == [sentence]
-    ros.spin_until(lambda: f"busy: {LATE}" in heard)
+    ros.spin_until(lambda: f"busy: {LATENESS}" in heard)
     busy.health._quiet_at = 0.0
     ros.spin_until(lambda: not late.sentences())
     assert len(told) == 2

@@ -189,6 +189,23 @@ def test_the_robot_is_where_tf_says(bench: Bench) -> None:
     assert bench.call(GetRoom, "getRobotPosRoom").room == "kitchen"
 
 
+@pytest.mark.parametrize(("ago_s", "known"), [(0.5, True), (4.0, False)])
+def test_where_the_robot_was_a_while_ago_is_not_where_it_is(bench: Bench, ago_s: float, known: bool) -> None:
+    """The driver or the localiser hangs: the last transform stays, and the robot drives on."""
+    missions = bench.missions
+
+    def listens() -> bool:
+        missions.frames.send("odom", "base_link", missions.timebase.now(), Pose2())
+        missions.frames.send("map", "odom", missions.timebase.now() - ago_s, Pose2(1.5, 0.5, 0.25))
+        return bench.locator._tf.buffer.newest_between("map", "base_link") is not None
+
+    bench.until(listens, "the transforms")
+    assert bench.call(GetXYPhi, "getRobotPosXYPhi").valid is known
+    assert bench.call(GetRoom, "getRobotPosRoom").valid is known
+    ago_s = 0.0
+    bench.until(lambda: listens() and bench.call(GetXYPhi, "getRobotPosXYPhi").valid, "the next one")
+
+
 def test_the_goal_is_the_one_of_navigation(bench: Bench) -> None:
     assert not bench.call(GetRoom, "getGoalPosRoom").valid
     bench.missions.goals.publish(pose_stamped_to_ros(Pose2(5.0, 1.0, 0.5), "map", 0.0))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import re
 import socket
 import sys
 import time
@@ -34,11 +35,14 @@ from std_srvs.srv import Trigger  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 
+from florence_bt.core.diagnosis import Diagnosis, Severity  # noqa: E402
 from florence_bt.core.geometry import Pose2  # noqa: E402
 from florence_bt.core.sensing import OccupancyGrid  # noqa: E402
+from florence_bt.core.topic_names import SUPERVISOR  # noqa: E402
 from florence_bt.drivers.turtlebot.override_file import OverrideFile  # noqa: E402
 from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwitch  # noqa: E402
 from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros  # noqa: E402
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
@@ -247,6 +251,45 @@ def test_who_says_nothing_is_told_with_the_seconds(ros: Any, page: int) -> None:
     ros.spin_until(lambda: "missions" in viewer.take()["silent"], what="that no mission server answers")
     ros.close_node(robot)
     ros.spin_until(lambda: viewer.take()["silent"].get("base", 0) >= 2, what="the driver's silence")
+    viewer.close()
+
+
+def test_the_battery_of_a_driver_that_hangs_is_shown_with_its_age(ros: Any, page: int) -> None:
+    robot = ros.add(Robot())
+    viewer = Viewer(page)
+
+    def state() -> dict[str, Any]:
+        viewer.take()
+        shown: dict[str, Any] = viewer.parts["state"]
+        return shown
+
+    robot.battery.publish(BatteryState(percentage=0.5))
+    ros.spin_until(lambda: state()["battery"] == 50 and not state()["battery_was"], what="the battery")
+    ros.spin_until(lambda: state()["battery"] is None, what="that its driver, which is there, says nothing")
+    assert re.fullmatch(r"50 % \d+ s ago", state()["battery_was"])
+    robot.battery.publish(BatteryState(percentage=0.4))
+    ros.spin_until(lambda: state()["battery"] == 40 and not state()["battery_was"], what="its next word")
+    viewer.close()
+
+
+def test_who_hangs_or_is_late_is_shown_until_it_does_not(ros: Any, page: int) -> None:
+    up, busy, viewer = ros.add(FlorenceNode(SUPERVISOR)), ros.add(FlorenceNode("busy")), Viewer(page)
+    publisher = diagnostics_publisher(up)
+
+    def shows(*texts: str) -> bool:
+        found = {"process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s")}
+        publisher.publish(diagnostics_to_ros(found, SUPERVISOR, "", up.stamp()))
+        viewer.take()
+        shown = viewer.parts["state"]["trouble"] or ""
+        return all(text in shown for text in texts)
+
+    busy.health.count_late(3.2)
+    hangs, late = "process hardware: has not answered for 3 s", "the process of busy is 3.2 s behind"
+    ros.spin_until(lambda: shows(hangs, late), what="both")
+    ros.close_node(busy)
+    ros.spin_until(lambda: shows(hangs) and not shows(late), what="that nobody is late")
+    ros.close_node(up)
+    ros.spin_until(lambda: viewer.take()["state"]["trouble"] is None, what="that nobody tells of processes")
     viewer.close()
 
 

@@ -40,7 +40,7 @@ def told(ros: Any, ask: Callable[[], Awaitable[Any]]) -> Any:
 
 
 def heard(ros: Any, page: RosThread) -> None:
-    ros.spin_until(lambda: page.node.override is not None, what="the driver's word")
+    ros.spin_until(lambda: page.node.override.last is not None, what="the driver's word")
 
 
 def test_a_stop_is_confirmed_by_the_driver_for_that_very_press(ros: Any) -> None:
@@ -147,9 +147,9 @@ def test_a_release_is_for_the_stop_that_was_on_the_screen(ros: Any) -> None:
     with RosThread() as page:
         heard(ros, page)
         told(ros, lambda: page.stop("a", "a test"))
-        seen = page.node.override.state.stops
+        seen = page.node.override.last.stops
         driver.override.stop()
-        ros.spin_until(lambda: page.node.override.state.stops > seen)
+        ros.spin_until(lambda: page.node.override.last.stops > seen)
         done, why = told(ros, lambda: page.release(seen, 0.1, "a test"))
         assert not done and "since" in why and driver.override.on
         done, why = told(ros, lambda: page.release(seen + 1, 5.0, "a test"))

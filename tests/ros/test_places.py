@@ -28,7 +28,10 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
+from florence_bt.core.clock import call_every
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.topic_names import SUPERVISOR
 from florence_bt.ros.conversions import (
     grid_from_ros,
     grid_to_ros,
@@ -36,12 +39,14 @@ from florence_bt.ros.conversions import (
     pose_stamped_to_ros,
     stamp_to_ros,
 )
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.locator.node import LocatorNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
+from tests.ros.override_driver import OverrideDriver
 from tests.unit.skills.navigation_world import make_map
 
 pytestmark = pytest.mark.ros
@@ -303,3 +308,25 @@ def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None
     clock = caller.create_publisher(Clock, "/clock", RELIABLE)
     caller.create_timer(0.05, lambda: clock.publish(Clock(clock=stamp_to_ros(100.0))))
     assert told(lambda: 99.0)["known"] and not told(lambda: 90.0, goes_on=False)["known"]
+
+
+def test_where_tells_which_processes_hang_or_are_late_and_who_holds_the_robot(terminal: Terminal) -> None:
+    up, busy = (terminal.ros.add(FlorenceNode(name)) for name in (SUPERVISOR, "busy"))
+    terminal.ros.add(OverrideDriver("turtlebot_node", on=True))
+    code, output = terminal.type("where", "--json")
+    assert code == 0 and "processes" not in json.loads(output.splitlines()[-1])
+    found = {
+        "process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s"),
+        "process people": Diagnosis(Severity.OK, "runs"),
+    }
+    publisher = diagnostics_publisher(up)
+    call_every(
+        up.steady, 0.5, lambda: publisher.publish(diagnostics_to_ros(found, SUPERVISOR, "", up.stamp()))
+    )
+    busy.health.count_late(3.2)
+    code, output = terminal.type("where", "--json")
+    facts = json.loads(output.splitlines()[-1])
+    hangs, late = facts["processes"]["text"].split("; ")
+    assert hangs == "process hardware: has not answered for 3 s"
+    assert late == "the process of busy is 3.2 s behind: the machine is too busy"
+    assert facts["mission"]["text"].endswith("; the manual override is on")

@@ -171,6 +171,21 @@ def test_a_stop_by_somebody_else_takes_the_robot_out_of_the_hand(ros):
         rig.ended(terminal)
 
 
+def test_what_a_base_that_hangs_told_last_is_not_shown_as_of_now(ros):
+    rig = Rig(ros)
+    with Terminal(TELEOP) as terminal:
+        rig.see(terminal, r"(?m)^drives +stands still")
+        rig.base.bump()
+        rig.see(terminal, r"held +the left bumper is pressed")
+        rig.see(terminal, r"battery +87%")
+        # Nobody serves the base's node: it is there, and says nothing.
+        terminal.wait_for(r"held +the base's driver has said nothing for \d+ s; does the base obey")
+        terminal.wait_for(r"battery +not known")
+        rig.see(terminal, r"held +the left bumper is pressed")
+        terminal.press("\x03")
+        rig.ended(terminal)
+
+
 def test_without_a_terminal_it_says_so(start_process):
     child = start_process(*TELEOP)
     assert child.process.wait(GENEROUS_S) == 2

@@ -6,11 +6,10 @@ from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
+from florence_bt.app.bringup.topology import DEVICE_NODES
+from florence_bt.core.topic_names import DIAGNOSTICS
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-
-DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
-"""The drivers; each publishes its diagnostics once a second."""
 
 
 class DeviceReport:
@@ -23,7 +22,7 @@ class DeviceReport:
     def __init__(self, node: FlorenceNode) -> None:
         self._status: dict[str, DiagnosticStatus] = {}
         self._worked: set[str] = set()
-        node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, RELIABLE)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._status |= {status.name: status for status in message.status}

@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.skill import BaseRun, Event, Phase
+from florence_bt.core.topic_names import CMD_VEL, ODOMETRY
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -43,7 +44,7 @@ class BaseSafety:
         self._node = node
         self._limit_s = limit_s
         self._goals = goals
-        self._velocity = node.create_publisher(Twist, "cmd_vel", RELIABLE)
+        self._velocity = node.create_publisher(Twist, CMD_VEL, RELIABLE)
 
     def make_safe(self) -> StandStill:
         """Stop everything and watch the base until it stands."""
@@ -69,7 +70,7 @@ class StandStill(BaseRun):
         self._search_until, self._end = now + min(SEARCH_S, limit_s), now + limit_s
         # Only the speed counts; the supervisor's clock is not that of a simulated robot.
         self._odometry = node.create_subscription(
-            Odometry, "odom", self._on_odometry, SENSOR, judge_stamps=False
+            Odometry, ODOMETRY, self._on_odometry, SENSOR, judge_stamps=False
         )
         self._step()
 

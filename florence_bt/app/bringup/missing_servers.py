@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from diagnostic_msgs.msg import DiagnosticArray
 
 from florence_bt.app.runs.client import MISSION_SERVER
+from florence_bt.core.topic_names import DIAGNOSTICS, SERVERS_STATUS
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topics import SERVERS_STATUS
 
 
 class MissingServers:
@@ -23,7 +23,7 @@ class MissingServers:
     def __init__(self, node: FlorenceNode, report: Callable[[str], None]) -> None:
         self._report = report
         self._told: Mapping[str, str] = {}
-        node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+        node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, RELIABLE)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

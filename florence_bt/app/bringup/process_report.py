@@ -5,16 +5,14 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from diagnostic_msgs.msg import DiagnosticArray
-
+from florence_bt.app.bringup.heartbeat import SILENT_S
 from florence_bt.app.bringup.supervisor import RESTARTS_PERIOD_S, Supervisor, log_line
 from florence_bt.core.diagnosis import Diagnosis, Severity
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.core.heard import age_text
+from florence_bt.core.topic_names import SUPERVISOR
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
 
-NAME = "florence_up"
-"""The name of the log, and before each name in the diagnostics."""
 PERIOD_S = 1.0
 """Seconds between two diagnoses."""
 
@@ -31,8 +29,8 @@ class ProcessReport:
     def __init__(self, node: FlorenceNode, supervisor: Supervisor, log_folder: Path) -> None:
         self._node = node
         self._supervisor = supervisor
-        self._file = log_folder / f"{NAME}.log"
-        self._topic = node.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._file = log_folder / f"{SUPERVISOR}.log"
+        self._topic = diagnostics_publisher(node)
         self._due = 0.0
 
     def write(self, line: str, level: str) -> None:
@@ -52,18 +50,22 @@ class ProcessReport:
         if now < self._due:
             return
         self._due = now + PERIOD_S
+        silences = self._supervisor.silences()
         found = {
-            f"process {name}": self._diagnosis(name, pid) for name, pid in self._supervisor.pids().items()
+            f"process {name}": self._diagnosis(name, pid, silences.get(name, 0.0))
+            for name, pid in self._supervisor.pids().items()
         }
-        self._topic.publish(diagnostics_to_ros(found, NAME, "", self._node.stamp()))
+        self._topic.publish(diagnostics_to_ros(found, SUPERVISOR, "", self._node.stamp()))
 
-    def _diagnosis(self, name: str, pid: int) -> Diagnosis:
+    def _diagnosis(self, name: str, pid: int, silent_s: float) -> Diagnosis:
         restarts = self._supervisor.restarts(name)
         values = {"pid": str(pid), "restarts": str(restarts)}
         if name in self._supervisor.given_up():
             return Diagnosis(Severity.ERROR, "has died too often and is not started again", values)
         if name in self._supervisor.waiting():
             return Diagnosis(Severity.ERROR, "has died and is about to be started again", values)
+        if silent_s >= SILENT_S:
+            return Diagnosis(Severity.ERROR, f"has not answered for {age_text(silent_s)}", values)
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"
             since = f"was started again {times} in the last {RESTARTS_PERIOD_S / 60:.0f} min"

@@ -104,6 +104,8 @@ SIMULATED_WITH = {
 }
 """The same of those that are other ones in the simulated flat."""
 
+DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
+"""The drivers; each publishes its diagnostics once a second."""
 OBSERVERS = ("recorder", "page_server")
 """Nodes that nothing depends on: when one hangs or dies, nothing stops, and nothing waits for it."""
 

@@ -7,7 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.options import STARTS
-from florence_bt.app.bringup.topology import MAPPING, NODES, OBSERVERS, OPTIONAL, WITHOUT_MAPPING
+from florence_bt.app.bringup.topology import (
+    DEVICE_NODES,
+    MAPPING,
+    NODES,
+    OBSERVERS,
+    OPTIONAL,
+    WITHOUT_MAPPING,
+)
 from florence_bt.app.doctor.finding import (
     HealthFinding,
     HealthLevel,
@@ -17,6 +24,7 @@ from florence_bt.app.doctor.finding import (
     problem,
     warning,
 )
+from florence_bt.core.topic_names import CLOCK
 from florence_bt.ros.arguments import where_else
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
@@ -83,6 +91,12 @@ def missing_nodes(view: GraphView) -> list[str]:
     return [name for name in wanted_nodes(view) if name not in seen]
 
 
+def silent_drivers(view: GraphView) -> list[str]:
+    """Return the drivers that are there and say nothing of how they do."""
+    heard = {name.partition(":")[0] for name in view.diagnostics}
+    return [name for name in DEVICE_NODES if name in _names(view) and name not in heard]
+
+
 def _names(view: GraphView) -> set[str]:
     return {name.rsplit("/", 1)[-1] for name in view.nodes}
 
@@ -103,8 +117,8 @@ def is_partial(view: GraphView) -> bool:
     missing = len(missing_nodes(view))
     if missing == len(wanted_nodes(view)):
         return False
-    silent = view.charge is None or not view.diagnostics
-    return missing > 0 or (silent and "hardware" not in absent_groups(view))
+    silent = view.charge is None or not view.diagnostics or silent_drivers(view)
+    return missing > 0 or (bool(silent) and "hardware" not in absent_groups(view))
 
 
 def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
@@ -144,6 +158,9 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     yield from _twice(view)
     if view.charge is not None or "hardware" not in absent_groups(view):
         yield _battery(view.charge)
+    for name in silent_drivers(view):
+        advice = "see its log in the folder of --out; end the system and start it again"
+        yield problem("drivers", name, "is there and says nothing: it hangs, or does not get through", advice)
     for name, (level, message) in sorted(view.diagnostics.items()):
         severity = _LEVELS.get(level, HealthLevel.PROBLEM)
         well = severity is HealthLevel.OK
@@ -162,7 +179,7 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
             )
     if view.clocks > 1:
         yield problem(
-            GROUP, "/clock", f"{view.clocks} nodes set the simulated time", "end all simulators but one"
+            GROUP, CLOCK, f"{view.clocks} nodes set the simulated time", "end all simulators but one"
         )
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import math
 import time
-from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
-from sensor_msgs.msg import BatteryState
 
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.doctor.graph import GraphView, is_partial
 from florence_bt.app.runs.client import MISSION_SERVER
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.heard import Heard, age_text
+from florence_bt.core.topic_names import CLOCK
 from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.robot_state import BATTERY, RobotState
 
 NAME = "florence_doctor"
 
@@ -35,7 +34,7 @@ def watch_graph(least: float, most: float) -> GraphView:
     node = FlorenceNode(NAME, context=context, of_a_command=True)
     try:
         loop.add(node)
-        return _watch(loop, node, least, most)
+        return _watch(loop, node, RobotState(node), least, most)
     finally:
         node.shut_down()
         loop.close()
@@ -43,32 +42,20 @@ def watch_graph(least: float, most: float) -> GraphView:
         rclpy.try_shutdown(context=context)
 
 
-def _watch(loop: SpinLoop, node: FlorenceNode, least: float, most: float) -> GraphView:
-    diagnostics: dict[str, tuple[int, str]] = {}
-    charge: list[float] = []
-
-    def on_diagnostics(message: Any) -> None:
-        for status in message.status:
-            level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
-            diagnostics[status.name] = (level, status.message)
-
-    def on_battery(message: Any) -> None:
-        if math.isfinite(message.percentage):
-            charge.append(float(message.percentage))
-
-    node.create_subscription(DiagnosticArray, "diagnostics", on_diagnostics, RELIABLE)
-    node.create_subscription(BatteryState, "battery_state", on_battery, RELIABLE)
+def _watch(loop: SpinLoop, node: FlorenceNode, state: RobotState, least: float, most: float) -> GraphView:
+    battery = state.listen(BATTERY)
+    state.listen_to_diagnostics()
 
     def view() -> GraphView:
         nodes, here = node.get_node_names_and_namespaces(), node.get_namespace()
         names = (f"{where.rstrip('/')}/{name}" for name, where in nodes if where == here and name != NAME)
         elsewhere = {where for name, where in nodes if where != here and name == MISSION_SERVER}
-        last = charge[-1] if charge else None
+        told = battery.fresh
         return GraphView(
             tuple(sorted(names)),
-            node.count_publishers("/clock"),
-            last,
-            dict(diagnostics),
+            node.count_publishers(CLOCK),
+            None if told is None else told.charge,
+            {name: _said(heard) for name, heard in state.diagnoses()},
             tuple(sorted(elsewhere)),
         )
 
@@ -79,3 +66,11 @@ def _watch(loop: SpinLoop, node: FlorenceNode, least: float, most: float) -> Gra
     while (passed := time.monotonic() - begin) < least or (passed < most and more_to_see(view())):
         loop.spin_once(0.1)
     return view()
+
+
+def _said(heard: Heard[Diagnosis]) -> tuple[int, str]:
+    """Return the level and the text of a diagnosis; one that is not repeated any more is stale."""
+    assert heard.last is not None
+    if heard.fresh is not None:
+        return heard.fresh.level, heard.fresh.message
+    return Severity.STALE, f"has said nothing for {age_text(heard.age)}; before that: {heard.last.message}"

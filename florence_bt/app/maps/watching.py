@@ -20,6 +20,7 @@ from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.text_files import refuse_existing
+from florence_bt.core.topic_names import AMCL_POSE, DIAGNOSTICS, MAP
 from florence_bt.ros.conversions import pose_from_ros
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.navigation.map_server.map_writer import save_map
@@ -76,8 +77,8 @@ class MapWatch:
         self._progress: DiagnosticStatus | None = None
         self._told = -_LINE_EVERY_S
         subscribe = client.node.create_subscription
-        subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
-        subscribe(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED)
+        subscribe(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, RELIABLE)
+        subscribe(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED)
 
     def wait(self) -> None:
         """Wait until the system tells of a map that it makes.
@@ -128,7 +129,7 @@ class MapWatch:
             ConfigError: It cannot be written.
             DeviceTimeout: No map came.
         """
-        grid = wait_for_map(self._client, "map", _WAIT_S)
+        grid = wait_for_map(self._client, MAP, _WAIT_S)
         rows, columns = grid.cells.shape
         rooms = proposed_hotspots(grid)
         picture = draw_drive(grid, self._way or [Pose2()], ())

@@ -7,19 +7,18 @@ import math
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import ManualOverride, RunState, StopReason, Zones
+from florence_interfaces.msg import RunState, StopReason, Zones
 from florence_interfaces.srv import AnswerQuestion
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
 from py_trees_ros_interfaces.msg import BehaviourTree
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import BatteryState, Image
+from sensor_msgs.msg import Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -30,19 +29,38 @@ from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_p
 from florence_bt.app.runs.client import ACTIVE_STATES, is_paused
 from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.clock import call_every
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.heard import Freshness, Heard, age_text
 from florence_bt.core.message_skills import AskedQuestion
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
-from florence_bt.core.topics import ZONES
+from florence_bt.core.topic_names import (
+    AMCL_POSE,
+    CLOCK,
+    COLOUR_IMAGE,
+    CURRENT_GOAL,
+    FILTERED_SCAN,
+    GLOBAL_COSTMAP,
+    HOTSPOTS,
+    LOCAL_COSTMAP,
+    MAP,
+    PLACE_STATUS,
+    PLAN,
+    RUN_STATE,
+    SNAPSHOTS,
+    SPEAKING,
+    STOP_REASON,
+    USER_MARKERS,
+    ZONES,
+)
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
-from florence_bt.ros.late_nodes import LateNodes
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
+from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
+from florence_bt.ros.robot_state import BATTERY, OVERRIDE, Battery, RobotState
 from florence_bt.ros.server_processes import DiscoveredServers
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import HOTSPOTS, OVERRIDE_STATE
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
 
@@ -53,9 +71,9 @@ MOST_POINTS = 240
 """Points of a scan that are shown: one in 1.5 degrees of a whole circle."""
 SCENE, CAMERA = "scene", "camera"
 LAYERS = {
-    "global_costmap": "global_costmap/costmap",
-    "local_costmap": "local_costmap/costmap",
-    CAMERA: "camera/rgb/image_color",
+    "global_costmap": GLOBAL_COSTMAP,
+    "local_costmap": LOCAL_COSTMAP,
+    CAMERA: COLOUR_IMAGE,
 }
 """What is shown on request -> its topic."""
 WANTS = frozenset({SCENE, *LAYERS})
@@ -74,25 +92,11 @@ GONE = "GONE"
 DRIVES = ("navigate_to_pose", "navigate_through_poses")
 """The actions of Nav2 whose drives have a way. It does not publish that there is none any more."""
 ACTIVE_GOALS = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
-TREE = "florence_bt/snapshots"
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
-LOCALISER = "Place in the map"
-"""End of the name of the diagnosis that tells how sure the localiser is."""
-
-
-OLD_S = 1.5
-"""Seconds without a word after which what somebody has said is old; each of them speaks twice a second."""
 BASE, MISSIONS = "base", "missions"
 ASK_S = 0.5
 """How often the mission server is asked whether a mission waits for an answer, while somebody looks."""
-
-
-class HeardOverride(NamedTuple):
-    """What the base's driver has said about the manual override, and when: in steady seconds."""
-
-    state: ManualOverride
-    heard_at: float
 
 
 class PageNode(FlorenceNode):
@@ -105,7 +109,7 @@ class PageNode(FlorenceNode):
         parts: What viewers are sent.
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
-        override: What the base's driver has said last about the manual override; None when it never has.
+        override: What the base's driver has said last about the manual override.
         on_stop: Called when the base's driver has counted one more stop, whoever pressed.
     """
 
@@ -120,13 +124,18 @@ class PageNode(FlorenceNode):
         self._state: dict[str, Any] = {
             "stop": "",
             "battery": None,
+            "battery_was": None,
             "said": "",
             "sure": None,
-            "late": None,
+            "trouble": None,
         }
-        self.override: HeardOverride | None = None
+        self.robot = RobotState(self)
+        self._stops: int | None = None
         self.on_stop: Callable[[], None] = lambda: None
-        self._made_at = self._missions_heard_at = self.steady.now()
+        self._made_at = self.steady.now()
+        # That the mission server answers is its word; it is asked twice a second.
+        self._missions: Heard[bool] = Heard(self.robot.time, ASK_S)
+        self._missions.take(True)
         self._run: dict[str, Any] = {}
         self._questions: tuple[AskedQuestion, ...] = ()
         self._questions_until = -math.inf
@@ -142,12 +151,12 @@ class PageNode(FlorenceNode):
     @property
     def simulated(self) -> bool:
         """Whether a simulation says what time it is."""
-        return self.count_publishers("clock") + self.count_publishers("/clock") > 0
+        return self.count_publishers(CLOCK) > 0
 
     @property
     def overridden(self) -> bool:
         """Whether the manual override is on, as far as the base's driver has said."""
-        return self.override is not None and self.override.state.on
+        return self.override.last is not None and self.override.last.on
 
     def add_picture(self, name: str, data: bytes) -> list[int]:
         """Keep a picture; return its version, which no other one has had."""
@@ -169,7 +178,7 @@ class PageNode(FlorenceNode):
 
     def begin_to_ask(self) -> None:
         """Take note that somebody has begun to look: the mission server is asked from now on."""
-        self._missions_heard_at = self.steady.now()
+        self._missions.take(True)
 
     def look_for_questions(self) -> None:
         """Ask the mission server for open questions, one call at a time; that it answers shows it lives."""
@@ -184,38 +193,55 @@ class PageNode(FlorenceNode):
             self._asked.add_done_callback(self.guarded(self._on_questions))
 
     def _on_questions(self, asked: Any) -> None:
-        self._missions_heard_at = self.steady.now()
-        self._questions_until = self._missions_heard_at + QUESTIONS_S
+        self._missions.take(True)
+        self._questions_until = self.steady.now() + QUESTIONS_S
         self._questions = tuple(
             AskedQuestion(each.id, each.text, tuple(each.choices)) for each in asked.result().questions
         )
 
     def _note_silence(self) -> None:
         """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
-        now = self.steady.now()
-        base = self._made_at if self.override is None else self.override.heard_at
-        heard = {BASE: base, MISSIONS: self._missions_heard_at}
-        self.parts.put("silent", {who: int(now - at) for who, at in heard.items() if now - at > OLD_S})
+        heard = {BASE: self.override, MISSIONS: self._missions}
+        self.parts.put(
+            "silent", {who: int(word.age) for who, word in heard.items() if word.freshness is Freshness.OLD}
+        )
+        self._show_ages()
+
+    def _show_ages(self) -> None:
+        """Show what is told again and again as long as it is fresh, and how old the last word is then."""
+        battery, place = self._battery, self._place()
+        trouble = [f"{what}: {how}" for what, how in self.robot.processes_in_trouble().items()]
+        self._put(
+            battery=_percent(battery.fresh),
+            battery_was=None if battery.freshness is not Freshness.OLD else _was(battery),
+            sure=place,
+            trouble="; ".join([*trouble, *self.robot.late()]) or None,
+        )
+
+    def _place(self) -> str | None:
+        """Say how sure the localiser is; None while none has told."""
+        for _, heard in self.robot.diagnoses(about=PLACE_STATUS):
+            if heard.last is not None:
+                word = heard.last.message
+                if heard.fresh is None:
+                    return f"unsure: the localiser has said nothing for {age_text(heard.age)}"
+                return word if heard.last.level is Severity.OK else f"unsure: {word}"
+        return None
 
     # ---- what comes seldom ----------------------------------------------------------------------------
 
     def _subscribe_to_states(self) -> None:
-        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_subscription(OccupancyGridMsg, MAP, self._on_map, LATCHED)
         self.create_subscription(MarkerArray, HOTSPOTS, self._on_hotspots, LATCHED)
-        self.create_subscription(Zones, ZONES.name, self._on_zones, LATCHED)
-        self.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
-        self.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
-        self._late = LateNodes(self)
-        run, goal = "florence_bt/run_state", "navigate/current_goal"
-        self._show_told(RunState, run, self._on_run, LATCHED, gone=self._lose_run)
+        self.create_subscription(Zones, ZONES, self._on_zones, LATCHED)
+        self.override = self.robot.listen(OVERRIDE, self._on_override)
+        self._battery = self.robot.listen(BATTERY, self._show_ages)
+        self.robot.listen_to_diagnostics()
+        goal = CURRENT_GOAL
+        self._show_told(RunState, RUN_STATE, self._on_run, LATCHED, gone=self._lose_run)
         self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
-        stop, battery = "turtlebot_node/stop_reason", "battery_state"
-        self._show_told(StopReason, stop, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
-        self._show_told(BatteryState, battery, self._on_battery, STATE, gone=lambda: self._put(battery=None))
-        self._show_told(String, "speaking", self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
-        # The localiser says in the same breath how sure it is.
-        self._sure = tellers_of(self, "amcl_pose", lambda: self._put(sure=None))
-        self._tellers.append(self._sure)
+        self._show_told(StopReason, STOP_REASON, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
+        self._show_told(String, SPEAKING, self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
 
     def _show_told(
         self,
@@ -282,10 +308,12 @@ class PageNode(FlorenceNode):
     def _on_stop(self, message: StopReason) -> None:
         self._put(stop=message.text)
 
-    def _on_override(self, message: ManualOverride) -> None:
-        if message.on and self.override is not None and message.stops != self.override.state.stops:
+    def _on_override(self) -> None:
+        message = self.override.last
+        assert message is not None
+        if message.on and self._stops not in (None, message.stops):
             self.on_stop()
-        self.override = HeardOverride(message, self.steady.now())
+        self._stops = message.stops
         self.parts.put(
             "override",
             {
@@ -299,19 +327,6 @@ class PageNode(FlorenceNode):
 
     def _on_speaking(self, message: String) -> None:
         self._put(said=message.data)
-
-    def _on_battery(self, message: BatteryState) -> None:
-        known = math.isfinite(message.percentage)
-        self._put(battery=round(100.0 * message.percentage) if known else None)
-
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        late = "; ".join(self._late.sentences()) or None
-        if late != self._state["late"]:
-            self._put(late=late)
-        for status in message.status:
-            if status.name.endswith(LOCALISER):
-                self._put(sure=status.message if status.level == status.OK else f"unsure: {status.message}")
-                self._sure.heard()
 
 
 class SceneNode(FlorenceNode):
@@ -338,23 +353,23 @@ class SceneNode(FlorenceNode):
         self._scan: LaserScan | None = None
         self._tf = TransformListener(self)
         brief: dict[str, Any] = {"event_callbacks": NO_EVENTS}
-        self.create_subscription(LaserScanMsg, "filtered_scan", self._on_scan, SENSOR, **brief)
-        self.create_subscription(PathMsg, "plan", self._on_plan, RELIABLE, **brief)
+        self.create_subscription(LaserScanMsg, FILTERED_SCAN, self._on_scan, SENSOR, **brief)
+        self.create_subscription(PathMsg, PLAN, self._on_plan, RELIABLE, **brief)
         for action in DRIVES:
             take = partial(self._on_drives, action)
             self.create_subscription(GoalStatusArray, f"{action}/_action/status", take, LATCHED, **brief)
         self._tellers = {
-            "plan": tellers_of(self, "plan", self._forget_plan),
-            TREE: tellers_of(self, TREE, self._forget_tree),
+            "plan": tellers_of(self, PLAN, self._forget_plan),
+            SNAPSHOTS: tellers_of(self, SNAPSHOTS, self._forget_tree),
         }
         self.create_subscription(
-            MarkerArray, "user_markers", self._on_people, RELIABLE, newest_only=True, **brief
+            MarkerArray, USER_MARKERS, self._on_people, RELIABLE, newest_only=True, **brief
         )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        self._decode_tree = self._decoded(self._on_tree, TREE, BehaviourTree)
-        self.create_subscription(BehaviourTree, TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
-        self.create_subscription(PoseWithCovarianceStamped, "amcl_pose", self._on_pose, LATCHED, **brief)
+        self._decode_tree = self._decoded(self._on_tree, SNAPSHOTS, BehaviourTree)
+        self.create_subscription(BehaviourTree, SNAPSHOTS, self._on_tree_bytes, LATCHED, raw=True, **brief)
+        self.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
         page.begin_to_ask()
         call_every(self.steady, ASK_S, page.look_for_questions)
@@ -503,7 +518,7 @@ class SceneNode(FlorenceNode):
 
     def _on_tree_bytes(self, serialised: bytes) -> None:
         self._tree = serialised
-        self._tellers[TREE].heard()
+        self._tellers[SNAPSHOTS].heard()
 
     def _show_tree(self) -> None:
         """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""
@@ -537,6 +552,16 @@ def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Te
     """Return who publishes a topic, with what to do when nobody is left who has told it."""
     name = node.resolve_topic_name(topic)
     return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)
+
+
+def _percent(battery: Battery | None) -> int | None:
+    return None if battery is None or battery.charge is None else round(100.0 * battery.charge)
+
+
+def _was(battery: Heard[Battery]) -> str | None:
+    """Say how full the battery was when its driver spoke last; None when it did not know."""
+    percent = _percent(battery.last)
+    return None if percent is None else f"{percent} % {age_text(battery.age)} ago"
 
 
 def _m(value: float) -> float:

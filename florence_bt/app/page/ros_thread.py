@@ -14,15 +14,21 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from std_msgs.msg import Bool, String
 
 from florence_bt.app.page.driving import HandDriving
-from florence_bt.app.page.node import MAP_FRAME, OLD_S, PageNode, SceneNode
+from florence_bt.app.page.node import MAP_FRAME, PageNode, SceneNode
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.topic_names import (
+    INITIAL_POSE,
+    MANUAL_CMD_VEL,
+    OVERRIDE_BY,
+    RELEASE_OVERRIDE,
+    SWITCH_OVERRIDE,
+)
 from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.conversions import pose_with_covariance_to_ros, twist_to_ros
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.ros.topics import INITIAL_POSE, OVERRIDE_BY, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 
 ANSWER_S = 10.0
 """Wall seconds to wait for the answer of a service."""
@@ -50,7 +56,7 @@ class RosThread(Closing):
         self._override_by = self.node.create_publisher(String, OVERRIDE_BY, RELIABLE)
         self._override = self.node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
         self._initial_pose = self.node.create_publisher(PoseWithCovarianceStamped, INITIAL_POSE, RELIABLE)
-        velocity = self.node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        velocity = self.node.create_publisher(Twist, MANUAL_CMD_VEL, RELIABLE)
         self.driving = HandDriving(
             self.node.steady,
             lambda: self.node.overridden,
@@ -128,22 +134,22 @@ class RosThread(Closing):
         """
         if press in self._confirmed:
             return True, self._word_of_stop()
-        heard = self.node.override
-        before = self._pressed.setdefault(press, heard.state.stops if heard is not None else None)
+        heard = self.node.override.last
+        before = self._pressed.setdefault(press, heard.stops if heard is not None else None)
 
         def publish() -> None:
             self._override_by.publish(String(data=by))
             self._override.publish(Bool(data=True))
 
         begin = time.monotonic()
-        counted = heard is not None and heard.state.on and before is not None and heard.state.stops != before
+        counted = heard is not None and heard.on and before is not None and heard.stops != before
         if not counted:  # one press is one stop: the next one would take the robot out of a hand again
             self.on_thread(publish)
         while time.monotonic() < begin + CONFIRM_S:
             await asyncio.sleep(_CONFIRM_LOOK_S)
             if before is None:  # the first word that is heard may be of before the press
-                heard = self.node.override
-                before = self._pressed[press] = None if heard is None else heard.state.stops
+                heard = self.node.override.last
+                before = self._pressed[press] = None if heard is None else heard.stops
                 self.on_thread(publish)
             elif self._problem_of_stop(before) == "":
                 self._confirmed[press] = None
@@ -155,15 +161,14 @@ class RosThread(Closing):
 
     def _word_of_stop(self) -> str:
         """Say how the robot is after a stop that was confirmed."""
-        heard = self.node.override
-        return STOPPED if heard is None or not heard.state.driven_by_hand else DRIVEN
+        heard = self.node.override.last
+        return STOPPED if heard is None or not heard.driven_by_hand else DRIVEN
 
     def _problem_of_stop(self, before: int | None) -> str:
         """Say why a stop is not confirmed yet; empty when it is."""
-        heard = self.node.override
-        if heard is None or self.node.steady.now() > heard.heard_at + OLD_S:
+        state = self.node.override.fresh
+        if state is None:
             return "the base's driver says nothing"
-        state = heard.state
         if not state.on or state.stops == before:
             return "the base's driver has not answered yet"
         if state.problem:
@@ -184,10 +189,10 @@ class RosThread(Closing):
         Raises:
             FlorenceError: The base's driver is not there, or says nothing.
         """
-        heard, now = self.node.override, self.node.steady.now()
-        if heard is None or now > heard.heard_at + OLD_S:
+        state, heard_ago_s = self.node.override.fresh, self.node.override.since_s
+        if state is None:
             raise FlorenceError("not released: the base's driver says nothing")
-        pressed_at = heard.state.sent_at + (now - heard.heard_at) - ago_s
+        pressed_at = state.sent_at + heard_ago_s - ago_s
         request = ReleaseOverride.Request(stops=stops, pressed_at=pressed_at, by=by)
         self.on_thread(lambda: self._override_by.publish(String(data=by)))
         answer = await self.ask(ReleaseOverride, RELEASE_OVERRIDE, request)

@@ -20,6 +20,7 @@ from florence_bt.app.recording.schemas import message_schema
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
+from florence_bt.core.topic_names import CLOCK
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
 
@@ -38,7 +39,7 @@ MOST_HELD = 64_000_000
 """Bytes of messages that may wait for the time of a simulation; with more, nobody waits any longer."""
 PICTURES = frozenset({"Image", "CompressedImage", "PointCloud2", "MultiEchoLaserScan"})
 """Types of sensor_msgs that have 100 times the bytes of all others; cameras make them on demand."""
-OF_ALL_ROBOTS = ("/tf", "/tf_static", "/clock", "/rosout", "/diagnostics")
+OF_ALL_ROBOTS = ("/tf", "/tf_static", CLOCK, "/rosout", "/diagnostics")
 """Topics that a robot in a namespace may share with others."""
 _CLOCK = "rosgraph_msgs/msg/Clock"
 _TIME = struct.Struct("<4xiI")

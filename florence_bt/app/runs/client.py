@@ -31,6 +31,7 @@ from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.closing import Closing
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.topic_names import RUN_STATE, SAY, SIMULATOR_TRUTH, TREE
 from florence_bt.ros.arguments import start_ros, where_else
 from florence_bt.ros.domain_neighbours import DomainNeighbours
 from florence_bt.ros.executor import SpinLoop
@@ -88,8 +89,8 @@ class MissionClient(Closing):
         self.tree = ""
         self.state = RunState(state="IDLE")
         self.truth: Mapping[str, Any] = {}
-        self.node.create_subscription(String, "florence_bt/tree", self._on_tree, LATCHED)
-        self.node.create_subscription(RunState, "florence_bt/run_state", self._on_state, LATCHED)
+        self.node.create_subscription(String, TREE, self._on_tree, LATCHED)
+        self.node.create_subscription(RunState, RUN_STATE, self._on_state, LATCHED)
 
     def close(self) -> None:
         """Leave ROS."""
@@ -119,11 +120,11 @@ class MissionClient(Closing):
 
     def follow_speech(self, show: Callable[[str], None]) -> None:
         """Call back with each sentence that the robot begins to say."""
-        self.node.create_subscription(String, "say", lambda message: show(message.data), RELIABLE)
+        self.node.create_subscription(String, SAY, lambda message: show(message.data), RELIABLE)
 
     def follow_truth(self) -> None:
         """Keep ``truth`` up to date with what the simulator says is really so."""
-        self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)
+        self.node.create_subscription(String, SIMULATOR_TRUTH, self._on_truth, LATCHED)
 
     def spin_until(
         self,

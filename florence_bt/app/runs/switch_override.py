@@ -17,9 +17,9 @@ from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Bool, String
 
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.core.topic_names import OVERRIDE_BY, OVERRIDE_STATE, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.ros.arguments import start_ros
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import OVERRIDE_BY, OVERRIDE_STATE, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 
 SIGHT_S = 5.0
 """Wall seconds in which the base's driver must be discovered, and in which it must answer."""

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import TrackedUsers
 from florence_interfaces.srv import GetRoom, GetUserSeen, GetXYPhi
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import BatteryState
-from std_msgs.msg import Bool
 
 from florence_bt.app.runs.client import (
     ACTIVE_STATES,
@@ -28,11 +22,27 @@ from florence_bt.app.runs.client import (
 )
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, DriveWatch
 from florence_bt.app.wrapping import hanging
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import degrees_text
-from florence_bt.ros.conversions import stamp_from_ros
-from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR, STATE
-from florence_bt.ros.topics import MANUAL_OVERRIDE, SERVERS_STATUS
+from florence_bt.core.heard import Heard, age_text
+from florence_bt.core.topic_names import (
+    CLOCK,
+    DEVIATION_DEG,
+    DEVIATION_M,
+    PLACE_STATUS,
+    SCAN_FIT,
+    SERVERS_STATUS,
+)
+from florence_bt.ros.present_time import PresentTimeOfStamps, is_of_another_clock
+from florence_bt.ros.robot_state import (
+    BATTERY,
+    GOALS,
+    GOALS_OF_SEVERAL_POSES,
+    OVERRIDE,
+    PEOPLE,
+    RobotState,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,17 +50,8 @@ if TYPE_CHECKING:
 WAIT_S = 2.5
 """Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
 may not."""
-ANOTHER_CLOCK_S = 86_400.0
-"""Stamps that are further from the date than this are of another clock, such as that of a simulation."""
-OLD_S = 3.0
-"""Wall seconds after which such a message is old."""
-SEEN_S = 1.5
-"""Wall seconds for which a person counts as seen: the camera's node tells of people five times a second."""
 WATCH_PERIOD_S = 0.5
 USER_SEEN = f"{LOCATOR}/getUserSeen"
-_LOCALISER, _MAPPING = "Place in the map", "mapping:"
-_GOALS = "navigate_to_pose/_action/status"
-_THROUGHS = "navigate_through_poses/_action/status"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 _ENDS = {"SUCCEEDED": "succeeded", "PREEMPTED": "was stopped", "ABORTED": "failed"}
 """How a run ended, in words, by the goal states of the document that ``run_state`` has."""
@@ -71,40 +72,6 @@ class Fact:
     values: dict[str, Any] = field(default_factory=dict)
 
 
-class _Latest:
-    """The newest message of a topic, and when it came and was sent: a latched one may be old when it comes.
-
-    Args:
-        now: The present time of stamps, seconds; None while it is not known.
-    """
-
-    def __init__(self, now: Callable[[], float | None] = time.time) -> None:
-        self.message: Any = None
-        self._at = -math.inf
-        self._now = now
-        self._sent = 0.0
-
-    def take(self, message: Any, sent: float = 0.0) -> None:
-        """Take a message, with its stamp; 0 where it has none."""
-        self.message, self._at, self._sent = message, time.monotonic(), sent
-
-    @property
-    def of_another_clock(self) -> bool:
-        """Tell whether its stamp is not of this machine's date."""
-        return bool(self._sent) and abs(time.time() - self._sent) > ANOTHER_CLOCK_S
-
-    @property
-    def age(self) -> float:
-        """Seconds since it was sent, by its stamp, or since it came; infinity before the first.
-
-        A stamp of a clock that has not been heard tells nothing.
-        """
-        came, now = time.monotonic() - self._at, self._now()
-        if now is None and not self.of_another_clock:
-            now = time.time()
-        return max(came, now - self._sent) if self._sent and now is not None else came
-
-
 class Where:
     """Gathers where the robot is from the topics and services of a running system.
 
@@ -114,21 +81,13 @@ class Where:
 
     def __init__(self, client: MissionClient) -> None:
         self._client = client
-        self._simulated = _Latest()
-        self._battery, self._users, self._localiser = _Latest(self._now), _Latest(), _Latest(self._now)
-        self._goals, self._throughs, self._override = _Latest(), _Latest(), _Latest()
-        self._servers = _Latest()
+        self._time = PresentTimeOfStamps(client.node)
+        self._state = state = RobotState(client.node, self._time)
+        self._battery, self._people = state.listen(BATTERY), state.listen(PEOPLE)
+        self._override = state.listen(OVERRIDE)
+        state.listen_to_diagnostics()
+        self._goals, self._throughs = state.listen(GOALS), state.listen(GOALS_OF_SEVERAL_POSES)
         self._drives = DriveWatch(client.node)
-        subscribe = client.node.create_subscription
-        subscribe(Clock, "/clock", self._simulated.take, STATE)
-        # Of any base, and the last message of ours.
-        subscribe(BatteryState, "battery_state", self._on_battery, SENSOR)
-        subscribe(BatteryState, "battery_state", self._on_battery, LATCHED, event_callbacks=NO_EVENTS)
-        subscribe(TrackedUsers, "filtered_tracked_users", self._users.take, RELIABLE)
-        subscribe(DiagnosticArray, "diagnostics", self._on_diagnostics, LATCHED, event_callbacks=NO_EVENTS)
-        subscribe(GoalStatusArray, _GOALS, self._goals.take, LATCHED)
-        subscribe(GoalStatusArray, _THROUGHS, self._throughs.take, LATCHED)
-        subscribe(Bool, MANUAL_OVERRIDE, self._override.take, LATCHED)
         for service_type, service in (
             (GetXYPhi, ROBOT_POSE),
             (GetRoom, ROBOT_ROOM),
@@ -145,11 +104,16 @@ class Where:
         return there
 
     def _told(self) -> bool:
-        stamped = (self._battery, self._localiser)
-        simulated = self._client.node.count_publishers("/clock") > 0
-        simulated = simulated or any(each.of_another_clock for each in stamped)
-        awaited = (*stamped, *([self._simulated] if simulated else []))
-        return all(each.message is not None for each in awaited)
+        place = self._place()
+        if place is None or self._battery.last is None:
+            return False
+        simulated = self._client.node.count_publishers(CLOCK) > 0
+        simulated = simulated or any(map(is_of_another_clock, (self._battery.stamp, place.stamp)))
+        return not simulated or self._time.simulated() is not None
+
+    def _place(self) -> Heard[Diagnosis] | None:
+        """Return what the localiser, or what makes the map, has said about the robot's place."""
+        return next((heard for _, heard in self._state.diagnoses(about=PLACE_STATUS)), None)
 
     def facts(self) -> dict[str, Fact]:
         """Return everything: a word for what it is -> what is known of it."""
@@ -160,6 +124,7 @@ class Where:
             "goal": self._goal(),
             "mission": self._mission(),
             **({"servers": missing} if missing is not None else {}),
+            **({"processes": trouble} if (trouble := self._trouble()) is not None else {}),
             "battery": self._battery_charge(),
             "user": self._user(),
             "seen": self._seen(),
@@ -176,33 +141,34 @@ class Where:
         except (SystemNotThere, DeviceTimeout):
             return Fact("not known: no locator answers", False)
         if not pose.valid:
-            return Fact("not known: no transform leads from the map to the robot", False)
+            return Fact("not known: no transform of the last seconds leads from the map to the robot", False)
         return Fact(
             f"{_in(room)}at {_place(pose)}, heading {degrees_text(pose.phi)}", True, _values(pose, room)
         )
 
     def _certainty(self) -> Fact:
-        status = self._localiser.message
-        if status is None:
+        heard = self._place()
+        if heard is None or heard.last is None:
             return Fact(f"not known: no localiser has told within {WAIT_S:g} s", False)
-        values = {value.key: value.value for value in status.values}
-        if status.name.startswith(_MAPPING):
-            return Fact(status.message, status.level == status.OK)
-        fit, metres, degrees = (float(value) for value in list(values.values())[:3])
-        text = f"{status.message}; {100 * fit:.0f} % of the scan fits the map"
-        text += f", ± {100 * metres:.0f} cm, ± {degrees:.1f} deg" if status.level == status.OK else ""
-        if self._localiser.age > OLD_S:
-            return Fact(f"not known: the localiser told last {self._localiser.age:.0f} s ago: {text}", False)
-        facts = {"fit": fit, "deviation_m": metres, "deviation_deg": degrees}
-        return Fact(text, status.level == status.OK, facts)
+        place, text, facts = heard.last, heard.last.message, {}
+        if SCAN_FIT in place.values:
+            fit, metres, degrees = (
+                float(place.values[key]) for key in (SCAN_FIT, DEVIATION_M, DEVIATION_DEG)
+            )
+            text += f"; {100 * fit:.0f} % of the scan fits the map"
+            text += f", ± {100 * metres:.0f} cm, ± {degrees:.1f} deg" if place.level is Severity.OK else ""
+            facts = {"fit": fit, "deviation_m": metres, "deviation_deg": degrees}
+        if heard.fresh is None:
+            return Fact(f"not known: the localiser told last {age_text(heard.age)} ago: {text}", False)
+        return Fact(text, place.level is Severity.OK, facts)
 
     def _goal(self) -> Fact:
-        if self._goals.message is None and self._throughs.message is None:
-            if self._client.node.count_publishers(_GOALS):
+        if self._goals.last is None and self._throughs.last is None:
+            if self._client.node.count_publishers(GOALS.topic):
                 return Fact("none: nothing has been driven to yet")
             return Fact("not known: there is no navigation (navigate_to_pose)", False)
-        to_goal = _is_driving(self._goals.message)
-        if not to_goal and not _is_driving(self._throughs.message):
+        to_goal = _is_driving(self._goals.last)
+        if not to_goal and not _is_driving(self._throughs.last):
             return Fact("none: nothing drives to a place", True)
         values: dict[str, Any] = {}
         text = "a drive has just begun" if to_goal else "a drive through several poses"
@@ -219,7 +185,7 @@ class Where:
         return Fact(text, True, values)
 
     def _mission(self) -> Fact:
-        blocked = "; the manual override is on" if getattr(self._override.message, "data", False) else ""
+        blocked = self._blocked()
         state = self._client.state
         if not self._client.sees(MISSION_SERVER):
             return Fact(f"not known: no mission server is there{blocked}", False)
@@ -237,26 +203,44 @@ class Where:
         how = _ENDS.get(state.state, state.state)
         return Fact(f"none; the last one, {state.mission}, {how}{reason}{blocked}", True, values)
 
+    def _blocked(self) -> str:
+        """Say that the manual override holds missions; empty when it does not."""
+        override = self._override.last
+        if override is None or not override.on:
+            return ""
+        if self._override.fresh is not None:
+            return "; the manual override is on"
+        return f"; the manual override was on {age_text(self._override.age)} ago, by the driver's last word"
+
     def _missing_servers(self) -> Fact | None:
         """Return which servers missions lack, and why; None while none is known to be missing."""
-        status = self._servers.message
-        missing = {value.key: value.value for value in status.values} if status is not None else {}
-        if not missing:
+        heard = self._state.diagnosis(MISSION_SERVER, SERVERS_STATUS)
+        if heard is None or heard.last is None or not heard.last.values:
             return None
+        missing = dict(heard.last.values)
         lines = "; ".join(f"{skill}: {server}" for skill, server in missing.items())
-        return Fact(f"{len(missing)} missing: {lines}", True, missing)
+        text = f"{len(missing)} missing: {lines}"
+        if heard.fresh is None:
+            return Fact(f"not known: the mission server told last {age_text(heard.age)} ago: {text}", False)
+        return Fact(text, True, missing)
+
+    def _trouble(self) -> Fact | None:
+        """Return which processes do not run as they should, or are late; None while all is well."""
+        found, late = self._state.processes_in_trouble(), self._state.late()
+        lines = [*(f"{what}: {message}" for what, message in found.items()), *late]
+        return Fact("; ".join(lines), True, found | {"late": late}) if lines else None
 
     def _battery_charge(self) -> Fact:
-        battery = self._battery.message
-        if battery is None or self._battery.age > OLD_S:
-            last = "" if battery is None else f", the last time {self._battery.age:.0f} s ago"
+        battery = self._battery.fresh
+        if battery is None:
+            never = self._battery.last is None
+            last = "" if never else f", the last time {age_text(self._battery.age)} ago"
             return Fact(f"not known: the base's driver does not tell its battery{last}", False)
-        if not math.isfinite(battery.percentage):
+        if battery.charge is None:
             return Fact("not known: the base does not measure its charge", False)
-        charging = battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
-        share = round(float(battery.percentage), 3)
-        text = f"{100 * share:.0f} %, {'charging' if charging else 'not charging'}"
-        return Fact(text, True, {"charge": share, "charging": charging})
+        share = round(battery.charge, 3)
+        text = f"{100 * share:.0f} %, {'charging' if battery.charging else 'not charging'}"
+        return Fact(text, True, {"charge": share, "charging": battery.charging})
 
     def _user(self) -> Fact:
         try:
@@ -269,31 +253,15 @@ class Where:
         return Fact(f"last in {seen.room}, {_ago(seen.age)}, by {seen.source}", True, values)
 
     def _seen(self) -> Fact:
-        users = self._users.message
-        if users is None or self._users.age > SEEN_S:
-            since = "" if users is None else f" for {_duration(self._users.age)}"
+        ids = self._people.fresh
+        if ids is None:
+            since = "" if self._people.last is None else f" for {age_text(self._people.age)}"
             return Fact(f"not known: nobody has been looked for{since} (the user tracker rests)", False)
-        ids = sorted(users.user_ids)
         if not ids:
             return Fact("nobody is in view", True, {"users": []})
         numbers = ", ".join(map(str, ids))
         people = "one person is" if len(ids) == 1 else f"{len(ids)} people are"
-        return Fact(f"{people} in view (number {numbers})", True, {"users": ids})
-
-    def _on_battery(self, message: BatteryState) -> None:
-        self._battery.take(message, stamp_from_ros(message.header.stamp))
-
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name.endswith(_LOCALISER):
-                self._localiser.take(status, stamp_from_ros(message.header.stamp))
-            elif status.name == f"{MISSION_SERVER}: {SERVERS_STATUS}":
-                self._servers.take(status)
-
-    def _now(self) -> float | None:
-        """Return the time of a simulation; None where there is none, or nobody has told it yet."""
-        clock = self._simulated.message
-        return None if clock is None else stamp_from_ros(clock.clock)
+        return Fact(f"{people} in view (number {numbers})", True, {"users": list(ids)})
 
 
 def as_text(facts: dict[str, Fact], columns: int | None = None) -> str:
@@ -385,10 +353,4 @@ def _values(pose: Any, room: Any) -> dict[str, Any]:
 
 
 def _ago(seconds: float) -> str:
-    return "just now" if seconds < 2.0 else f"{_duration(seconds)} ago"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+    return "just now" if seconds < 2.0 else f"{age_text(seconds)} ago"

@@ -7,7 +7,6 @@ tick look like a change.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +14,11 @@ from florence_interfaces.srv import GetRoom, GetXYPhi
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
 from florence_bt.app.runs.client import LOCATOR, MissionClient, OpenQuestion
+from florence_bt.core.heard import Heard
 from florence_bt.ros.action_client import LatestMessages
 from florence_bt.ros.conversions import duration_from_ros
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.present_time import SteadyTime
 
 ROBOT_ROOM = f"{LOCATOR}/getRobotPosRoom"
 GOAL_ROOM = f"{LOCATOR}/getGoalPosRoom"
@@ -25,8 +26,8 @@ GOAL_POSE = f"{LOCATOR}/getGoalPosXYPhi"
 _OF_THE_GOAL = {GOAL_ROOM: GetRoom, GOAL_POSE: GetXYPhi}
 ASK_PERIOD_S = 1.0
 """Wall seconds between two times at which the locator is asked."""
-FRESH_S = 3.0
-"""Wall seconds without feedback after which the robot is not on its way any more."""
+FEEDBACK_PERIOD_S = 1.0
+"""Seconds between two words of navigation on a drive, at most; Nav2 and Florence's tell more often."""
 ARRIVED_M = 0.05
 """Metres left that are not worth telling."""
 
@@ -63,21 +64,22 @@ class DriveWatch:
                 (NavigateThroughPoses, "navigate_through_poses"),
             )
         ]
-        self._drive: DriveProgress | None = None
-        self._told_at = 0.0
+        self._drive: Heard[DriveProgress] = Heard(SteadyTime(node.steady), FEEDBACK_PERIOD_S)
 
     def now(self) -> DriveProgress | None:
         """Return the drive that goes on; None when nothing has been told of one lately."""
         for way in self._ways:
             for message in way.take():
-                self._told_at, told = time.monotonic(), message.feedback
-                self._drive = DriveProgress(
-                    bytes(message.goal_id.uuid),
-                    float(told.distance_remaining),
-                    duration_from_ros(told.estimated_time_remaining),
-                    way is self._ways[0],
+                told = message.feedback
+                self._drive.take(
+                    DriveProgress(
+                        bytes(message.goal_id.uuid),
+                        float(told.distance_remaining),
+                        duration_from_ros(told.estimated_time_remaining),
+                        way is self._ways[0],
+                    )
                 )
-        return self._drive if time.monotonic() - self._told_at <= FRESH_S else None
+        return self._drive.fresh
 
 
 class Whereabouts:
@@ -90,7 +92,8 @@ class Whereabouts:
     def __init__(self, client: MissionClient) -> None:
         self._drives = DriveWatch(client.node)
         self._questions = {name: OpenQuestion(client) for name in (ROBOT_ROOM, *_OF_THE_GOAL)}
-        self._answers: dict[str, Any] = {}
+        self._time = SteadyTime(client.node.steady)
+        self._answers: dict[str, Heard[Any]] = {}
         self._goal_id = b""
         self._ask_at = 0.0
 
@@ -112,8 +115,8 @@ class Whereabouts:
         for name, question in self._questions.items():
             answer = question.take()
             if answer is not None:
-                self._answers[name] = answer
-        now = time.monotonic()
+                self._answers.setdefault(name, Heard(self._time, ASK_PERIOD_S)).take(answer)
+        now = self._time.steady()
         if now >= self._ask_at:
             asked = [
                 self._questions[name].ask(service, name, service.Request())
@@ -121,12 +124,17 @@ class Whereabouts:
             ]
             self._ask_at = now + ASK_PERIOD_S if any(asked) else self._ask_at
 
+    def _answer(self, question: str) -> Any:
+        """Return the answer of the locator while it is fresh."""
+        heard = self._answers.get(question)
+        return None if heard is None else heard.fresh
+
     def _room(self, question: str) -> str:
-        answer = self._answers.get(question)
+        answer = self._answer(question)
         return answer.room if answer is not None and answer.valid else ""
 
     def _destination(self, here: str) -> str:
-        room, pose = self._room(GOAL_ROOM), self._answers.get(GOAL_POSE)
+        room, pose = self._room(GOAL_ROOM), self._answer(GOAL_POSE)
         if room and room != here:
             return f"the {room}"
         return f"({pose.x:.1f}, {pose.y:.1f})" if pose is not None and pose.valid else ""

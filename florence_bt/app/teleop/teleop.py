@@ -6,13 +6,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
-from florence_interfaces.msg import ManualOverride, StopReason
 from florence_interfaces.srv import StopMission
 from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
 from rich.console import Console, Group
 from rich.live import Live
-from sensor_msgs.msg import BatteryState, Joy
+from sensor_msgs.msg import Joy
 
 from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import ignored, once
@@ -28,10 +26,12 @@ from florence_bt.app.runs.whereabouts import Whereabouts
 from florence_bt.app.teleop.hands import Gamepad, GamepadLayout, Hand, Keys, TeleopParameters
 from florence_bt.app.teleop.panel import KEYS, Situation, lines_of
 from florence_bt.core.errors import ConfigError, FlorenceError
-from florence_bt.core.geometry import STANDSTILL, Twist2
-from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
-from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE, STATE
-from florence_bt.ros.topics import OVERRIDE_STATE
+from florence_bt.core.geometry import STANDSTILL
+from florence_bt.core.heard import Freshness, age_text
+from florence_bt.core.topic_names import JOY, MANUAL_CMD_VEL, OVERRIDE_STATE
+from florence_bt.ros.conversions import twist_to_ros
+from florence_bt.ros.qos import COMMAND, RELIABLE
+from florence_bt.ros.robot_state import BATTERY, HELD, MOTION, OVERRIDE, RobotState
 
 PERIOD_S = 0.05
 """Seconds between two commands: a fifth of what the velocity filter waits for one."""
@@ -90,7 +90,7 @@ def drive_with_gamepad(console: Console, parameters: TeleopParameters, layout: G
     with MissionClient("florence_teleop") as client:
         client.node.create_subscription(
             Joy,
-            "joy",
+            JOY,
             lambda message: hand.take(message.axes, message.buttons, time.monotonic()),
             COMMAND,
             judge_stamps=False,
@@ -99,8 +99,8 @@ def drive_with_gamepad(console: Console, parameters: TeleopParameters, layout: G
 
 
 def _pad_problem(client: MissionClient, hand: Gamepad) -> str:
-    if client.node.count_publishers("joy") == 0:
-        return f"nobody publishes {client.node.resolve_topic_name('joy')}: ros2 run joy joy_node"
+    if client.node.count_publishers(JOY) == 0:
+        return f"nobody publishes {client.node.resolve_topic_name(JOY)}: ros2 run joy joy_node"
     return hand.problem
 
 
@@ -131,21 +131,16 @@ class _Teleop:
         self._help = help_lines
         self._read = read
         self._problem = problem
-        self._overridden: bool | None = None
         self._stops = 0
-        self._must_let_go = False
+        self._must_let_go = self._gone = False
         self._stopped: Stopped | None = None
-        self._driven: Twist2 | None = None
-        self._stop_reason = ""
-        self._charge: float | None = None
         self._command_at = self._draw_at = 0.0
         self._told = ""
         node = client.node
-        self._velocity = node.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
-        node.create_subscription(ManualOverride, OVERRIDE_STATE, self._on_override, LATCHED)
-        node.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_stop_reason, LATCHED)
-        node.create_subscription(Odometry, "odom", self._on_odometry, STATE, judge_stamps=False)
-        node.create_subscription(BatteryState, "battery_state", self._on_battery, STATE, judge_stamps=False)
+        self._velocity = node.create_publisher(Twist, MANUAL_CMD_VEL, RELIABLE)
+        state = RobotState(node)
+        self._override = state.listen(OVERRIDE, self._on_override)
+        self._held, self._driven, self._battery = (state.listen(part) for part in (HELD, MOTION, BATTERY))
         self._whereabouts = Whereabouts(client)
 
     def drive(self) -> None:
@@ -164,7 +159,7 @@ class _Teleop:
     def _taken(self) -> Iterator[None]:
         """Hold the manual override; one that was on before is left on."""
         node = self._client.node
-        if not self._client.wait_for(lambda: self._overridden is not None):
+        if not self._client.wait_for(lambda: self._override.last is not None):
             raise SystemNotThere(
                 f"no driver of a base says {node.resolve_topic_name(OVERRIDE_STATE)}; "
                 f"is the system up? Start it with: {', or '.join(STARTS)}"
@@ -222,18 +217,18 @@ class _Teleop:
             return
         self._draw_at = now
         if self._client.node.count_publishers(OVERRIDE_STATE) == 0:
-            self._overridden = None
+            self._gone = True
             raise TakenBack(
                 "the base's driver is gone; the manual override stays on: florence release, once it is back"
             )
         situation = Situation(
             self._hand.speeds,
             wanted,
-            self._driven,
-            self._stop_reason,
-            self._charge,
+            self._driven.fresh,
+            self._held.fresh or "",
+            None if (battery := self._battery.fresh) is None else battery.charge,
             self._whereabouts.text(),
-            LET_GO if self._must_let_go else self._problem(),
+            LET_GO if self._must_let_go else self._problem() or self._silence(),
         )
         if live is not None:
             live.update(Group(*lines_of(situation)), refresh=True)
@@ -241,23 +236,27 @@ class _Teleop:
             self._told = held
             self._say(held or "nothing holds the base")
 
+    @property
+    def _overridden(self) -> bool:
+        """Whether the manual override is on, as the base's driver said last before it went."""
+        return not self._gone and self._override.last is not None and self._override.last.on
+
+    def _silence(self) -> str:
+        """Say that the base's driver, which is there, tells nothing; empty while it does."""
+        if self._override.freshness is Freshness.FRESH:
+            return ""
+        return f"the base's driver has said nothing for {age_text(self._override.age)}; does the base obey?"
+
     def _say(self, line: str) -> None:
         try:
             self._console.print(line, highlight=False, markup=False, soft_wrap=True)
         except OSError:  # the terminal was closed
             self._console.quiet = True
 
-    def _on_override(self, message: ManualOverride) -> None:
+    def _on_override(self) -> None:
+        message = self._override.last
+        assert message is not None
         # A stop of somebody else takes the robot out of the hand, as it does in the base's driver.
         ours = self._stopped is not None and self._stops < message.stops <= self._stopped.stops
         self._must_let_go |= bool(message.on) and message.stops != self._stops and not ours
-        self._overridden, self._stops = bool(message.on), int(message.stops)
-
-    def _on_stop_reason(self, message: StopReason) -> None:
-        self._stop_reason = message.text if message.code else ""
-
-    def _on_odometry(self, message: Odometry) -> None:
-        self._driven = twist_from_ros(message.twist.twist)
-
-    def _on_battery(self, message: BatteryState) -> None:
-        self._charge = message.percentage if 0.0 <= message.percentage <= 1.0 else None
+        self._stops = int(message.stops)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.parameter import Parameter
@@ -15,6 +15,7 @@ from sensor_msgs.msg import MultiEchoLaserScan
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import DeviceError, DeviceTimeout
+from florence_bt.core.topic_names import ECHOES, SCAN
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
@@ -25,9 +26,9 @@ from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
 from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE, SENSOR
+from florence_bt.ros.qos import SENSOR
 
 DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -70,9 +71,9 @@ class HokuyoNode(FlorenceNode):
         )
         self._open_port, self._open_tcp = open_port, open_tcp
         self._published_limits: tuple[float, ...] = ()
-        self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
-        self._echoes = self.create_publisher(MultiEchoLaserScan, "echoes", SENSOR)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._scans = self.create_publisher(LaserScanMsg, SCAN, SENSOR)
+        self._echoes = self.create_publisher(MultiEchoLaserScan, ECHOES, SENSOR)
+        self._diagnostics = diagnostics_publisher(self)
         self.create_service(SelfTest, "~/self_test", self._on_self_test)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._port = DriverPort(

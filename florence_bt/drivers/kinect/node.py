@@ -7,13 +7,20 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.errors import DeviceError, DeviceTimeout
 from florence_bt.core.sensing import DepthImage
+from florence_bt.core.topic_names import (
+    COLOUR_CAMERA_INFO,
+    COLOUR_IMAGE,
+    DEPTH_CAMERA_INFO,
+    DEPTH_IMAGE,
+    DEPTH_POINTS,
+    RAW_DEPTH_IMAGE,
+)
 from florence_bt.drivers.connection import Connection
 from florence_bt.drivers.kinect.camera import depth_to_points
 from florence_bt.drivers.kinect.codec import millimetres_from_metres
@@ -27,9 +34,9 @@ from florence_bt.ros.conversions import (
     millimetres_to_ros,
     points_to_ros,
 )
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE, SENSOR
+from florence_bt.ros.qos import SENSOR
 
 DIAGNOSTICS_PERIOD_S = 1.0
 BLIND = "no pixel of the depth images has a distance: is the lens covered, or does the sun shine into it?"
@@ -68,17 +75,17 @@ class KinectNode(FlorenceNode):
         self._newest: dict[type, tuple[Frame, float]] = {}
         self._newest_lock = threading.Lock()
         self._opened = self.timebase.now()
-        self._depth = self.create_publisher(Image, "camera/depth/image", SENSOR)
-        self._raw = self.create_publisher(Image, "camera/depth/image_raw", SENSOR)
-        self._points = self.create_publisher(PointCloud2, "camera/depth/points", SENSOR)
-        self._depth_info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
-        self._colour = self.create_publisher(Image, "camera/rgb/image_color", SENSOR)
+        self._depth = self.create_publisher(Image, DEPTH_IMAGE, SENSOR)
+        self._raw = self.create_publisher(Image, RAW_DEPTH_IMAGE, SENSOR)
+        self._points = self.create_publisher(PointCloud2, DEPTH_POINTS, SENSOR)
+        self._depth_info = self.create_publisher(CameraInfo, DEPTH_CAMERA_INFO, SENSOR)
+        self._colour = self.create_publisher(Image, COLOUR_IMAGE, SENSOR)
         self._coloured = [
             self.create_publisher(PointCloud2, name, SENSOR)
             for name in ("camera/rgb/points", "camera/depth_registered/points")
         ]
-        self._colour_info = self.create_publisher(CameraInfo, "camera/rgb/camera_info", SENSOR)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._colour_info = self.create_publisher(CameraInfo, COLOUR_CAMERA_INFO, SENSOR)
+        self._diagnostics = diagnostics_publisher(self)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[FrameSource, Frame] = Connection(
             self.timebase,

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
 from florence_interfaces.msg import StopReason as StopReasonMsg
 from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
@@ -18,6 +17,15 @@ from std_srvs.srv import SetBool
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
 from florence_bt.core.geometry import STANDSTILL
+from florence_bt.core.topic_names import (
+    BATTERY_STATE,
+    CMD_VEL,
+    IMU,
+    JOINT_STATES,
+    MANUAL_CMD_VEL,
+    ODOMETRY,
+    RAW_IMU,
+)
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.turtlebot.battery import battery_of, is_full
@@ -33,7 +41,7 @@ from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, Tu
 from florence_bt.drivers.turtlebot.report import RateLimiter, StateReport
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
@@ -123,17 +131,17 @@ class TurtlebotNode(FlorenceNode):
             self.get_logger().error(f"the base may still be driving: {not_sent}")
 
     def _make_interfaces(self) -> None:
-        self._odometry_topic = self.create_publisher(OdometryMsg, "odom", RELIABLE)
-        self._imu_topic = self.create_publisher(Imu, "imu/data", RELIABLE)
-        self._raw_imu_topic = self.create_publisher(Imu, "imu/raw", RELIABLE)
+        self._odometry_topic = self.create_publisher(OdometryMsg, ODOMETRY, RELIABLE)
+        self._imu_topic = self.create_publisher(Imu, IMU, RELIABLE)
+        self._raw_imu_topic = self.create_publisher(Imu, RAW_IMU, RELIABLE)
         self._state_topic = self.create_publisher(TurtlebotSensorState, "~/sensor_state", RELIABLE)
         self._stop_topic = self.create_publisher(StopReasonMsg, "~/stop_reason", LATCHED)
-        self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
-        self._battery_topic = self.create_publisher(BatteryState, "battery_state", LATCHED)
-        self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._joint_topic = self.create_publisher(JointState, JOINT_STATES, RELIABLE)
+        self._battery_topic = self.create_publisher(BatteryState, BATTERY_STATE, LATCHED)
+        self._diagnostics_topic = diagnostics_publisher(self)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
-        self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
-        self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)
+        self.create_subscription(Twist, CMD_VEL, self._on_command, COMMAND)
+        self.create_subscription(Twist, MANUAL_CMD_VEL, self._on_manual_command, COMMAND)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
         self.create_service(SetTurtlebotMode, "~/set_operation_mode", self._on_set_mode)
         self._create_2_topic = (

@@ -11,11 +11,11 @@ from std_msgs.msg import Bool
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.topic_names import MANUAL_OVERRIDE, OVERRIDE_STATE, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import MANUAL_OVERRIDE, OVERRIDE_STATE, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 
 BEAT_S = 0.5
 """Seconds between two messages on the override's state: whoever shows it knows by their absence that it is

@@ -13,10 +13,10 @@ from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.message_skills import NOBODY_ASKS, AnswerWait, AskedQuestion
+from florence_bt.core.topic_names import DOCK, OVERRIDE_BY, OVERRIDE_STATE, SWITCH_OVERRIDE
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import DOCK, OVERRIDE_BY, OVERRIDE_STATE, SWITCH_OVERRIDE
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport

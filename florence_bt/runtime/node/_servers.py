@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
-from diagnostic_msgs.msg import DiagnosticArray
-
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.skill import Skill
+from florence_bt.core.topic_names import SERVERS_STATUS
 from florence_bt.ros.action_skill import ActionSkill
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.served_skill import ServedSkill, server_text
 from florence_bt.ros.service_skill import ServiceSkill
-from florence_bt.ros.topics import SERVERS_STATUS
 from florence_bt.runtime.executor import Executor
 
 LOOK_PERIOD_S = 5.0
@@ -53,7 +50,7 @@ class SkillServers:
         self._folders = tuple(folders)
         self._only_used = only_used
         self._told: Mapping[str, str] = {}
-        self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", LATCHED)
+        self._publisher = diagnostics_publisher(node)
         timer = call_every(node.steady, LOOK_PERIOD_S, self._look)
         node.on_close(timer.cancel)
 

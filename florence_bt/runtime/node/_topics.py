@@ -8,6 +8,7 @@ from florence_interfaces.msg import RunState
 from std_msgs.msg import String
 
 from florence_bt.core.clock import Timer
+from florence_bt.core.topic_names import RUN_STATE, TREE
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.runtime.events import EventKind, RunEvent
@@ -38,8 +39,8 @@ class RunTopics:
         self._node = node
         self._missions = missions
         self._on_tree = on_tree
-        self._tree = node.create_publisher(String, "florence_bt/tree", LATCHED)
-        self._state = node.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+        self._tree = node.create_publisher(String, TREE, LATCHED)
+        self._state = node.create_publisher(RunState, RUN_STATE, LATCHED)
         self._published = ""
         self._next = 0.0
         self._later: Timer | None = None

@@ -19,6 +19,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from florence_bt.core.limits import CheckedParameters, Limits
+from florence_bt.core.topic_names import CLOCK, FILTERED_SCAN, SCAN, SIMULATOR_TRUTH
 from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, TF_LISTENER
@@ -90,16 +91,14 @@ class SimulatorNode(FlorenceNode):
         self._settings = self.read_parameters(SimulatorParameters)
         self._make_server = make_server
         self._clock_topic = (
-            None if self._settings.catch_up else self.create_publisher(ClockMessage, "/clock", RELIABLE)
+            None if self._settings.catch_up else self.create_publisher(ClockMessage, CLOCK, RELIABLE)
         )
-        self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
+        self._truth_topic = self.create_publisher(String, SIMULATOR_TRUTH, LATCHED)
         # This node makes the time that the others have; its own is the wall clock.
         self._drivers = SlowestReader(MOST_LAG_S, READER_TIMEOUT_S)
-        self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR, judge_stamps=False)
+        self.create_subscription(LaserScan, SCAN, self._on_scan, SENSOR, judge_stamps=False)
         self._filters = SlowestReader(MOST_FILTERED_LAG_S, READER_TIMEOUT_S)
-        self.create_subscription(
-            LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR, judge_stamps=False
-        )
+        self.create_subscription(LaserScan, FILTERED_SCAN, self._on_filtered_scan, SENSOR, judge_stamps=False)
         self._placed = {
             ODOM_FRAME: SlowestReader(MOST_NAVIGATION_LAG_S, TRANSFORM_TIMEOUT_S),
             BASE_FRAME: SlowestReader(MOST_BASE_LAG_S, TRANSFORM_TIMEOUT_S),

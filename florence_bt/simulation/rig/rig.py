@@ -13,6 +13,7 @@ from typing import TypeVar, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.ports import Ports
@@ -243,7 +244,7 @@ class Rig:
         self.found.append(Pose2(user.user_position_x, user.user_position_y))
 
     def _publish_battery(self) -> None:
-        self.topics["battery_state"].publish(percentage=self.charge_fraction)
+        self.topics[topic_names.BATTERY_STATE].publish(percentage=self.charge_fraction)
 
 
 def navigator_parameters(config: Config) -> NavigatorParameters:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, TypeVar
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.ports import Ports, Topic
@@ -42,7 +43,7 @@ KINECT_PERIOD_S = 0.2
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
-FILTERED_VELOCITY = Topic("filtered_cmd_vel", Twist2)
+FILTERED_VELOCITY = Topic(topic_names.FILTERED_CMD_VEL, Twist2)
 COMMANDED_S = 0.5
 """So long after a velocity command the robot counts as driven, whether it moves or not."""
 PICTURE_SIZE = 320, 240

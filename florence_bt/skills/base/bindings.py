@@ -7,6 +7,7 @@ from typing import Any
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ConditionBinding
 from florence_bt.core.skill import Inputs
+from florence_bt.core.topic_names import BATTERY_STATE
 
 MOST_CHARGE = 1.1
 """Of the full charge; what says more measures something else, or wrongly."""
@@ -25,7 +26,7 @@ BINDINGS = (
     ConditionBinding(
         skill="battery_above",
         interface="sensor_msgs/msg/BatteryState",
-        name="battery_state",
+        name=BATTERY_STATE,
         judge=_judge_battery,
         max_age_s=10.0,
     ),

@@ -16,6 +16,7 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.geometry import STANDSTILL
+from florence_bt.core.topic_names import CMD_VEL, IMU, KINECT_SCAN, SENSOR_STATE
 from florence_bt.ros.conversions import scan_from_ros, stamp_from_ros, twist_to_ros, yaw_from_quaternion
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -37,7 +38,7 @@ class CalibrationNodeParameters:
         odom_scale: The value of ``odom_angular_scale_correction`` that the base works with.
     """
 
-    scan_topic: str = "kinect_scan"
+    scan_topic: str = KINECT_SCAN
     odom_scale: float = 1.0
 
 
@@ -74,12 +75,10 @@ class CalibrationNode(FlorenceNode):
         self._reported = ""
         self._missing = set(Source) if turning.has_gyro else set(Source) - {Source.GYRO}
         self._begin_by = time.monotonic() + DISCOVERY_S
-        self._commands = self.create_publisher(Twist, "cmd_vel", RELIABLE)
+        self._commands = self.create_publisher(Twist, CMD_VEL, RELIABLE)
         self.create_subscription(LaserScanMsg, settings.scan_topic, self._on_scan, SENSOR)
-        self.create_subscription(
-            TurtlebotSensorState, "turtlebot_node/sensor_state", self._on_state, RELIABLE
-        )
-        self.create_subscription(Imu, "imu/data", self._on_gyro, RELIABLE)
+        self.create_subscription(TurtlebotSensorState, SENSOR_STATE, self._on_state, RELIABLE)
+        self.create_subscription(Imu, IMU, self._on_gyro, RELIABLE)
         self._steps = call_every(self.timebase, STEP_PERIOD_S, self._step)
 
     def close(self) -> None:

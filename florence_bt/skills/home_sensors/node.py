@@ -7,17 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import HomeEvent, UserSeen
 from std_msgs.msg import String
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.topic_names import ANSWER, USER_SEEN
 from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import ANSWER, USER_SEEN
 from florence_bt.skills.home_sensors.home_sensors import BadReport, HomeSensors, Report, SensedRoom
 from florence_bt.skills.home_sensors.mqtt import MqttClient
 from florence_bt.skills.home_sensors.payload import read_payload
@@ -67,7 +66,7 @@ class HomeSensorsNode(FlorenceNode):
         self._published: SensedRoom | None = None
         self._user_seen = self.create_publisher(UserSeen, USER_SEEN, LATCHED)
         self._answers = self.create_publisher(String, ANSWER, RELIABLE)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics = diagnostics_publisher(self)
         self.create_subscription(HomeEvent, EVENT, self._on_event, RELIABLE)
         call_every(self.timebase, PERIOD_S, self._publish_user)
         self.ros_timebase.on_reset(self._publish_again)

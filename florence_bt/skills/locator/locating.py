@@ -9,18 +9,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import FramedPose, Pose2
+from florence_bt.core.heard import old_after_s
 from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.outcome import Result
 from florence_bt.core.ports import Delivery, Fields, NoFields, Ports, Service, Topic
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.topic_names import HOTSPOTS as HOTSPOTS_TOPIC
+from florence_bt.core.topic_names import MANUAL_OVERRIDE, USER_SEEN
 from florence_bt.core.topics import FOUND, MAP, RUN_STATE, ZONES, FoundUser, RunState
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
-from florence_bt.ros.topics import HOTSPOTS as HOTSPOTS_TOPIC
-from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN
 from florence_bt.skills.locator.habits import RoomHabits, load_habits
 from florence_bt.skills.locator.hotspot_file import HotspotFile
 from florence_bt.skills.locator.hotspots import OBJECT, ROOM_NAMES, Hotspot, Hotspots, load_hotspots
@@ -109,9 +111,11 @@ class HotspotRequest(PoseRequest):
     label: str = ""
 
 
+TRANSFORM_PERIOD_S = 1.0
+"""Seconds between two transforms of a robot that stands, at most: ours come once a second then."""
 OVERRIDE = Topic(MANUAL_OVERRIDE, bool, Delivery.LATCHED)
 SIGHTINGS = Topic(USER_SEEN, Sighting, Delivery.LATCHED, "florence_interfaces/msg/UserSeen")
-GOAL = Topic("navigate/current_goal", FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")
+GOAL = Topic(topic_names.CURRENT_GOAL, FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")
 HOTSPOTS = Topic(HOTSPOTS_TOPIC, Hotspots, Delivery.LATCHED, "visualization_msgs/msg/MarkerArray")
 
 
@@ -209,9 +213,14 @@ class Locating:
         self._on_zones(self.locator.hotspots.zones, grid)
 
     def _robot_pose(self) -> Pose2 | None:
+        """Return where the robot is now; None when that is not known, or was known last some time ago."""
+        frames, buffer = (self._p.map_frame, self._p.base_frame), self._frames.buffer
         try:
-            self.locator.robot = self._frames.buffer.lookup_pose(self._p.map_frame, self._p.base_frame)
+            self.locator.robot = buffer.lookup_pose(*frames)
         except TransformUnavailable:
+            self.locator.robot = None
+        newest = buffer.newest_between(*frames)
+        if newest is not None and self._ports.clock.now() - newest > old_after_s(TRANSFORM_PERIOD_S):
             self.locator.robot = None
         return self.locator.robot
 

@@ -9,6 +9,7 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from florence_bt.core.topic_names import JOINT_STATES, ROBOT_DESCRIPTION
 from florence_bt.ros.conversions import stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -35,11 +36,11 @@ class RobotDescriptionNode(FlorenceNode):
         self._joints = {joint.name: joint for joint in robot.joints}
         self._broadcaster = StaticTransformBroadcaster(self)
         self._broadcaster.send(list(robot.fixed_frames))
-        self._publisher = self.create_publisher(String, "robot_description", LATCHED)
+        self._publisher = self.create_publisher(String, ROBOT_DESCRIPTION, LATCHED)
         self._publisher.publish(String(data=robot.urdf_text))
         self._moving = TransformBroadcaster(self)
         self._told: tuple[float, list[float]] = (-math.inf, [])
-        self.create_subscription(JointState, "joint_states", self._on_joints, RELIABLE)
+        self.create_subscription(JointState, JOINT_STATES, self._on_joints, RELIABLE)
 
     def _on_joints(self, message: JointState) -> None:
         moved = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from florence_bt.core import topic_names
 from florence_bt.core.outcome import Outcome
 from florence_bt.core.ports import Action, Delivery, Fields, Ports, Topic
 from florence_bt.skills.speech.bindings import PROGRAM_FAILED
@@ -17,8 +18,8 @@ class Sentence:
     text: str
 
 
-SAY = Topic("say", str)
-SPEAKING = Topic("speaking", str, Delivery.LATCHED)
+SAY = Topic(topic_names.SAY, str)
+SPEAKING = Topic(topic_names.SPEAKING, str, Delivery.LATCHED)
 SPEAK = Action("speak", "florence_interfaces/action/Speak", Sentence)
 
 

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 import pytest
 from rich.console import Console
 
-from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.bringup.topology import DEVICE_NODES, NODES
 from florence_bt.app.doctor import examination
 from florence_bt.app.doctor.finding import (
     HealthFinding,
@@ -173,9 +173,23 @@ def everything() -> tuple[str, ...]:
     return tuple(f"/{name}" for group, names in NODES.items() if group != "simulator" for name in names)
 
 
+WELL = {f"{name}: device": (0, "ok") for name in DEVICE_NODES}
+"""What drivers say when all is well."""
+
+
+def test_a_driver_that_is_there_and_says_nothing_is_a_problem():
+    silent = {name: told for name, told in WELL.items() if not name.startswith("hokuyo")}
+    (found,) = (
+        finding
+        for finding in check_graph(GraphView(everything(), 1, 0.8, silent))
+        if finding.level is not HealthLevel.OK
+    )
+    assert (found.item, found.level) == ("hokuyo_node", HealthLevel.PROBLEM) and "says nothing" in found.found
+
+
 def test_a_graph_where_all_is_well():
-    findings = list(check_graph(GraphView(everything(), 1, 0.8, {"turtlebot_node: Battery": (0, "ok")})))
-    assert all(f.level is HealthLevel.OK for f in findings) and len(findings) == 3
+    findings = list(check_graph(GraphView(everything(), 1, 0.8, WELL)))
+    assert all(f.level is HealthLevel.OK for f in findings) and len(findings) == 2 + len(WELL)
 
 
 @pytest.mark.parametrize("gone", [("map_server", "localiser"), ("mapping",)])
@@ -197,7 +211,7 @@ def without(*groups: str) -> tuple[str, ...]:
 @pytest.mark.parametrize("absent", [("navigation",), ("navigation", "hardware")])
 def test_nav2_and_a_running_base_in_place_of_florences_are_no_problem(absent):
     charge = None if "hardware" in absent else 0.8
-    view = GraphView((*without(*absent), *NAV2), 0, charge, {"florence_bt: messages": (0, "ok")})
+    view = GraphView((*without(*absent), *NAV2), 0, charge, WELL)
     assert all(f.level is HealthLevel.OK for f in check_graph(view)) and not is_partial(view)
     (finding, *_) = check_graph(GraphView(without(*absent), 0, 0.8, {}))
     assert finding.level is HealthLevel.PROBLEM, "without Nav2 they are missing"
@@ -235,7 +249,8 @@ def test_no_system():
         (GraphView(everything()[:3], 1, 0.8, {"x": (0, "ok")}), True),
         (GraphView(everything(), 1, None, {"x": (0, "ok")}), True),
         (GraphView(everything(), 1, 0.8, {}), True),
-        (GraphView(everything(), 1, 0.8, {"x": (0, "ok")}), False),
+        (GraphView(everything(), 1, 0.8, {"x": (0, "ok")}), True),
+        (GraphView(everything(), 1, 0.8, WELL), False),
     ],
 )
 def test_what_is_worth_a_longer_look(view, partial):

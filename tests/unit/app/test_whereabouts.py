@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from florence_interfaces.srv import GetRoom, GetXYPhi
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
-from florence_bt.app.runs import whereabouts
+from florence_bt.app.runs import client, whereabouts
 from florence_bt.app.runs.whereabouts import GOAL_POSE, GOAL_ROOM, ROBOT_ROOM, Whereabouts, where_text
 
 TO_A_POSE, THROUGH_POSES = "navigate_to_pose/_action/feedback", "navigate_through_poses/_action/feedback"
@@ -43,7 +43,8 @@ class Ways:
 @pytest.fixture
 def world(monkeypatch):
     """A client that a locator answers at once, and a clock."""
-    world = SimpleNamespace(node=SimpleNamespace(feedback={}), now=100.0, answers=True, dropped=0, asked=[])
+    node = SimpleNamespace(feedback={}, steady=SimpleNamespace(now=lambda: world.now))
+    world = SimpleNamespace(node=node, now=100.0, answers=True, dropped=0, asked=[])
     world.told = {
         ROBOT_ROOM: GetRoom.Response(room="hall", valid=True),
         GOAL_ROOM: GetRoom.Response(room="study", valid=True),
@@ -58,7 +59,7 @@ def world(monkeypatch):
     world.ask = ask
     world.drop = lambda name, future: setattr(world, "dropped", world.dropped + 1)
     monkeypatch.setattr(whereabouts, "LatestMessages", Ways)
-    monkeypatch.setattr(whereabouts.time, "monotonic", lambda: world.now)
+    monkeypatch.setattr(client.time, "monotonic", lambda: world.now)
     world.where = Whereabouts(world)
     return world
 
@@ -82,9 +83,19 @@ def test_a_drive_is_told_by_rooms_until_it_is_over(world):
     world.told[ROBOT_ROOM] = GetRoom.Response(room="study", valid=True)
     seen(world, 1.5)
     assert seen(world) == "in the study; drives to (9.0, 0.0): 4.0 m left"
-    assert seen(world, 5.0) == "in the study"
+    assert [seen(world, 1.0) for _ in range(5)][-1] == "in the study"
     tell(world, 0.01)
     assert seen(world) == "in the study"
+
+
+def test_a_room_that_nobody_tells_any_more_is_not_told_as_of_now(world):
+    assert seen(world) == "" and seen(world) == "in the hall"
+    world.answers = False
+    assert seen(world, 2.0) == "in the hall"
+    assert seen(world, 1.5) == ""
+    world.answers = True
+    seen(world)
+    assert seen(world, 1.0) == "in the hall"
 
 
 def test_another_goal_is_not_told_with_the_place_of_the_one_before(world):

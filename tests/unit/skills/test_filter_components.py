@@ -15,8 +15,8 @@ from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.ports import Delivery, Topic
 from florence_bt.core.sensing import LaserScan
+from florence_bt.core.topic_names import MANUAL_OVERRIDE
 from florence_bt.core.transforms import Transform3
-from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.simulation.rig.wires import WiredPorts, Wires
 from florence_bt.skills.filters.depth_to_laser import projecting
 from florence_bt.skills.filters.depth_to_laser.fake_laser import ThrottleParameters

@@ -11,10 +11,10 @@ export default {
     <span v-if="run.mission"><a :href="'run?id=' + encodeURIComponent(run.run_id)" title="look at this run"><b>{{ run.mission }}</b></a> <span :style="{color}">{{ word }}</span>
       <span v-if="run.reason && run.state !== 'SUCCEEDED'"> — {{ run.reason }}</span></span>
     <span v-else>no mission has run yet</span>
-    <span style="color:#666"> · battery {{ state.battery === null ? '?' : state.battery + ' %' }}</span>
-    <span v-if="override" style="color:#b3261e;font-weight:bold"> · manual override: the base takes no commands of missions</span>
+    <span style="color:#666"> · battery {{ state.battery !== null ? state.battery + ' %' : state.battery_was ? 'not known (' + state.battery_was + ')' : 'not known' }}</span>
+    <span v-if="override" style="color:#b3261e;font-weight:bold"> · manual override{{ 'base' in silent ? ' was on ' + silent.base + ' s ago' : '' }}: the base takes no commands of missions</span>
     <span v-if="state.stop" style="color:#b07d00"> · {{ state.stop }}</span>
-    <span v-if="state.late" style="color:#b07d00"> · {{ state.late }}</span>
+    <span v-if="state.trouble" style="color:#b07d00"> · {{ state.trouble }}</span>
     <span v-if="state.sure" style="color:#666"> · {{ state.sure }}</span>
     <span v-if="state.said"> · “{{ state.said }}”</span>
   </div>`,

@@ -17,6 +17,7 @@ from florence_bt.app.page.editor.shelf import Shelf
 from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.app.runs.client import LOCATOR
 from florence_bt.core.errors import FlorenceError
+from florence_bt.core.topic_names import RUN_STATE
 
 FOLDER = Path("missions")
 """Where missions are kept when neither the command nor the robot names a folder."""
@@ -83,7 +84,7 @@ class Desk:
     @property
     def robot_there(self) -> bool:
         """Whether a mission server runs now."""
-        return bool(self._ros.node.count_publishers("florence_bt/run_state") > 0)
+        return bool(self._ros.node.count_publishers(RUN_STATE) > 0)
 
     async def home(self) -> Home:
         """Ask where missions are."""

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64, UInt8, UInt16
 
@@ -17,7 +16,7 @@ from florence_bt.drivers.kinect.motor import codec
 from florence_bt.drivers.kinect.motor.driver import MotorParameters, diagnose, tilt_warning
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
 from florence_bt.ros.conversions import header_to_ros
-from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
@@ -58,7 +57,7 @@ class KinectMotorNode(FlorenceNode):
         self._imu = self.create_publisher(Imu, f"{NAMESPACE}/imu", SENSOR)
         self._angle = self.create_publisher(Float64, f"{NAMESPACE}/cur_tilt_angle", RELIABLE)
         self._status = self.create_publisher(UInt8, f"{NAMESPACE}/cur_tilt_status", RELIABLE)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self._diagnostics = diagnostics_publisher(self)
         self.create_subscription(Float64, f"{NAMESPACE}/tilt_angle", self._on_tilt, RELIABLE)
         for name in ("led_option", "led_options"):  # kinect_aux's name and the document's
             self.create_subscription(UInt16, f"{NAMESPACE}/{name}", self._on_led, RELIABLE)

@@ -6,8 +6,10 @@ Source: document, section 3.7.1.
 from __future__ import annotations
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.ports import Delivery, Picture, Ports, Topic, pictures
+from florence_bt.core.ports import Delivery, Picture, Ports, Topic
 from florence_bt.core.sensing import DepthImage, LaserScan
+from florence_bt.core.topic_names import KINECT_LOW_SCAN, KINECT_OVERHANG_SCAN
+from florence_bt.core.topics import DEPTH, KINECT_SCAN
 from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     FakeLaser,
     FakeLaserParameters,
@@ -17,10 +19,8 @@ from florence_bt.skills.filters.depth_to_laser.fake_laser import (
 from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
 from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters, Overhangs
 
-DEPTH = pictures("camera/depth/image", DepthImage)
-SCAN = Topic("kinect_scan", LaserScan, Delivery.SENSOR)
-LOW_SCAN = Topic("kinect_low_scan", LaserScan, Delivery.SENSOR)
-OVERHANG_SCAN = Topic("kinect_overhang_scan", LaserScan, Delivery.SENSOR)
+LOW_SCAN = Topic(KINECT_LOW_SCAN, LaserScan, Delivery.SENSOR)
+OVERHANG_SCAN = Topic(KINECT_OVERHANG_SCAN, LaserScan, Delivery.SENSOR)
 
 
 class DepthProjecting:
@@ -42,7 +42,7 @@ class DepthProjecting:
         self._low = LowObstacles.between(tall, low)
         self._overhangs = Overhangs.within(tall, overhangs)
         self._throttle = Throttle(throttle)
-        self._scans = ports.output(SCAN)
+        self._scans = ports.output(KINECT_SCAN)
         self._low_scans = ports.output(LOW_SCAN)
         self._overhang_scans = ports.output(OVERHANG_SCAN)
         ports.listen(DEPTH, self._take)

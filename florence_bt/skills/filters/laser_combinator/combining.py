@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from florence_bt.core.ports import Delivery, Ports, Topic
 from florence_bt.core.sensing import LaserScan
+from florence_bt.core.topic_names import SCAN_COMBINED
+from florence_bt.core.topics import KINECT_SCAN, SCAN
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
 from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 
-LASER = Topic("scan", LaserScan, Delivery.SENSOR)
-KINECT = Topic("kinect_scan", LaserScan, Delivery.SENSOR)
-COMBINED = Topic("scan_combined", LaserScan, Delivery.SENSOR)
+COMBINED = Topic(SCAN_COMBINED, LaserScan, Delivery.SENSOR)
 
 
 class LaserCombining:
@@ -25,8 +25,8 @@ class LaserCombining:
         # Frames are needed to move the Kinect's points only, and only until the mounting is known.
         self._frames = ports.listen_to_frames() if parameters.project_origin else None
         self._combined = ports.output(COMBINED)
-        ports.listen(LASER, self._take_laser)
-        ports.listen(KINECT, self._take_kinect)
+        ports.listen(SCAN, self._take_laser)
+        ports.listen(KINECT_SCAN, self._take_kinect)
 
     def _take_laser(self, scan: LaserScan) -> None:
         self._send(self._combinator.update_laser(scan, self._ports.clock.now()))
@@ -42,7 +42,7 @@ class LaserCombining:
         try:
             self._combinator.laser_from_kinect = self._frames.buffer.lookup(laser_frame, kinect_frame)
         except TransformUnavailable as error:
-            self._ports.warn(f"nothing combined yet: {error}", KINECT)
+            self._ports.warn(f"nothing combined yet: {error}", KINECT_SCAN)
             return
         frames, self._frames = self._frames, None
         self._ports.clock.call_at(self._ports.clock.now(), frames.close)

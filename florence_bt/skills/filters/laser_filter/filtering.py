@@ -10,13 +10,25 @@ from dataclasses import dataclass
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.ports import Delivery, Output, Ports, Topic
 from florence_bt.core.sensing import LaserScan
+from florence_bt.core.topic_names import (
+    FILTERED_KINECT_LOW_SCAN,
+    FILTERED_KINECT_OVERHANG_SCAN,
+    FILTERED_KINECT_SCAN,
+    FILTERED_LASER_SCAN,
+    FILTERED_SCAN,
+    KINECT_LOW_SCAN,
+    KINECT_OVERHANG_SCAN,
+    KINECT_SCAN,
+    SCAN,
+    SCAN_COMBINED,
+)
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
 
 OF_THE_KINECT = {
-    "scan": "filtered_laser_scan",
-    "kinect_scan": "filtered_kinect_scan",
-    "kinect_low_scan": "filtered_kinect_low_scan",
-    "kinect_overhang_scan": "filtered_kinect_overhang_scan",
+    SCAN: FILTERED_LASER_SCAN,
+    KINECT_SCAN: FILTERED_KINECT_SCAN,
+    KINECT_LOW_SCAN: FILTERED_KINECT_LOW_SCAN,
+    KINECT_OVERHANG_SCAN: FILTERED_KINECT_OVERHANG_SCAN,
 }
 """Topic that is filtered -> topic of the result, when the scans of the Kinect are filtered on their own."""
 
@@ -32,7 +44,7 @@ class LaserFilterTopics:
             Kinect sees; and ``scan``, the laser's alone, which tells what of that has left.
     """
 
-    input_topic: str = "scan_combined"
+    input_topic: str = SCAN_COMBINED
     filter_kinect: bool = False
 
     def __post_init__(self) -> None:
@@ -48,7 +60,7 @@ class LaserFiltering:
     def __init__(self, ports: Ports, parameters: LaserFilterParameters, topics: LaserFilterTopics) -> None:
         self._ports = ports
         self._filter = LaserFilter(parameters)
-        self._connect(topics.input_topic, "filtered_scan")
+        self._connect(topics.input_topic, FILTERED_SCAN)
         if topics.filter_kinect:
             for source, result in OF_THE_KINECT.items():
                 self._connect(source, result)

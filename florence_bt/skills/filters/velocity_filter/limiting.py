@@ -11,13 +11,13 @@ from functools import partial
 
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.ports import Delivery, Fields, Ports, Service, Topic
-from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.core.topic_names import CMD_VEL, MANUAL_CMD_VEL, MANUAL_OVERRIDE
 from florence_bt.skills.filters.velocity_filter.velocity_filter import (
     VelocityFilterParameters,
     VelocityTicker,
 )
 
-BY_PROGRAMS, BY_HAND = "cmd_vel", "manual_cmd_vel"
+BY_PROGRAMS, BY_HAND = CMD_VEL, MANUAL_CMD_VEL
 """The topics of commands."""
 
 

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import numpy as np
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnoses
 from florence_bt.core.errors import ConfigError
@@ -19,9 +20,9 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative
 from florence_bt.core.ports import Fields, NoFields, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry, PoseEstimate
+from florence_bt.core.topic_names import INITIAL_POSE as INITIAL_POSE_TOPIC
 from florence_bt.core.topics import DIAGNOSES, MAP, ODOMETRY, SCAN
 from florence_bt.core.transforms import TransformUnavailable
-from florence_bt.ros.topics import INITIAL_POSE as INITIAL_POSE_TOPIC
 from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.place import PlacePublisher
@@ -88,7 +89,7 @@ class Particles:
 
 
 INITIAL_POSE = Topic(INITIAL_POSE_TOPIC, PoseEstimate)
-PARTICLES = Topic("particle_cloud", Particles, interface="geometry_msgs/msg/PoseArray")
+PARTICLES = Topic(topic_names.PARTICLE_CLOUD, Particles, interface="geometry_msgs/msg/PoseArray")
 LOSE = Service("reinitialize_global_localization", "std_srvs/srv/Empty")
 
 

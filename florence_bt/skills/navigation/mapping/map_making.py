@@ -12,6 +12,7 @@ from typing import Annotated
 
 import numpy as np
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnoses, Diagnosis, Severity
 from florence_bt.core.geometry import Pose2
@@ -71,7 +72,7 @@ class Bumps:
     bumps_wheeldrops: int
 
 
-BUMPS = Topic("turtlebot_node/sensor_state", Bumps, interface="florence_interfaces/msg/TurtlebotSensorState")
+BUMPS = Topic(topic_names.SENSOR_STATE, Bumps, interface="florence_interfaces/msg/TurtlebotSensorState")
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,16 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, FramedPath, FramedPose, Pose2, Twist2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.ports import Action, Delivery, Fields, Goals, NoFields, Output, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.topic_names import MANUAL_OVERRIDE
 from florence_bt.core.topics import GLOBAL_COSTMAP, MAP, ODOMETRY, ZONES
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
-from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.navigate.bindings import SPEED_LIMIT as SPEED_LIMIT_TOPIC
 from florence_bt.skills.navigation.navigate.costmap import BODIES, Costmap
@@ -98,24 +99,22 @@ class PlanGoal:
     start: FramedPose | None = None
 
 
-BASE_STOP = Topic(
-    "turtlebot_node/stop_reason", BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason"
-)
+BASE_STOP = Topic(topic_names.STOP_REASON, BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason")
 SCANS = {
-    "filtered_scan": "scan",
-    "filtered_kinect_scan": "depth",
-    "filtered_kinect_low_scan": "low",
-    "filtered_kinect_overhang_scan": "overhangs",
-    "people_scan": BODIES,
-    "filtered_laser_scan": FEET,
+    topic_names.FILTERED_SCAN: "scan",
+    topic_names.FILTERED_KINECT_SCAN: "depth",
+    topic_names.FILTERED_KINECT_LOW_SCAN: "low",
+    topic_names.FILTERED_KINECT_OVERHANG_SCAN: "overhangs",
+    topic_names.PEOPLE_SCAN: BODIES,
+    topic_names.FILTERED_LASER_SCAN: FEET,
 }
 """Topic -> source of the costmaps."""
 OVERRIDE = Topic(MANUAL_OVERRIDE, bool, Delivery.LATCHED)
 SPEED_LIMIT = Topic(SPEED_LIMIT_TOPIC, float)
-VELOCITY = Topic("cmd_vel", Twist2)
-PLAN = Topic("plan", FramedPath, interface="nav_msgs/msg/Path")
+VELOCITY = Topic(topic_names.CMD_VEL, Twist2)
+PLAN = Topic(topic_names.PLAN, FramedPath, interface="nav_msgs/msg/Path")
 CURRENT_GOAL = Topic("~/current_goal", FramedPose, Delivery.LATCHED, "geometry_msgs/msg/PoseStamped")
-LOCAL_COSTMAP = Topic("local_costmap/costmap", OccupancyGrid, Delivery.LATCHED)
+LOCAL_COSTMAP = Topic(topic_names.LOCAL_COSTMAP, OccupancyGrid, Delivery.LATCHED)
 COMPUTE_PATH = Action(
     "compute_path_to_pose",
     "nav2_msgs/action/ComputePathToPose",

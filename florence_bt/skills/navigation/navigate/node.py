@@ -19,6 +19,7 @@ from unique_identifier_msgs.msg import UUID
 from florence_bt.core.geometry import FramedPath, FramedPose
 from florence_bt.core.ports import Topic
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.topic_names import GOAL_POSE
 from florence_bt.core.topics import GLOBAL_COSTMAP, ZONES
 from florence_bt.ros.conversions import grid_to_ros, path_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
@@ -61,7 +62,7 @@ class NavigationNode(FlorenceNode):
         self.navigation = Navigation(ports, settings, own)
         action = self.resolve_action_name("navigate_to_pose")
         self._own_goals = self.create_client(SendGoal, f"{action}/_action/send_goal")
-        self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
+        self.create_subscription(PoseStamped, GOAL_POSE, self._on_goal_pose, RELIABLE)
 
     def close(self) -> None:
         """Stop the robot."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Positive
@@ -42,7 +43,7 @@ class ProposalRequest:
     trial: int
 
 
-STATUS = Topic("approach_user/status", str)
+STATUS = Topic(topic_names.APPROACH_STATUS, str)
 PROPOSE = Service("approach_user/propose", "florence_interfaces/srv/ProposeApproach", ProposalRequest)
 
 

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from florence_bt.core import topic_names
 from florence_bt.core.clock import Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
@@ -39,7 +40,7 @@ from florence_bt.core.sensing import (
     OccupancyGrid,
     TrackedUser,
 )
-from florence_bt.core.topics import FOUND, MAP, FoundUser
+from florence_bt.core.topics import DEPTH, FOUND, MAP, FoundUser
 from florence_bt.core.transforms import Transform3, TransformTooOld, TransformUnavailable
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
@@ -149,14 +150,13 @@ def _fields_of(result: Result, pictures: int) -> dict[str, Any]:
     return {"found": True, "error_code": 0, "error_msg": "", "pictures": pictures, **place, **result.outputs}
 
 
-DEPTH = pictures("camera/depth/image", DepthImage)
-COLOUR = pictures("camera/rgb/image_color", ColourImage)
-SCAN = Topic("filtered_scan", LaserScan, Delivery.SENSOR)
-USERS = Topic("tracked_users", UserIds, interface="florence_interfaces/msg/TrackedUsers")
-PRESENT_USERS = Topic("filtered_tracked_users", UserIds, interface="florence_interfaces/msg/TrackedUsers")
-LYING = Topic("user_lying", bool)
-BODIES = Topic("people_scan", LaserScan, Delivery.SENSOR)
-SHOWN_USERS = Topic("user_markers", ShownUsers, interface="visualization_msgs/msg/MarkerArray")
+COLOUR = pictures(topic_names.COLOUR_IMAGE, ColourImage)
+SCAN = Topic(topic_names.FILTERED_SCAN, LaserScan, Delivery.SENSOR)
+USERS = Topic(topic_names.ALL_TRACKED_USERS, UserIds, interface="florence_interfaces/msg/TrackedUsers")
+PRESENT_USERS = Topic(topic_names.TRACKED_USERS, UserIds, interface="florence_interfaces/msg/TrackedUsers")
+LYING = Topic(topic_names.USER_LYING, bool)
+BODIES = Topic(topic_names.PEOPLE_SCAN, LaserScan, Delivery.SENSOR)
+SHOWN_USERS = Topic(topic_names.USER_MARKERS, ShownUsers, interface="visualization_msgs/msg/MarkerArray")
 START = Service("~/Start", "std_srvs/srv/Trigger")
 STOP = Service("~/Stop", "std_srvs/srv/Trigger")
 LOOK = Action("look_for_user", "florence_interfaces/action/LookForUser", LookGoal)

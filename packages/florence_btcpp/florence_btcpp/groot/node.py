@@ -10,6 +10,7 @@ from zmq.auth.thread import ThreadAuthenticator
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.topic_names import SNAPSHOTS
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.process import run_nodes
 from florence_bt.ros.qos import LATCHED
@@ -41,7 +42,7 @@ class GrootNode(FlorenceNode):
         self._monitor = Monitor(lambda: time.time_ns() // 1000, lambda: time.monotonic_ns() // 1000)
         self.on_close(sockets.destroy)
         self.on_close(guard.stop)
-        self.create_subscription(BehaviourTree, "florence_bt/snapshots", self._on_tree, LATCHED)
+        self.create_subscription(BehaviourTree, SNAPSHOTS, self._on_tree, LATCHED)
         self.on_close(call_every(self.steady, LOOK_S, self._answer_all).cancel)
 
     def _on_tree(self, message: BehaviourTree) -> None:

@@ -1,0 +1,217 @@
+"""The state of the robot as a listener hears it: each part with its age, by one rule (:class:`Heard`).
+
+Commands, the page and the bring-up read it here. A listener names the parts that it wants; a part says on
+which topic it comes, how often, and what is read of the message.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from action_msgs.msg import GoalStatusArray
+from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import ManualOverride, StopReason, TrackedUsers
+from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import BatteryState
+
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.geometry import Twist2
+from florence_bt.core.heard import Heard, PresentTime
+from florence_bt.core.topic_names import (
+    BATTERY_STATE,
+    DIAGNOSTICS,
+    FAILURES,
+    LATENESS,
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
+    ODOMETRY,
+    OVERRIDE_STATE,
+    REFUSALS,
+    SERVERS_STATUS,
+    STOP_REASON,
+    SUPERVISOR,
+    TRACKED_USERS,
+)
+from florence_bt.ros.conversions import stamp_from_ros, twist_from_ros
+from florence_bt.ros.diagnostics import diagnosis_from_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.present_time import PresentTimeOfStamps
+from florence_bt.ros.qos import LATCHED, LATCHED_BY_MANY, NO_EVENTS, RELIABLE, SENSOR, STATE
+
+T = TypeVar("T")
+
+DIAGNOSIS_PERIOD_S = 1.0
+LATENESS_PERIOD_S = 2.0
+"""Seconds between two words of a process that is late: it is late with its word each second, too."""
+
+TOLD_WHILE_IN_TROUBLE = (LATENESS, REFUSALS, FAILURES, SERVERS_STATUS)
+"""The parts of diagnostics that are repeated only while they are no good; that they are is told once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """The battery of the base.
+
+    Attributes:
+        charge: Its share of the full charge, 0 to 1; None when the base does not measure it.
+        charging: Whether it is charged.
+    """
+
+    charge: float | None
+    charging: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Told(Generic[T]):
+    """A part of the state.
+
+    Attributes:
+        topic: Where it is told.
+        message: The type of its messages.
+        qos: How to listen; with a latched one as well, what was told before comes at once.
+        read: Makes a value of a message.
+        period_s: Seconds between two messages; None for what is told only when it changes.
+    """
+
+    topic: str
+    message: type
+    qos: tuple[QoSProfile, ...]
+    read: Callable[[Any], T]
+    period_s: float | None = None
+
+
+def _battery(message: BatteryState) -> Battery:
+    known = math.isfinite(message.percentage)
+    charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+    return Battery(float(message.percentage) if known else None, charging)
+
+
+def _itself(message: Any) -> Any:
+    return message
+
+
+BATTERY = Told(BATTERY_STATE, BatteryState, (SENSOR, LATCHED), _battery, 1.0)
+"""Of any base; ours keeps its last message for who comes later."""
+OVERRIDE: Told[ManualOverride] = Told(OVERRIDE_STATE, ManualOverride, (LATCHED,), _itself, 0.5)
+HELD: Told[str] = Told(
+    STOP_REASON, StopReason, (LATCHED,), lambda message: message.text if message.code else ""
+)
+"""What holds the base, in words; empty when nothing does."""
+MOTION: Told[Twist2] = Told(
+    ODOMETRY, OdometryMsg, (STATE,), lambda told: twist_from_ros(told.twist.twist), 0.1
+)
+"""How fast the base is by its odometry."""
+PEOPLE: Told[tuple[int, ...]] = Told(
+    TRACKED_USERS, TrackedUsers, (RELIABLE,), lambda message: tuple(sorted(message.user_ids)), 0.2
+)
+"""The numbers of the people in view, while somebody looks for them."""
+GOALS: Told[GoalStatusArray] = Told(
+    f"{NAVIGATE_TO_POSE}/_action/status", GoalStatusArray, (LATCHED,), _itself
+)
+"""The drives to a place, as any navigation of Nav2's actions tells them."""
+GOALS_OF_SEVERAL_POSES: Told[GoalStatusArray] = Told(
+    f"{NAVIGATE_THROUGH_POSES}/_action/status", GoalStatusArray, (LATCHED,), _itself
+)
+"""The drives through several poses."""
+
+
+class RobotState:
+    """Listens to the parts of the state that somebody wants.
+
+    Args:
+        node: Subscribes.
+        time: The clocks by which ages are told; those of stamps when not given.
+    """
+
+    def __init__(self, node: FlorenceNode, time: PresentTime | None = None) -> None:
+        self.time: PresentTime = PresentTimeOfStamps(node) if time is None else time
+        self._node = node
+        self._diagnoses: dict[str, Heard[Diagnosis]] = {}
+
+    def listen(self, part: Told[T], on_news: Callable[[], object] = lambda: None) -> Heard[T]:
+        """Listen to a part; what was heard last of it is brought up to date from now on.
+
+        Args:
+            part: The part.
+            on_news: Called when it has come.
+        """
+        heard: Heard[T] = Heard(self.time, part.period_s, on_news)
+
+        def take(message: Any) -> None:
+            header = getattr(message, "header", None)
+            heard.take(part.read(message), 0.0 if header is None else stamp_from_ros(header.stamp))
+
+        self._subscribe(part.message, part.topic, take, part.qos)
+        return heard
+
+    def listen_to_diagnostics(self) -> None:
+        """Listen to what all nodes say of how they do; see :meth:`diagnoses`."""
+        self._subscribe(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, (RELIABLE, LATCHED_BY_MANY))
+
+    def diagnoses(self, of: str = "", about: str = "") -> Iterator[tuple[str, Heard[Diagnosis]]]:
+        """Go over what nodes have said of how they do, by the names of the lines.
+
+        Args:
+            of: The node; of each when empty.
+            about: What it is about, the end of the name; everything when empty.
+        """
+        for name, heard in sorted(self._diagnoses.items()):
+            node, _, what = name.partition(": ")
+            if of in ("", node) and about in ("", what):
+                yield name, heard
+
+    def fresh_diagnoses(self, of: str = "", about: str = "") -> Iterator[tuple[str, str, Diagnosis]]:
+        """Go over those of :meth:`diagnoses` that are fresh: the node, what it is about, and what is said."""
+        for name, heard in self.diagnoses(of, about):
+            if (told := heard.fresh) is not None:
+                node, _, what = name.partition(": ")
+                yield node, what, told
+
+    def diagnosis(self, of: str, about: str) -> Heard[Diagnosis] | None:
+        """Return what a node has said last about something; None before it has."""
+        return next((heard for _, heard in self.diagnoses(of, about)), None)
+
+    def late(self) -> list[str]:
+        """Return which processes are late now, a sentence each."""
+        return [
+            lateness_text(node, told)
+            for node, _, told in self.fresh_diagnoses(about=LATENESS)
+            if told.level is not Severity.OK
+        ]
+
+    def processes_in_trouble(self) -> dict[str, str]:
+        """Return which processes of ``florence up`` do not run as they should, and how they are."""
+        return {
+            what: told.message
+            for _, what, told in self.fresh_diagnoses(SUPERVISOR)
+            if told.level is not Severity.OK
+        }
+
+    def _subscribe(
+        self, message: type, topic: str, take: Callable[[Any], None], qos: tuple[QoSProfile, ...]
+    ) -> None:
+        for each in qos:  # its events are not wanted: see NO_EVENTS
+            self._node.create_subscription(
+                message, topic, take, each, judge_stamps=False, event_callbacks=NO_EVENTS
+            )
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        stamp = stamp_from_ros(message.header.stamp)
+        for status in message.status:
+            heard = self._diagnoses.get(status.name)
+            if heard is None:
+                late = status.name.endswith(f": {LATENESS}")
+                period_s = LATENESS_PERIOD_S if late else DIAGNOSIS_PERIOD_S
+                heard = self._diagnoses[status.name] = Heard(self.time, period_s)
+            told = diagnosis_from_ros(status)
+            ends = told.level is Severity.OK and status.name.partition(": ")[2] in TOLD_WHILE_IN_TROUBLE
+            heard.take(told, stamp, repeated=not ends)
+
+
+def lateness_text(node: str, told: Diagnosis) -> str:
+    """Say that the process of a node is late, for people."""
+    return f"the process of {node} is {told.message}: the machine is too busy"
