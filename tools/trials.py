@@ -30,7 +30,7 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
-from florence_bt.simulation.rig.rig import navigator_parameters
+from florence_bt.simulation.rig.components import navigator_parameters
 from florence_bt.simulation.rig.wires import EVERY, Link
 from tools.best_case import BestCase, best_case
 from tools.processes import processes

@@ -7,8 +7,8 @@ part runs at its node's rate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
@@ -24,8 +24,8 @@ from florence_bt.drivers.turtlebot.hazards import StopReason, describe, hold_for
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
-from florence_bt.ros.parameters import fill_dataclass
 from florence_bt.simulation.home.world import SimulatedWorld
+from florence_bt.simulation.rig.components import Config, parameters_of
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
@@ -66,14 +66,6 @@ class TakenPicture(Generic[T]):
         if self._rendered is None:
             self._rendered = self._render()
         return self._rendered
-
-
-Config = Mapping[str, Mapping[str, Any]]
-
-
-def parameters_of(cls: type[T], config: Config, node: str) -> T:
-    """Return the part of a node's configuration that a pure component has parameters for."""
-    return fill_dataclass(cls, config.get(node, {}).get)
 
 
 class RigRobot:
