@@ -96,6 +96,12 @@ class RigSetting:
 class Rig:
     """A robot in a flat that is driven by hand.
 
+    Args:
+        setting: What it is built from.
+
+    Raises:
+        ConfigError: A link has the name of no topic.
+
     Attributes:
         clock: Advance it and everything happens.
         world: The truth.
@@ -156,6 +162,7 @@ class Rig:
             RunRecorder(
                 self.executor, setting.runs_folder, self.clock, lambda: self.pose, self.records.append
             )
+        self.wires.check_links()
         self.clock.advance(SETTLE_S)
 
     def run(
