@@ -170,6 +170,14 @@ def test_a_picture_of_a_robot_that_turns_is_placed_where_the_robot_was(
     assert worst < 0.05, "of a person 3 m off, that is 15 cm"
 
 
+def test_pictures_that_wait_are_not_pushed_out_by_newer_ones() -> None:
+    around = Surroundings({TRANSFORMS: Link(delay=1.2)})
+    around.start()
+    around.clock.advance(1.5)
+    around.see(40)
+    assert len(around.users) > 15, "more than wait at a time"
+
+
 def test_a_picture_of_before_the_first_frame_holds_up_nobody() -> None:
     around = Surroundings()
     around.clock.advance(1.0)

@@ -63,7 +63,7 @@ EMPTY_PICTURE = DepthImage(
 MOST_WAIT_S = 2.0
 """A picture waits this long for the pose it was taken at; the robot was somewhere else by then."""
 MOST_WAITING = 10
-"""Pictures that wait so at most (chosen: 0.3 MB each); of more, the oldest are left out."""
+"""Pictures that wait so at most (chosen: 0.3 MB each); of more, the newest are left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +203,7 @@ class UserTracking:
         self._colour: Picture[ColourImage] | None = None
         self._known: KnownObstacles | None = None
         self._last_stamp = float("-inf")
-        self._waiting: deque[Picture[DepthImage]] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[Picture[DepthImage]] = deque()
         self._frames: Frames | None = None
         self._users = ports.output(USERS)
         self._present = ports.output(PRESENT_USERS)
@@ -284,7 +284,8 @@ class UserTracking:
         if not self._tracker.running:
             return
         before = self._waiting[-1].stamp if self._waiting else self._last_stamp
-        if not 0.0 <= picture.stamp - before < self._params.period_s:
+        too_soon = 0.0 <= picture.stamp - before < self._params.period_s
+        if not too_soon and len(self._waiting) < MOST_WAITING:
             self._waiting.append(picture)
         ready = self._take_ready(picture.stamp)
         if ready is not None:
