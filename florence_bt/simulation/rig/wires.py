@@ -289,7 +289,7 @@ class Wires:
         topics: By name.
         actions: Those that are served, by name.
         services: The same.
-        refused: How many values were of no use, by topic.
+        refused: How many values were of no use, by topic or what else brought them.
         buffers: Where the frames that move are, as each component knows them.
         mounts: As given.
     """
@@ -397,9 +397,9 @@ class WiredPorts:
     def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
         """Warn nobody."""
 
-    def refuse(self, topic: Topic[Any], problem: str) -> None:
+    def refuse(self, source: str, problem: str) -> None:
         """Count it among what was refused."""
-        self._wires.refused[topic.name] += 1
+        self._wires.refused[source] += 1
 
 
 def _place(buffer: TransformBuffer, parent: str, child: str, when: float, pose: Pose2) -> None:
