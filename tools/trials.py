@@ -30,7 +30,7 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
-from florence_bt.simulation.rig.rig import navigator_parameters
+from florence_bt.simulation.rig.components import navigator_parameters
 from florence_bt.simulation.rig.wires import EVERY, Link
 from tools.best_case import BestCase, best_case
 from tools.processes import processes
@@ -107,6 +107,15 @@ class Trial:
         return right and not self.contacts and not self.false_find
 
 
+def _late_link(text: str) -> tuple[str, Link]:
+    """Read ``S`` or ``TOPIC=S``: the name of a link, and how late it is."""
+    name, _, seconds = text.rpartition("=")
+    delay = float(seconds)
+    if not 0.0 <= delay < math.inf:
+        raise argparse.ArgumentTypeError(f"{seconds} s is no delay (would have worked: /tf=0.15)")
+    return name or EVERY, Link(delay=delay)
+
+
 def run_trial(
     situation: str,
     seed: int,
@@ -116,7 +125,7 @@ def run_trial(
     homes: int | None = None,
     runs: Path | None = None,
     limit_s: float = LONGEST_S,
-    late_s: float = 0.0,
+    links: Mapping[str, Link] | None = None,
 ) -> Trial:
     """Run ``goto_user`` once.
 
@@ -128,7 +137,7 @@ def run_trial(
         homes: How many homes there are for all runs; each run has a home of its own when not given.
         runs: Where the run leaves its folder, None for nowhere.
         limit_s: Simulated seconds after which it is stopped.
-        late_s: So late every message and every frame comes, seconds.
+        links: How well topics are carried, by name; perfectly when not given.
 
     Raises:
         ConfigError: The home has no place for such a person.
@@ -149,7 +158,7 @@ def run_trial(
         user_room=sent_to,
         runs_folder=runs,
         flat=flat,
-        links={EVERY: Link(delay=late_s)},
+        links=links,
     )
     best_cases = {spec.name: best_case(flat, rig.world, spec, flat.start) for spec in people}
     wall = time.perf_counter()
@@ -303,7 +312,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="simulated seconds after which a run stops",
     )
     parser.add_argument(
-        "--late", type=float, default=0.0, metavar="S", help="so late every message and frame comes, seconds"
+        "--late",
+        type=_late_link,
+        nargs="+",
+        default=[],
+        metavar="[TOPIC=]S",
+        help="so late each message of a topic comes, seconds; of /tf each frame, without a topic everything",
     )
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
@@ -319,7 +333,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         homes=given.homes,
         runs=given.runs_folder,
         limit_s=given.limit,
-        late_s=given.late,
+        links=dict(given.late),
     )
     todo = [(name, seed) for name in classes for seed in range(given.first, given.first + given.runs)]
     trials = []

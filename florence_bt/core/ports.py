@@ -214,10 +214,10 @@ class Ports(Protocol):
     def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
         """Warn people, at most once in so many seconds for what it is about."""
 
-    def refuse(self, topic: Topic[Any], problem: str) -> None:
+    def refuse(self, source: str, problem: str) -> None:
         """Count a value that is of no use, and tell people.
 
         Args:
-            topic: It came on this.
+            source: The topic that it came on, or what else brought it.
             problem: What is wrong with it, and what would have worked.
         """

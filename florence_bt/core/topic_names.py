@@ -29,6 +29,9 @@ DOCK = "turtlebot_node/dock"
 USER_SEEN = "home_sensors/user_seen"
 """``florence_interfaces/UserSeen``, latched: the room of the user by the home sensors."""
 
+HOME_EVENT = "home_sensors/event"
+"""``florence_interfaces/HomeEvent``: what a sensor of the home reports."""
+
 ANSWER = "answer"
 """``std_msgs/String``: what somebody answers to the robot: the name of a button, or words."""
 

@@ -254,9 +254,9 @@ class RosPorts:
             self._warned[about] = now
             self._node.get_logger().warning(text)
 
-    def refuse(self, topic: Topic[Any], problem: str) -> None:
+    def refuse(self, source: str, problem: str) -> None:
         """Count it among the node's refused messages."""
-        self._node.health.count_refused(topic.name, problem)
+        self._node.health.count_refused(source, problem)
 
     def _message_of(self, topic: Topic[Any]) -> tuple[type, ToRos]:
         """Return the message type of a topic, and how a value becomes such a message."""

@@ -15,8 +15,8 @@ from florence_bt.core.zones import Zone
 from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.rig.components import Config, parameters_of
 from florence_bt.simulation.rig.rig import Rig, RigSetting
-from florence_bt.simulation.rig.robot import Config, parameters_of
 from florence_bt.simulation.rig.wires import Link
 from florence_bt.skills.locator.hotspots import Hotspots, parse_hotspots
 from florence_bt.skills.navigation.mapping.growing_map import MapMaker

@@ -52,6 +52,11 @@ class DriveControl:
         self.due = -math.inf
 
     @property
+    def wheels(self) -> WheelSpeeds:
+        """The speeds that the base was sent last."""
+        return self._sent
+
+    @property
     def speed(self) -> Twist2:
         """The velocity that the base was sent last, in m/s and rad/s."""
         left, right = self._sent.left_mmps / 1000.0, self._sent.right_mmps / 1000.0

@@ -6,9 +6,9 @@ The same seed gives the same run, bit for bit, many times faster than real time.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar, get_type_hints
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from florence_bt.core import topic_names
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.ports import Ports
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.topics import FOUND, MAP, FoundUser
 from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
@@ -27,46 +26,26 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, Config, RigRobot, parameters_of
+from florence_bt.simulation.rig.components import (
+    Config,
+    connect_approach,
+    connect_filters,
+    connect_localiser,
+    connect_locator,
+    connect_mapping,
+    connect_navigation,
+    connect_user_tracking,
+    connect_voice,
+)
+from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, RigRobot
 from florence_bt.simulation.rig.skills import rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
-from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaserParameters, ThrottleParameters
-from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters
-from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters
-from florence_bt.skills.filters.depth_to_laser.projecting import DepthProjecting
-from florence_bt.skills.filters.laser_combinator.combining import LaserCombining
-from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
-from florence_bt.skills.filters.laser_filter.filtering import LaserFiltering, LaserFilterTopics
-from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilterParameters
-from florence_bt.skills.filters.velocity_filter.limiting import VelocityLimiting
-from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
 from florence_bt.skills.locator.hotspots import Hotspots
-from florence_bt.skills.locator.locating import Locating, LocatorParameters
-from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.navigation.localisation.localising import Localising, LocalisingParameters
-from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
-from florence_bt.skills.navigation.mapping.growing_map import GrowingMapParameters, MapMaker
-from florence_bt.skills.navigation.mapping.map_making import MapMaking, MapMakingParameters
+from florence_bt.skills.navigation.mapping.growing_map import MapMaker
 from florence_bt.skills.navigation.navigate.navigation import (
     SCANS,
-    Navigation,
-    NavigationParameters,
 )
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.people.approach_user.approaching import Approaching, ApproachParameters
-from florence_bt.skills.people.user_tracker.parameters import (
-    DetectorParameters,
-    LookParameters,
-    TrackerParameters,
-)
-from florence_bt.skills.people.user_tracker.tracking import (
-    UserTracking,
-    UserTrackingParameters,
-)
-from florence_bt.skills.robot_description.room import RoomParameters
-from florence_bt.skills.speech.speaking import Speaking
-from florence_bt.skills.speech.voice import SilentVoice
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -118,6 +97,12 @@ class RigSetting:
 class Rig:
     """A robot in a flat that is driven by hand.
 
+    Args:
+        setting: What it is built from.
+
+    Raises:
+        ConfigError: A link has the name of no topic.
+
     Attributes:
         clock: Advance it and everything happens.
         world: The truth.
@@ -149,27 +134,19 @@ class Rig:
         self._maps = self.wires.ports("map_server").output(MAP)
         if setting.grid is not None:
             self._maps.send(setting.grid)
-            _connect_localiser(self.wires, setting, self._first_pose)
+            connect_localiser(self.wires, setting.config, self._first_pose, setting.seed)
         if setting.map_maker is not None:
-            _connect_mapping(self.wires, setting.map_maker, setting.config)
-        self.locator = _locator(self.wires.ports("florenceLocator"), setting)
-        _connect_filters(self.wires, setting.config)
-        self._navigation = Navigation(
-            self.wires.ports("navigate"),
-            navigator_parameters(setting.config),
-            parameters_of(NavigationParameters, setting.config, "navigate"),
-        )
-        self._tracking = _user_tracking(self.wires.ports("user_tracker_ni_node"), setting.config)
+            connect_mapping(self.wires, setting.config, setting.map_maker)
+        self.locator = connect_locator(self.wires, setting.config, setting.hotspots, setting.user_room)
+        connect_filters(self.wires, setting.config)
+        self._navigation = connect_navigation(self.wires, setting.config)
+        connect_user_tracking(self.wires, setting.config)
         self.topics[FEET_SCAN].subscribe(self._note_scan)
         self.found: list[Pose2] = []
         self.scan: LaserScan | None = None
         self.topics[FOUND.name].subscribe(self._note_found)
-        Speaking(self.wires.ports("speech"), SilentVoice(self.clock))
-        Approaching(
-            self.wires.ports("approach_user"),
-            parameters_of(ApproachParameters, setting.config, "approach_user"),
-            parameters_of(RoomParameters, setting.config, "navigate"),
-        )
+        connect_voice(self.wires)
+        connect_approach(self.wires, setting.config)
         skills = rig_skills(self.wires, setting.seed)
         self.charge_fraction = 1.0
         call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
@@ -186,6 +163,7 @@ class Rig:
             RunRecorder(
                 self.executor, setting.runs_folder, self.clock, lambda: self.pose, self.records.append
             )
+        self.wires.check_links()
         self.clock.advance(SETTLE_S)
 
     def run(
@@ -245,68 +223,3 @@ class Rig:
 
     def _publish_battery(self) -> None:
         self.topics[topic_names.BATTERY_STATE].publish(percentage=self.charge_fraction)
-
-
-def navigator_parameters(config: Config) -> NavigatorParameters:
-    """Return all parameters of navigation from the flat section of the node ``navigate``."""
-    hints = get_type_hints(NavigatorParameters)
-    return NavigatorParameters(
-        **{
-            field.name: parameters_of(hints[field.name], config, "navigate")
-            for field in fields(NavigatorParameters)
-        }
-    )
-
-
-def _locator(ports: Ports, setting: RigSetting) -> Locator:
-    own = parameters_of(LocatorParameters, setting.config, "florenceLocator")
-    return Locating(ports, setting.hotspots, replace(own, initial_user_room=setting.user_room)).locator
-
-
-def _connect_localiser(wires: Wires, setting: RigSetting, start: Pose2) -> None:
-    own = parameters_of(LocalisingParameters, setting.config, "localiser")
-    Localising(
-        wires.ports("localiser"),
-        parameters_of(LocaliserParameters, setting.config, "localiser"),
-        replace(own, seed=setting.seed, initial_x=start.x, initial_y=start.y, initial_yaw=start.yaw),
-    )
-
-
-def _connect_mapping(wires: Wires, maker: MapMaker, config: Config) -> None:
-    MapMaking(
-        wires.ports("mapping"),
-        maker,
-        parameters_of(GrowingMapParameters, config, "mapping"),
-        parameters_of(MapMakingParameters, config, "mapping"),
-    )
-
-
-def _connect_filters(wires: Wires, config: Config) -> None:
-    def of(kind: type[T], node: str) -> T:
-        return parameters_of(kind, config, node)
-
-    VelocityLimiting(wires.ports("velocity_filter"), of(VelocityFilterParameters, "velocity_filter"))
-    DepthProjecting(
-        wires.ports("kinect_laser"),
-        of(FakeLaserParameters, "kinect_laser"),
-        of(LowObstacleParameters, "kinect_laser"),
-        of(OverhangParameters, "kinect_laser"),
-        of(ThrottleParameters, "kinect_laser"),
-    )
-    LaserCombining(wires.ports("laser_combinator"), of(CombinatorParameters, "laser_combinator"))
-    LaserFiltering(
-        wires.ports("laser_filter"),
-        of(LaserFilterParameters, "laser_filter"),
-        of(LaserFilterTopics, "laser_filter"),
-    )
-
-
-def _user_tracking(ports: Ports, config: Config) -> UserTracking:
-    node = "user_tracker_ni_node"
-    return UserTracking(
-        ports,
-        parameters_of(UserTrackingParameters, config, node),
-        parameters_of(DetectorParameters, config, node),
-        parameters_of(TrackerParameters, config, node),
-        parameters_of(LookParameters, config, node),
-    )

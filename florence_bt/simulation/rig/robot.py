@@ -7,12 +7,12 @@ part runs at its node's rate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 from florence_bt.core import topic_names
 from florence_bt.core.clock import ManualClock, call_every
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.ports import Ports, Topic
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, Odometry
 from florence_bt.core.topics import ODOMETRY, SCAN
@@ -21,12 +21,12 @@ from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
 from florence_bt.drivers.turtlebot.codec.packets import BUMP_LEFT, BUMP_RIGHT
 from florence_bt.drivers.turtlebot.codec.state import SensorState
-from florence_bt.drivers.turtlebot.hazards import StopReason, describe, hold_forward
+from florence_bt.drivers.turtlebot.drive_control import DriveControl
+from florence_bt.drivers.turtlebot.hazards import StopReason, describe
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
-from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
-from florence_bt.ros.parameters import fill_dataclass
 from florence_bt.simulation.home.world import SimulatedWorld
+from florence_bt.simulation.rig.components import Config, parameters_of
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
@@ -69,14 +69,6 @@ class TakenPicture(Generic[T]):
         return self._rendered
 
 
-Config = Mapping[str, Mapping[str, Any]]
-
-
-def parameters_of(cls: type[T], config: Config, node: str) -> T:
-    """Return the part of a node's configuration that a pure component has parameters for."""
-    return fill_dataclass(cls, config.get(node, {}).get)
-
-
 class RigRobot:
     """Sensors and odometry.
 
@@ -110,15 +102,14 @@ class RigRobot:
         self._bumps = ports.output(BUMPS)
         ports.listen(FILTERED_VELOCITY, self._drive)
         ports.listen(VELOCITY, self._note_command)
-        self._told_stop = BaseStop()
+        self._held = BaseStop()
         self._commanded = -math.inf
         self._clock = clock
         base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
-        self._wheels = base.wheels()
+        self._control = DriveControl(base.wheels(), base.cmd_vel_timeout, base.drive_mode)
         self._stop_on_bump = base.stop_motors_on_bump
         self._motion = MotionEstimator(base.odometry(), base.gyro(), has_gyro=base.has_gyro)
         self._base = BaseSensors(world, seed + 1)
-        self._twist = STANDSTILL
         self._laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
         mount = frames.lookup(BASE_FRAME, CAMERA_FRAME)
         self._kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4)
@@ -128,48 +119,49 @@ class RigRobot:
         call_every(clock, URG_04LX.scan_period, self._scan)
         call_every(clock, KINECT_PERIOD_S, self._look)
 
-    @property
-    def _bumper_bits(self) -> int:
-        return sum(bit for bit, on in zip((BUMP_LEFT, BUMP_RIGHT), self.world.bumpers(), strict=True) if on)
-
-    @property
-    def stop(self) -> tuple[str, str]:
-        """What holds the base: its code and its sentence, both empty when nothing does."""
-        bits = self._bumper_bits
-        if not bits or not self._stop_on_bump:
-            return "", ""
-        bumper = StopReason.BUMPER
-        return bumper.code, describe(bumper, SensorState(bumps_wheeldrops=bits))
+    def _hold(self) -> None:
+        """Look at the bumper, and tell what holds the base when that has changed."""
+        bits = sum(bit for bit, on in zip((BUMP_LEFT, BUMP_RIGHT), self.world.bumpers(), strict=True) if on)
+        if self._bumps.listeners:
+            self._bumps.send(Bumps(bits))
+        held = BaseStop()
+        if bits and self._stop_on_bump:
+            bumper = StopReason.BUMPER
+            held = BaseStop(bumper.code, describe(bumper, SensorState(bumps_wheeldrops=bits)))
+        if held != self._held:
+            self._held = held
+            self._stops.send(held)
 
     def _note_command(self, _: Twist2) -> None:
         self._commanded = self._clock.now()
 
     def _drive(self, twist: Twist2) -> None:
-        self._twist = twist
-        bumped = StopReason.BUMPER if self.stop[0] else None
-        wheels = hold_forward(wheels_from_twist(twist, self._wheels), bumped)
+        self._control.command(twist, self._clock.now())
+        self._turn_wheels()
+
+    def _turn_wheels(self) -> None:
+        """Give the wheels their speeds; the bytes that would tell the base go nowhere."""
+        objection = StopReason.BUMPER if self._held.code else None
+        self._control.take(self._clock.now(), objection, enabled=True)
+        wheels = self._control.wheels
         self.world.set_wheels(wheels.left_mmps / 1000.0, wheels.right_mmps / 1000.0)
 
     def _step_base(self) -> None:
         now = self._clock.now()
         self.world.step_to(now)
+        self._hold()
+        self._turn_wheels()
         self._base.update(now)
         motion = self._motion.update(
             now,
             self._base.take_distance_mm() / 1000.0,
             math.radians(self._base.take_angle_deg()),
             self._base.gyro_adc(),
-            wheels_stopped=self._twist.is_zero(),
+            wheels_stopped=not self._control.wants_motion(now),
         )
         self.odometry = motion.odometry
         self._ports.send_frame(ODOM_FRAME, BASE_FRAME, now, self.odometry.pose)
         self._odometry.send(self.odometry)
-        if self._bumps.listeners:
-            self._bumps.send(Bumps(self._bumper_bits))
-        stop = BaseStop(*self.stop)
-        if stop != self._told_stop:
-            self._told_stop = stop
-            self._stops.send(stop)
         if not motion.at_rest or now - self._commanded < COMMANDED_S:
             self._moved = now
             self._next_scan = now

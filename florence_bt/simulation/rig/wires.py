@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import Any, Generic, TypeVar, get_type_hints
 
 from florence_bt.core.clock import ManualClock
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import FramedPath, FramedPose, Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.ports import WARNING_PERIOD_S, Action, Delivery, Fields, Service, Topic
@@ -288,7 +289,7 @@ class Wires:
         topics: By name.
         actions: Those that are served, by name.
         services: The same.
-        refused: How many values were of no use, by topic.
+        refused: How many values were of no use, by topic or what else brought them.
         buffers: Where the frames that move are, as each component knows them.
         mounts: As given.
     """
@@ -319,6 +320,16 @@ class Wires:
             value.read()  # what a picture shows is of the moment at which it is taken
         self.clock.call_at(self.clock.now() + link.delay, deliver)
 
+    def check_links(self) -> None:
+        """Refuse links of which nothing is known, once everything is connected.
+
+        Raises:
+            ConfigError: No component sends or hears a topic of this name.
+        """
+        known = {EVERY, TRANSFORMS, *self.topics}
+        for name in self._links.keys() - known:
+            raise ConfigError(f"nothing is carried on {name!r}", valid=closest_first(name, known))
+
     def ports(self, node: str) -> WiredPorts:
         """Make the ports of a component that has the name of its node."""
         return WiredPorts(self, node)
@@ -342,7 +353,8 @@ class WiredPorts:
         wire = _Wire(carried, (lambda message: take(message.data)) if plain else take)
         if topic.delivery is Delivery.LATCHED and carried.last is not None:
             last = carried.last
-            self.clock.call_at(self.clock.now(), lambda: take(last.data if plain else last))
+            deliver = partial(take, last.data if plain else last)
+            self._wires.carry(self._whole(topic.name), deliver, sure=True)
         return wire
 
     def _whole(self, name: str) -> str:
@@ -385,9 +397,9 @@ class WiredPorts:
     def warn(self, text: str, about: Hashable = None, period_s: float = WARNING_PERIOD_S) -> None:
         """Warn nobody."""
 
-    def refuse(self, topic: Topic[Any], problem: str) -> None:
+    def refuse(self, source: str, problem: str) -> None:
         """Count it among what was refused."""
-        self._wires.refused[topic.name] += 1
+        self._wires.refused[source] += 1
 
 
 def _place(buffer: TransformBuffer, parent: str, child: str, when: float, pose: Pose2) -> None:

@@ -193,7 +193,7 @@ class Locating:
         towards = place.bearing_to(robot.x, robot.y) if robot else 0.0
         result = self.locator.set_user_position(Pose2(place.x, place.y, towards), FOUND.name)
         if not result.succeeded:
-            self._ports.refuse(FOUND, result.reason)
+            self._ports.refuse(FOUND.name, result.reason)
 
     def _take_sighting(self, sighting: Sighting) -> None:
         result = self.locator.take_sighting(sighting.room, sighting.seen)

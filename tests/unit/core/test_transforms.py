@@ -82,10 +82,10 @@ def test_between_two_samples_the_motion_is_even_and_the_shorter_way_round(walk):
 
 def test_the_samples_themselves_and_a_little_later(walk):
     assert walk.lookup_pose("odom", "base", 5.0).x == 0.0
-    assert [walk.lookup_pose("odom", "base", stamp).x for stamp in (7.0, 7.4, 7.5, None)] == [1.0] * 4
+    assert [walk.lookup_pose("odom", "base", stamp).x for stamp in (7.0, 7.03, 7.05, None)] == [1.0] * 4
 
 
-@pytest.mark.parametrize(("stamp", "told"), [(4.9, "known only from 5.00 s on"), (7.6, "0.60 s older")])
+@pytest.mark.parametrize(("stamp", "told"), [(4.9, "known only from 5.00 s on"), (7.06, "0.06 s older")])
 def test_what_is_too_far_from_the_samples_is_not_guessed(walk, stamp, told):
     with pytest.raises(TransformUnavailable, match=told):
         walk.lookup("odom", "base", stamp)

@@ -187,13 +187,20 @@ def test_distances_between_cells() -> None:
     assert distance_at(holed, 1.5, 0.5, 100.0) == 100.0
 
 
+def still(now: float, pose: Pose2, clearance: Clearance, twist: Twist2 = STANDSTILL) -> RobotState:
+    """A robot beside which nobody is, and which nothing holds."""
+    driven = DrivenWay(COSTMAP.make_true_footprint())
+    return RobotState(now, pose, twist, ORIGIN, clearance, BaseStop(), driven)
+
+
 def turn_to_its_end(turn: Spin, *, delay: int = 3) -> tuple[float, float, str]:
     """Turn a base with the velocity filter's inertia and a delay; total angle, seconds, code."""
     yaw, speed, now, waiting = 0.0, 0.0, 0.0, [0.0] * delay
     costmap = local()
     for _ in range(400):
         pose = Pose2(0.0, 0.0, math.remainder(yaw, math.tau))
-        command, result = turn.step(now, pose, Twist2(0.0, speed), Clearance(costmap, pose, None, None))
+        clearance = Clearance(costmap, pose, None, None)
+        command, _, result = turn.step(still(now, pose, clearance, Twist2(0.0, speed)))
         if result is not None:
             assert command == STANDSTILL
             return yaw, now, result.code
@@ -235,11 +242,11 @@ def test_an_allowance_of_zero_is_no_limit() -> None:
 def test_a_turn_that_would_hit_does_not_begin() -> None:
     costmap = local((0.18, 0.22), (0.14, 0.26))
     clearance = Clearance(costmap, Pose2(), None, None)
-    command, result = Spin(2.0, SpinParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
+    command, _, result = Spin(2.0, SpinParameters(), 0.0, 10.0).step(still(0.0, ORIGIN, clearance))
     assert command == STANDSTILL
     assert result is not None
     assert result.code == "collision_ahead"
-    command, result = Spin(-0.3, SpinParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
+    command, _, result = Spin(-0.3, SpinParameters(), 0.0, 10.0).step(still(0.0, ORIGIN, clearance))
     assert result is None
     assert command.angular < 0.0
 

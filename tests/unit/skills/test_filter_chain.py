@@ -11,7 +11,7 @@ import yaml
 
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.core.transforms import TransformBuffer
-from florence_bt.simulation.rig.robot import parameters_of
+from florence_bt.simulation.rig.components import parameters_of
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
 from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters

@@ -12,7 +12,7 @@ import pytest
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.errors import FrameError
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.ports import Delivery, Topic
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
 from florence_bt.core.transforms import Transform3
@@ -70,13 +70,17 @@ class Surroundings:
             listener: Callable[[Any], None] = self.heard.setdefault(topic.name, []).append
             self.hardware.listen(topic, listener)
         self.frames_known_until = math.inf
+        self.turns = 0.0
         call_every(self.clock, 0.02, self._send_frames)
 
     def _send_frames(self) -> None:
         now = self.clock.now()
         if now <= self.frames_known_until:
-            self.hardware.send_frame("odom", "base_footprint", now, Pose2(1.0, 0.0))
+            self.hardware.send_frame("odom", "base_footprint", now, self.pose_at(now))
             self.hardware.send_frame("map", "odom", now + 0.2, Pose2())
+
+    def pose_at(self, when: float) -> Pose2:
+        return Pose2(1.0, 0.0, self.turns * when)
 
     def start(self) -> None:
         assert self.wires.services["tracker/Start"]({}).success
@@ -142,6 +146,36 @@ def test_a_picture_that_overtakes_its_pose_waits_for_it() -> None:
     around.clock.advance(1.0)
     around.see(12)
     assert around.users[-1].num_users_tracked == 1
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.15, 0.35])
+def test_a_picture_of_a_robot_that_turns_is_placed_where_the_robot_was(
+    monkeypatch: pytest.MonkeyPatch, late_s: float
+) -> None:
+    placed: list[tuple[float, Pose2]] = []
+
+    def detect(depth: DepthImage, *_: Any, robot: Pose2 | None = None, **__: Any) -> list[Detection]:
+        if robot is not None:
+            placed.append((depth.stamp, robot))
+        return []
+
+    monkeypatch.setattr(tracking, "detect_people", detect)
+    around = Surroundings({TRANSFORMS: Link(delay=late_s)})
+    around.turns = 1.0
+    around.start()
+    around.clock.advance(1.0)
+    around.see(12)
+    assert len(placed) >= 8, "those that wait are used as fast as they come"
+    worst = max(abs(angle_difference(robot.yaw, around.pose_at(stamp).yaw)) for stamp, robot in placed)
+    assert worst < 0.05, "of a person 3 m off, that is 15 cm"
+
+
+def test_pictures_that_wait_are_not_pushed_out_by_newer_ones() -> None:
+    around = Surroundings({TRANSFORMS: Link(delay=1.2)})
+    around.start()
+    around.clock.advance(1.5)
+    around.see(40)
+    assert len(around.users) > 15, "more than wait at a time"
 
 
 def test_a_picture_of_before_the_first_frame_holds_up_nobody() -> None:

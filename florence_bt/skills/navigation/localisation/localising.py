@@ -180,7 +180,7 @@ class Localising:
     def _take_initial_pose(self, told: PoseEstimate) -> None:
         if told.frame not in ("", self._p.map_frame):
             problem = f"a pose in the frame {told.frame!r} (would have worked: {self._p.map_frame!r})"
-            self._ports.refuse(INITIAL_POSE, problem)
+            self._ports.refuse(INITIAL_POSE.name, problem)
             return
         x, y, yaw = np.sqrt(np.maximum(told.covariance.diagonal(), 0.0)).tolist()
         self._told_pose = told.pose, (x, y, yaw) if x or y or yaw else INITIAL_DEVIATIONS
@@ -194,7 +194,7 @@ class Localising:
         problem = self._grid.problem_with_place(pose.x, pose.y, INITIAL_SLACK_M)
         if problem is not None:
             told = f"({pose.x:.2f} m, {pose.y:.2f} m) is {problem} (would have worked: a place on its floor)"
-            self._ports.refuse(INITIAL_POSE, told)
+            self._ports.refuse(INITIAL_POSE.name, told)
             return False
         self._start, self._deviations, self._pose_set = pose, deviations, True
         self.localiser.set_pose(pose, deviations)

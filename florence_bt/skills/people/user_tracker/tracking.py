@@ -6,6 +6,7 @@ function, published beside the unfiltered users.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -62,6 +63,8 @@ EMPTY_PICTURE = DepthImage(
 )
 MOST_WAIT_S = 2.0
 """A picture waits this long for the pose it was taken at; the robot was somewhere else by then."""
+MOST_WAITING = 10
+"""Pictures that wait so at most (chosen: 0.3 MB each); of more, the newest are left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +203,7 @@ class UserTracking:
         self._colour: Picture[ColourImage] | None = None
         self._known: KnownObstacles | None = None
         self._last_stamp = float("-inf")
-        self._waiting: Picture[DepthImage] | None = None
+        self._waiting: deque[Picture[DepthImage]] = deque()
         self._frames: Frames | None = None
         self._users = ports.output(USERS)
         self._present = ports.output(PRESENT_USERS)
@@ -246,7 +249,8 @@ class UserTracking:
 
     def _stop(self) -> None:
         self._tracker.stop()
-        self._colour = self._waiting = None
+        self._colour = None
+        self._waiting.clear()
         if self._readings and self._forget_timer is None:
             when = self._ports.clock.now() + self._params.keep_pictures_s
             self._forget_timer = self._ports.clock.call_at(when, self._forget_pictures)
@@ -267,7 +271,8 @@ class UserTracking:
 
     def _forget_readings(self) -> None:
         """Forget readings, as the clock has jumped: what was on its way may have a useless stamp."""
-        self._colour = self._waiting = None
+        self._colour = None
+        self._waiting.clear()
         self._last_stamp = self._asked = float("-inf")
 
     def _take_colour(self, picture: Picture[ColourImage]) -> None:
@@ -278,16 +283,58 @@ class UserTracking:
         # A picture may still be on its way when the tracker stops.
         if not self._tracker.running:
             return
-        waiting, self._waiting = self._waiting, None
-        if waiting is not None:
-            # A picture can overtake the pose it was taken at. The first that does is kept, not the newest: on
-            # a busy machine the newest is always too new.
-            self._use_picture(waiting, picture.stamp)
-        if self._waiting is None and not 0.0 <= picture.stamp - self._last_stamp < self._params.period_s:
-            self._use_picture(picture, picture.stamp)
+        before = self._waiting[-1].stamp if self._waiting else self._last_stamp
+        too_soon = 0.0 <= picture.stamp - before < self._params.period_s
+        if not too_soon and len(self._waiting) < MOST_WAITING:
+            self._waiting.append(picture)
+        ready = self._take_ready(picture.stamp)
+        if ready is not None:
+            self._use_picture(ready, picture.stamp)
+
+    def _take_ready(self, now: float) -> Picture[DepthImage] | None:
+        """Return the newest picture that was taken at a pose that is known; older ones are left out.
+
+        A picture can overtake the pose it was taken at. It waits, and so do those that follow it: on a busy
+        machine the newest is always too new.
+
+        Args:
+            now: When the newest picture was taken, seconds.
+        """
+        ready = None
+        while self._waiting:
+            try:
+                self._robot_at(self._waiting[0].stamp)
+            except TransformTooOld:
+                self._waiting.popleft()  # frames have been listened to since then only
+            except TransformUnavailable as error:
+                if self._may_wait(self._waiting[0], now):
+                    break
+                self._leave_out(self._waiting.popleft(), error)
+            else:
+                ready = self._waiting.popleft()
+        return ready
+
+    def _robot_at(self, stamp: float) -> tuple[Pose2, Pose2]:
+        """Return the robot in the odometry frame, and that in the map, at a moment.
+
+        Raises:
+            TransformUnavailable: They are not known for that moment, or not yet.
+        """
+        assert self._frames is not None
+        params, buffer = self._params, self._frames.buffer
+        robot_in_odom = buffer.lookup_pose(params.odom_frame, params.base_frame, stamp)
+        return robot_in_odom, buffer.lookup_pose(params.map_frame, params.odom_frame, stamp)
+
+    @staticmethod
+    def _may_wait(picture: Picture[DepthImage], now: float) -> bool:
+        return 0.0 <= now - picture.stamp < MOST_WAIT_S
+
+    def _leave_out(self, picture: Picture[DepthImage], error: FlorenceError) -> None:
+        self._ports.warn(f"a depth picture is left out: {error}", DEPTH)
+        self._last_stamp = picture.stamp
 
     def _use_picture(self, picture: Picture[DepthImage], now: float) -> None:
-        """Detect people in a picture, or keep it until the pose it was taken at is known.
+        """Detect people in a picture, or keep it until the place of the camera is known.
 
         Args:
             picture: The picture.
@@ -295,17 +342,15 @@ class UserTracking:
         """
         try:
             self._look_at(picture.read())
-        except TransformTooOld:
-            return  # frames have been listened to since then only
         except TransformUnavailable as error:
-            if 0.0 <= now - picture.stamp < MOST_WAIT_S:
-                self._waiting = picture
+            if self._may_wait(picture, now):
+                self._waiting.appendleft(picture)
             else:
-                self._ports.warn(f"a depth picture is left out: {error}", DEPTH)
-            return
+                self._leave_out(picture, error)
         except FlorenceError as error:
-            self._ports.warn(f"a depth picture is left out: {error}", DEPTH)
-        self._last_stamp = picture.stamp
+            self._leave_out(picture, error)
+        else:
+            self._last_stamp = picture.stamp
 
     def _colour_near(self, stamp: float) -> ColourImage | None:
         """Return the latest colour picture, if it is of about this moment."""
@@ -322,8 +367,7 @@ class UserTracking:
         assert self._frames is not None
         params, buffer = self._params, self._frames.buffer
         optical_in_base = buffer.lookup(params.base_frame, depth.frame_id, depth.stamp)
-        robot_in_odom = buffer.lookup_pose(params.odom_frame, params.base_frame, depth.stamp)
-        odom = buffer.lookup_pose(params.map_frame, params.odom_frame, depth.stamp)
+        robot_in_odom, odom = self._robot_at(depth.stamp)
         robot = odom @ robot_in_odom
         colour = partial(self._colour_near, depth.stamp)
         found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
@@ -343,8 +387,7 @@ class UserTracking:
         params, buffer = self._params, self._frames.buffer
         try:
             laser_in_base = buffer.lookup(params.base_frame, scan.frame_id, scan.middle_stamp)
-            robot = buffer.lookup_pose(params.odom_frame, params.base_frame, scan.middle_stamp)
-            odom = buffer.lookup_pose(params.map_frame, params.odom_frame, scan.middle_stamp)
+            robot, odom = self._robot_at(scan.middle_stamp)
         except TransformUnavailable:
             return  # it overtook the pose of the robot; the next one comes soon
         laser = Transform3.from_pose2(robot) @ laser_in_base
