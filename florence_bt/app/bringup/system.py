@@ -38,6 +38,7 @@ from florence_bt.app.runs.client import ACTIVE_STATES, RUN_MISSION, MissionClien
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.core.serving import ActionBinding, NodeBinding
 from florence_bt.ros.open_goals import OpenGoals
+from florence_bt.ros.topics import SUPERVISOR
 from florence_bt.skills.served import ACTIONS
 
 READY_BUDGET_S = 180.0
@@ -91,7 +92,7 @@ class System:
                 after_death=self._after_death,
             )
             port = HungDriverStop(options)
-            self.client = MissionClient()
+            self.client = MissionClient(SUPERVISOR)
             self._devices = DeviceReport(self.client.node)
             self._processes = ProcessReport(self.client.node, self._supervisor, folder / "logs")
             self._hold = RobotHold(self.client, port)

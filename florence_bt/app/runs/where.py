@@ -42,6 +42,7 @@ from florence_bt.ros.topics import (
     PLACE_STATUS,
     SCAN_FIT,
     SERVERS_STATUS,
+    SUPERVISOR,
 )
 
 if TYPE_CHECKING:
@@ -106,6 +107,8 @@ class Where:
     def _told(self) -> bool:
         place = self._place()
         if place is None or self._battery.last is None:
+            return False
+        if self._client.sees(SUPERVISOR) and not any(self._state.diagnoses(SUPERVISOR)):
             return False
         simulated = self._client.node.count_publishers(CLOCK) > 0
         simulated = simulated or any(map(is_of_another_clock, (self._battery.stamp, place.stamp)))
