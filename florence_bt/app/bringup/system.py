@@ -93,7 +93,7 @@ class System:
             )
             port = HungDriverStop(options)
             self.client = MissionClient(SUPERVISOR)
-            self._devices = DeviceReport(self.client.node)
+            self._devices = DeviceReport(self.client.robot)
             self._processes = ProcessReport(self.client.node, self._supervisor, folder / "logs")
             self._hold = RobotHold(self.client, port)
             self._hung: set[str] = set()

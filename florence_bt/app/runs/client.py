@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 from florence_interfaces.msg import RunState
@@ -37,6 +38,9 @@ from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.topics import RUN_STATE, SAY, SIMULATOR_TRUTH, TREE
+
+if TYPE_CHECKING:
+    from florence_bt.ros.robot_state import RobotState
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -91,6 +95,13 @@ class MissionClient(Closing):
         self.truth: Mapping[str, Any] = {}
         self.node.create_subscription(String, TREE, self._on_tree, LATCHED)
         self.node.create_subscription(RunState, RUN_STATE, self._on_state, LATCHED)
+
+    @functools.cached_property
+    def robot(self) -> RobotState:
+        """What is heard of the robot's state."""
+        from florence_bt.ros.robot_state import RobotState  # loads messages that few commands need
+
+        return RobotState(self.node)
 
     def close(self) -> None:
         """Leave ROS."""

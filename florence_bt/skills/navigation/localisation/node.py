@@ -37,7 +37,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import INITIAL_POSE, MAP, ODOMETRY, PARTICLE_CLOUD, SCAN
+from florence_bt.ros.topics import INITIAL_POSE, MAP, ODOMETRY, PARTICLE_CLOUD, PLACE_STATUS, SCAN
 from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.quality import diagnosis_of
@@ -156,7 +156,7 @@ class LocaliserNode(FlorenceNode):
 
     def _publish_diagnosis(self) -> None:
         if self._localiser is not None:
-            found = {"Place in the map": diagnosis_of(self._localiser)}
+            found = {PLACE_STATUS: diagnosis_of(self._localiser)}
             name, stamp = self.get_name(), self.stamp()
             self._diagnostics.publish(diagnostics_to_ros(found, name, self._p.map_frame, stamp))
 

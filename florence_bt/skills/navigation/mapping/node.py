@@ -31,14 +31,13 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.place import PlacePublisher
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import MAP, ODOMETRY, SCAN, SENSOR_STATE
+from florence_bt.ros.topics import AREA_M2, LOOPS, MAP, ODOMETRY, PLACE_STATUS, SCAN, SENSOR_STATE, WAY_M
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters, MapMaker
 from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 
 DIAGNOSTICS_PERIOD_S = 1.0
-PLACE = "Place in the map"
 """What the diagnosis is about; its values are those of :class:`Progress`."""
 _MOST_WAITING = 5
 """Scans that wait for the thread at most; further ones are left out: the next one says as much."""
@@ -216,10 +215,16 @@ class MappingNode(FlorenceNode):
         diagnosis = Diagnosis(Severity.WARN, "no scan has come yet: there is no map")
         if self._map_from_odom is not None:
             progress = self._map.progress
-            values = {"m2": f"{progress.area:.1f}", "m": f"{progress.way:.1f}", "loops": str(progress.loops)}
+            values = {
+                AREA_M2: f"{progress.area:.1f}",
+                WAY_M: f"{progress.way:.1f}",
+                LOOPS: str(progress.loops),
+            }
             diagnosis = Diagnosis(Severity.OK, "the map is being made", values)
         name, stamp = self.get_name(), self.stamp()
-        self._diagnostics.publish(diagnostics_to_ros({PLACE: diagnosis}, name, self._p.map_frame, stamp))
+        self._diagnostics.publish(
+            diagnostics_to_ros({PLACE_STATUS: diagnosis}, name, self._p.map_frame, stamp)
+        )
 
 
 def _slam(parameters: SlamParameters) -> MapMaker:
