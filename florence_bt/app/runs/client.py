@@ -79,6 +79,12 @@ class MissionClient(Closing):
 
     Args:
         name: Node name of this client.
+
+    Attributes:
+        tree: The live tree as text, empty before the first.
+        state: The run of a mission that goes on, or the last one.
+        state_is_told: Whether the mission server has told it: one that hangs is there and tells nothing.
+        truth: What the simulator says is really so, while somebody follows it.
     """
 
     def __init__(self, name: str = "florence_client") -> None:
@@ -92,6 +98,7 @@ class MissionClient(Closing):
         self._clients: dict[str, Any] = {}
         self.tree = ""
         self.state = RunState(state="IDLE")
+        self.state_is_told = False
         self.truth: Mapping[str, Any] = {}
         self.node.create_subscription(String, TREE, self._on_tree, LATCHED)
         self.node.create_subscription(RunState, RUN_STATE, self._on_state, LATCHED)
@@ -352,7 +359,7 @@ class MissionClient(Closing):
         self.tree = message.data
 
     def _on_state(self, message: RunState) -> None:
-        self.state = message
+        self.state, self.state_is_told = message, True
 
     def _on_truth(self, message: String) -> None:
         self.truth = json.loads(message.data)

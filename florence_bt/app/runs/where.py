@@ -108,6 +108,8 @@ class Where:
         place = self._place()
         if place is None or self._battery.last is None:
             return False
+        if self._client.sees(MISSION_SERVER) and not self._client.state_is_told:
+            return False
         if self._client.sees(SUPERVISOR) and not any(self._state.diagnoses(SUPERVISOR)):
             return False
         simulated = self._client.node.count_publishers(CLOCK) > 0
@@ -192,6 +194,8 @@ class Where:
         state = self._client.state
         if not self._client.sees(MISSION_SERVER):
             return Fact(f"not known: no mission server is there{blocked}", False)
+        if not self._client.state_is_told:
+            return Fact(f"not known: the mission server is there and tells nothing{blocked}", False)
         if not state.run_id:
             return Fact(f"none has run yet{blocked}")
         paused = is_paused(state)
